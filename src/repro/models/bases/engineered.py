@@ -1,0 +1,20 @@
+"""Engineered features [q; qd; cos q; sin q] into one network for the whole L (III-A.1)."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from repro.models.bases import raw
+
+LINEAR = False
+
+
+def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+    """Inputs of the network for L."""
+    cosines = {f"cos(q{i})": m.cos(value) for i, value in enumerate(q)}
+    sines = {f"sin(q{i})": m.sin(value) for i, value in enumerate(q)}
+    return raw.kinetic(q, qd, m) | cosines | sines
+
+
+def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+    """No separate V: the network stands for T - V."""
+    return {}

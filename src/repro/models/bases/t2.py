@@ -1,0 +1,17 @@
+"""T2 = {qd, cos(angles)}, fed into a network; V1 = {cos(angles)} (V-A.1). All coordinates but the cart's are angles."""
+
+from collections.abc import Sequence
+from typing import Any
+
+LINEAR = False
+
+
+def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+    """Inputs of the network for T."""
+    velocities = {f"qd{i}": rate for i, rate in enumerate(qd)}
+    return velocities | {f"cos(q{i})": m.cos(angle) for i, angle in enumerate(q) if i > 0}
+
+
+def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+    """Features of V."""
+    return {f"cos(q{i})": m.cos(angle) for i, angle in enumerate(q) if i > 0}

@@ -1,0 +1,60 @@
+"""A structure-free baseline: qdd = N(qd, cos q, sin q, tau)."""
+
+from collections.abc import Sequence
+
+import casadi
+import numpy as np
+from torch import Tensor
+
+from repro.models.bases import position
+from repro.models.features import FeatureMap
+from repro.models.model import Energies, Model, Prepared
+from repro.models.network import Activation, Network
+from repro.models.terms import Terms
+
+
+class BlackBox(Model):
+    """A network for the acceleration; it has no energies, no momenta and no inverse model."""
+
+    inverse = False
+    energetic = False
+
+    def __init__(self, n_q: int, *, hidden: Sequence[int] = (32, 32), activation: Activation = "softplus") -> None:
+        self.n_q = n_q
+        self.features = FeatureMap(position.kinetic, n_q)
+        self.network = Network(2 * n_q + len(self.features), tuple(hidden), n_q, activation)
+
+    @property
+    def n_parameters(self) -> int:
+        """Number of weights of one member."""
+        return self.network.n_parameters
+
+    def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
+        """Glorot-uniform weights, zero biases."""
+        return self.network.initial(generators)
+
+    def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
+        """The inputs as one-row jets (..., 1, n_in)."""
+        features = self.features.jets(q, qd, qdd)[..., 0, :]
+        return {"inputs": np.concatenate([qd, features, tau], axis=-1)[..., None, :]}
+
+    def outputs(self, parameters: Tensor, prepared: Prepared, mass: bool) -> list[Tensor]:
+        """The accelerations as one-row jets (..., 1, n_q)."""
+        return [self.network.propagate(parameters, prepared["inputs"])]
+
+    def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:
+        """Only the acceleration is defined."""
+        return Terms(acceleration=outputs[0][..., 0, :])
+
+    def pull(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
+        """Gradients with respect to all weights, (member, row, sample, n_parameters)."""
+        return self.network.jacobian(parameters, prepared["inputs"], cotangents[0])
+
+    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:
+        """A black box has no energies: a call is a programming error."""
+        raise NotImplementedError("a black-box model has no Lagrangian")
+
+    def acceleration(self, q: casadi.SX, qd: casadi.SX, tau: casadi.SX, parameters: casadi.SX) -> casadi.SX:
+        """qdd as a CasADi expression."""
+        z = casadi.vertcat(qd, self.features.expression(q, qd), tau)
+        return self.network.expression(parameters, z)

@@ -1,0 +1,151 @@
+"""L = T - V with T linear in a basis or a network of it, and V linear in cosines: sections II and III-A."""
+
+from collections.abc import Sequence
+from types import ModuleType
+
+import casadi
+import numpy as np
+import torch
+from torch import Tensor
+
+from repro.models.features import FeatureMap
+from repro.models.model import Energies, Model, Prepared
+from repro.models.momentum import MomentumTransform
+from repro.models.network import Activation, Network
+from repro.models.terms import Terms, symmetric
+
+
+class Lagrangian(Model):
+    """The paper's parameterisations (7): T = alpha . T_j or T = N(T_j); V = beta . V_j.
+
+    parameters: [alpha or the weights of N | beta | weights of the momentum transform, when there is one].
+    `input_scale` (n_features,) divides the first layer's starting weights: the same network, a start fit for the data.
+    """
+
+    def __init__(
+        self,
+        basis: ModuleType,
+        n_q: int,
+        *,
+        hidden: Sequence[int] = (10,),
+        activation: Activation = "softplus",
+        input_scale: np.ndarray | None = None,
+        transform_hidden: Sequence[int] | None = None,
+    ) -> None:
+        self.n_q = n_q
+        self.kinetic_features = FeatureMap(basis.kinetic, n_q)
+        self.potential_features = FeatureMap(basis.potential, n_q)
+        self.linear: bool = basis.LINEAR
+        self.network = None if self.linear else Network(len(self.kinetic_features), tuple(hidden), 1, activation)
+        self.input_scale = input_scale
+        self.transform = None if transform_hidden is None else MomentumTransform(n_q, tuple(transform_hidden))
+        n_kinetic = len(self.kinetic_features) if self.network is None else self.network.n_parameters
+        n_potential = len(self.potential_features)
+        self.kinetic_slice = slice(0, n_kinetic)
+        self.potential_slice = slice(n_kinetic, n_kinetic + n_potential)
+        self.transform_slice = slice(n_kinetic + n_potential, self.n_parameters)
+        self._tangent_pairs = [(0, 1 + c) for c in range(n_q)]
+        self._mass_pairs = [(1 + c, 1 + d) for c, d in self.kinetic_features.mass_pairs]
+
+    @property
+    def n_parameters(self) -> int:
+        """Number of weights of one member."""
+        transform = 0 if self.transform is None else self.transform.network.n_parameters
+        return self.potential_slice.stop + transform
+
+    @property
+    def coefficient_names(self) -> tuple[str, ...]:
+        """Names of alpha and beta, for a linear basis."""
+        return (*self.kinetic_features.names, *self.potential_features.names)
+
+    def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
+        """Glorot-uniform draws (a column vector of coefficients counts as a layer with one output)."""
+        n_t, n_v = len(self.kinetic_features), len(self.potential_features)
+        if self.network is None:
+            kinetic = np.stack([_coefficients(n_t, g) for g in generators])
+        else:
+            kinetic = self.network.initial(generators)
+            if self.input_scale is not None:
+                width = self.network.shapes[0][0] * n_t
+                kinetic[:, :width] /= np.tile(self.input_scale, self.network.shapes[0][0])
+        parts = [kinetic, np.stack([_coefficients(n_v, g) for g in generators])]
+        if self.transform is not None:
+            parts.append(self.transform.initial(generators))
+        return np.concatenate(parts, axis=1)
+
+    def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
+        """Jets of the features: kinetic (..., 2 + 2 n_q + n_pairs, n_T), potential [z, w_c] (..., 1 + n_q, n_V)."""
+        n_q = self.n_q
+        prepared = {"kinetic": self.kinetic_features.jets(q, qd, qdd), "qd": qd}
+        if len(self.potential_features):
+            rows = [0, *range(2 + n_q, 2 + 2 * n_q)]
+            prepared["potential"] = self.potential_features.jets(q, qd, qdd)[..., rows, :]
+        else:
+            prepared["potential"] = np.zeros((*q.shape[:-1], 1 + n_q, 0))
+        if self.transform is not None:
+            prepared["transform"] = self.transform.prepare(q, qd, qdd)
+        return prepared
+
+    def outputs(self, parameters: Tensor, prepared: Prepared, mass: bool) -> list[Tensor]:
+        """Stacks [T, Tdot, p, tau_T, M] (..., n_rows), [V, w] (..., 1 + n_q) and the entries of M_hat(q)."""
+        weights = parameters[:, self.kinetic_slice]
+        jets = prepared["kinetic"] if mass else prepared["kinetic"][:, :, : 2 + 2 * self.n_q]
+        if self.network is None:
+            kinetic = torch.einsum("mnji,mi->mnj", jets, weights)
+        else:
+            kinetic = self.network.propagate(weights, jets, self._pairs(mass))[..., 0]
+        potential = torch.einsum("mnji,mi->mnj", prepared["potential"], parameters[:, self.potential_slice])
+        outputs = [kinetic, potential]
+        if self.transform is not None:
+            outputs.append(self.transform.network.propagate(parameters[:, self.transform_slice], prepared["transform"]))
+        return outputs
+
+    def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:
+        """Energies, momentum and the inverse model (7b)."""
+        n_q = self.n_q
+        kinetic, potential = outputs[0], outputs[1]
+        transformed = None
+        if self.transform is not None:
+            transformed = self.transform.momentum(outputs[2], prepared["qd"])
+        return Terms(
+            tau=kinetic[..., 2 + n_q : 2 + 2 * n_q] - potential[..., 1:],
+            momentum=kinetic[..., 2 : 2 + n_q],
+            kinetic=kinetic[..., 0],
+            potential=potential[..., 0],
+            mass=symmetric(kinetic[..., 2 + 2 * n_q :], n_q) if kinetic.shape[-1] > 2 + 2 * n_q else None,
+            transformed_momentum=transformed,
+        )
+
+    def pull(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
+        """Gradients with respect to all weights, (member, row, sample, n_parameters)."""
+        n_rows = cotangents[0].shape[-1]
+        jets = prepared["kinetic"][:, :, :n_rows]
+        if self.network is None:
+            kinetic = torch.einsum("mrnj,mnji->mrni", cotangents[0], jets)
+        else:
+            pairs = self._pairs(n_rows > 2 + 2 * self.n_q)
+            weights = parameters[:, self.kinetic_slice]
+            kinetic = self.network.jacobian(weights, jets, cotangents[0].unsqueeze(-1), pairs)
+        parts = [kinetic, torch.einsum("mrnj,mnji->mrni", cotangents[1], prepared["potential"])]
+        if self.transform is not None:
+            weights = parameters[:, self.transform_slice]
+            parts.append(self.transform.network.jacobian(weights, prepared["transform"], cotangents[2]))
+        return torch.cat(parts, dim=-1)
+
+    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:
+        """T and V as CasADi expressions."""
+        z = self.kinetic_features.expression(q, qd)
+        weights = parameters[self.kinetic_slice]
+        kinetic = casadi.dot(weights, z) if self.network is None else self.network.expression(weights, z)
+        potential = casadi.SX(0)
+        if len(self.potential_features):
+            potential = casadi.dot(parameters[self.potential_slice], self.potential_features.expression(q, qd))
+        return Energies(kinetic, potential)
+
+    def _pairs(self, mass: bool) -> list[tuple[int, int]]:
+        return self._tangent_pairs + (self._mass_pairs if mass else [])
+
+
+def _coefficients(n: int, generator: np.random.Generator) -> np.ndarray:
+    limit = np.sqrt(6.0 / (n + 1))
+    return generator.uniform(-limit, limit, n)

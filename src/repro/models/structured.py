@@ -1,0 +1,122 @@
+"""T = qd' M(q) qd / 2 with M(q) = C(q) C(q)' positive semi-definite by construction, V linear in cosines."""
+
+from collections.abc import Sequence
+
+import casadi
+import numpy as np
+import torch
+from torch import Tensor
+
+from repro.models.bases import position
+from repro.models.features import FeatureMap
+from repro.models.model import Energies, Model, Prepared
+from repro.models.network import Activation, Network
+from repro.models.terms import Terms
+
+
+class Structured(Model):
+    """A wide factor C (n_q, rank), rank > n_q, from a network of {cos, sin} with a linear path; T(q, 0) = 0 is exact.
+
+    With a square factor the rank-deficient matrices are walls that a fit cannot cross; with rank >= n_q + 2 the path
+    goes round them. Velocities are divided by `velocity_scale` (n_q,), so that the start M = diag(scale^-2) has the
+    inertia scale of the data. parameters: [weights of C | beta].
+    """
+
+    def __init__(
+        self,
+        n_q: int,
+        velocity_scale: np.ndarray,
+        *,
+        hidden: Sequence[int] = (8,),
+        rank: int | None = None,
+        activation: Activation = "tanh",
+        skip: bool = True,
+    ) -> None:
+        self.n_q = n_q
+        self.rank = n_q + 2 if rank is None else rank
+        self.velocity_scale = np.asarray(velocity_scale, dtype=float)
+        self.features = FeatureMap(position.kinetic, n_q)
+        self.potential_features = FeatureMap(position.potential, n_q)
+        self.network = Network(len(self.features), tuple(hidden), n_q * self.rank, activation, skip)
+        n_network = self.network.n_parameters
+        self.network_slice = slice(0, n_network)
+        self.potential_slice = slice(n_network, n_network + len(self.potential_features))
+
+    @property
+    def n_parameters(self) -> int:
+        """Number of weights of one member."""
+        return self.potential_slice.stop
+
+    def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
+        """Small random output weights around C = [I 0], so that M starts as diag(velocity_scale^-2); V starts at 0."""
+        return np.stack(
+            [np.concatenate([self._network_start(g), np.zeros(len(self.potential_features))]) for g in generators]
+        )
+
+    def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
+        """Position jets [z, zdot, dz/dq_c] (..., 2 + n_q, n_z), potential rows [z, w_c], scaled velocities."""
+        n_q = self.n_q
+        jets = self.features.jets(q, qd, qdd)
+        rows = [0, *range(2 + n_q, 2 + 2 * n_q)]
+        position_rows = np.concatenate([jets[..., :2, :], -jets[..., 2 + n_q : 2 + 2 * n_q, :]], axis=-2)
+        return {
+            "position": position_rows,
+            "potential": self.potential_features.jets(q, qd, qdd)[..., rows, :],
+            "velocity": qd / self.velocity_scale,
+            "acceleration": qdd / self.velocity_scale,
+            "scale": np.broadcast_to(self.velocity_scale, qd.shape).copy(),
+        }
+
+    def outputs(self, parameters: Tensor, prepared: Prepared, mass: bool) -> list[Tensor]:
+        """C and its derivatives along the motion and each coordinate (..., 2 + n_q, n_q rank), and [V, w]."""
+        factor = self.network.propagate(parameters[:, self.network_slice], prepared["position"])
+        potential = torch.einsum("mnji,mi->mnj", prepared["potential"], parameters[:, self.potential_slice])
+        return [factor, potential]
+
+    def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:
+        """tau = M qdd + Mdot qd - d/dq (qd' M qd) / 2 + dV/dq."""
+        factor = outputs[0].unflatten(-1, (self.n_q, self.rank))
+        potential = outputs[1]
+        c, rate, slopes = factor[:, :, 0], factor[:, :, 1], factor[:, :, 2:]
+        velocity, acceleration, scale = prepared["velocity"], prepared["acceleration"], prepared["scale"]
+        u = torch.einsum("mnir,mni->mnr", c, velocity)
+        u_rate = torch.einsum("mnir,mni->mnr", rate, velocity)
+        u_push = torch.einsum("mnir,mni->mnr", c, acceleration)
+        momentum = torch.einsum("mnir,mnr->mni", c, u) / scale
+        inertial = torch.einsum("mnir,mnr->mni", c, u_push + u_rate) + torch.einsum("mnir,mnr->mni", rate, u)
+        slope_power = torch.einsum("mnkir,mni,mnr->mnk", slopes, velocity, u)
+        return Terms(
+            tau=inertial / scale - slope_power - potential[..., 1:],
+            momentum=momentum,
+            kinetic=0.5 * (u * u).sum(-1),
+            potential=potential[..., 0],
+            mass=torch.einsum("mnir,mnjr->mnij", c, c) / (scale.unsqueeze(-1) * scale.unsqueeze(-2)),
+        )
+
+    def pull(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
+        """Gradients with respect to all weights, (member, row, sample, n_parameters)."""
+        weights = parameters[:, self.network_slice]
+        network = self.network.jacobian(weights, prepared["position"], cotangents[0])
+        return torch.cat([network, torch.einsum("mrnj,mnji->mrni", cotangents[1], prepared["potential"])], dim=-1)
+
+    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:
+        """T and V as CasADi expressions."""
+        output = self.network.expression(parameters[self.network_slice], self.features.expression(q, qd))
+        factor = casadi.reshape(output, self.rank, self.n_q)
+        u = factor @ (qd / casadi.DM(self.velocity_scale))
+        potential = casadi.dot(parameters[self.potential_slice], self.potential_features.expression(q, qd))
+        return Energies(0.5 * casadi.dot(u, u), potential)
+
+    def _network_start(self, generator: np.random.Generator) -> np.ndarray:
+        n_hidden_layers = len(self.network.hidden)
+        arrays = []
+        for index, shape in enumerate(self.network.shapes):
+            output_layer = index // 2 == n_hidden_layers
+            if len(shape) == 2:
+                draw = generator.normal(0, 1 / np.sqrt(shape[1]), shape)
+                arrays.append(0.1 * draw if output_layer or index == 2 * n_hidden_layers + 2 else draw)
+            elif output_layer:
+                arrays.append(np.eye(self.n_q, self.rank).ravel())
+            else:
+                arrays.append(generator.normal(0, 0.5, shape))
+        return np.concatenate([array.ravel() for array in arrays])

@@ -1,0 +1,53 @@
+"""What a model says of a batch of samples."""
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+
+@dataclass(frozen=True)
+class Terms:
+    """Predictions at the measured (q, qd, qdd); None where a model does not define a quantity.
+
+    tau, momentum, transformed_momentum, acceleration: (member, sample, n_q) in N or N m, kg m/s or kg m^2/s, m/s^2 or
+    rad/s^2; kinetic, potential: (member, sample) in J; mass: (member, sample, n_q, n_q).
+    """
+
+    tau: Tensor | None = None
+    momentum: Tensor | None = None
+    kinetic: Tensor | None = None
+    potential: Tensor | None = None
+    mass: Tensor | None = None
+    transformed_momentum: Tensor | None = None
+    acceleration: Tensor | None = None
+
+    @property
+    def lagrangian(self) -> Tensor:
+        """L = T - V, (member, sample) in J."""
+        return self.kinetic - self.potential
+
+    @property
+    def energy_sum(self) -> Tensor:
+        """T + V, the paper's H_hat (III-A.1), (member, sample) in J."""
+        return self.kinetic + self.potential
+
+    def hamiltonian(self, qd: Tensor) -> Tensor:
+        """The Legendre transform H = p . qd - L, (member, sample) in J."""
+        return (self.momentum * qd).sum(-1) - self.lagrangian
+
+    def acceleration_error(self, qdd: Tensor, tau: Tensor) -> Tensor:
+        """qdd_hat - qdd = M_hat^-1 (tau - tau_hat(q, qd, qdd)), (member, sample, n_q); not finite for a singular M_hat."""
+        if self.acceleration is not None:
+            return self.acceleration - qdd
+        solution, _ = torch.linalg.solve_ex(self.mass, (tau - self.tau).unsqueeze(-1))
+        return solution.squeeze(-1)
+
+
+def symmetric(entries: Tensor, n_q: int) -> Tensor:
+    """Symmetric matrices (..., n_q, n_q) from their upper entries in row order (..., n_q (n_q + 1) / 2)."""
+    index = torch.zeros(n_q, n_q, dtype=torch.long)
+    rows, columns = torch.triu_indices(n_q, n_q)
+    index[rows, columns] = torch.arange(len(rows))
+    index[columns, rows] = torch.arange(len(rows))
+    return entries[..., index]

@@ -1,0 +1,57 @@
+"""Models of every kind, at random weights, with random data."""
+
+import numpy as np
+import pytest
+import torch
+
+from repro.models.bases import engineered, library, raw, t1, t2
+from repro.models.blackbox import BlackBox
+from repro.models.lagrangian import Lagrangian
+from repro.models.structured import Structured
+
+N_Q = 2
+LAGRANGIANS = {
+    "t1": lambda: Lagrangian(t1, N_Q),
+    "library": lambda: Lagrangian(library, N_Q),
+    "t2": lambda: Lagrangian(t2, N_Q, hidden=(7,)),
+    "t2 deep": lambda: Lagrangian(t2, N_Q, hidden=(6, 5), activation="tanh"),
+    "t2 with momentum transform": lambda: Lagrangian(t2, N_Q, hidden=(4,), transform_hidden=(3,)),
+    "raw": lambda: Lagrangian(raw, N_Q, hidden=(5,)),
+    "engineered": lambda: Lagrangian(engineered, N_Q, hidden=(5,)),
+    "structured": lambda: Structured(N_Q, np.array([0.9, 5.0]), hidden=(6,)),
+    "structured deep": lambda: Structured(N_Q, np.array([0.9, 5.0]), hidden=(4, 4), skip=False),
+}
+MODELS = LAGRANGIANS | {"blackbox": lambda: BlackBox(N_Q, hidden=(6, 5))}
+
+
+@pytest.fixture(params=LAGRANGIANS)
+def lagrangian_model(request):
+    return LAGRANGIANS[request.param]()
+
+
+@pytest.fixture(params=MODELS)
+def any_model(request):
+    return MODELS[request.param]()
+
+
+@pytest.fixture
+def samples():
+    generator = np.random.default_rng(1)
+    names = ("q", "qd", "qdd", "tau")
+    return {name: scale * generator.normal(size=(3, 11, N_Q)) for name, scale in zip(names, (2, 2, 5, 3), strict=True)}
+
+
+@pytest.fixture
+def start():
+    return _start
+
+
+@pytest.fixture
+def prepare():
+    return lambda model, samples: {name: torch.from_numpy(array) for name, array in model.prepare(**samples).items()}
+
+
+def _start(model, members=3, seed=0):
+    generators = [np.random.default_rng([seed, member]) for member in range(members)]
+    parameters = model.initial(generators)
+    return torch.from_numpy(parameters + 0.1 * np.random.default_rng(seed).normal(size=parameters.shape))
