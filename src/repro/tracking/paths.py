@@ -1,0 +1,95 @@
+"""The one place that knows a file name of the store."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+RUN_FILE = "run.json"
+HOLDER_FILE = "holder.json"
+TEMPORARY_SUFFIX = ".tmp"
+CHECKPOINT_PREFIX = "checkpoint"
+ROOT_VARIABLE = "REPRO_OUTPUTS"
+# Folders under the root that hold no finished stages.
+NOT_KINDS = frozenset({"experiments", "report", "logs", "patches"})
+
+
+def outputs_root() -> Path:
+    """The folder of all results: $REPRO_OUTPUTS, else ./outputs."""
+    return Path(os.environ.get(ROOT_VARIABLE) or "outputs").absolute()
+
+
+@dataclass(frozen=True)
+class Paths:
+    """Names every file and folder under one outputs root; touches none of them."""
+
+    root: Path
+
+    def kind(self, kind: str) -> Path:
+        """Folder of all finished stages of one kind, e.g. outputs/fits."""
+        return self.root / kind
+
+    def folder(self, kind: str, id: str) -> Path:
+        """Folder of one finished stage."""
+        return self.root / kind / id
+
+    def work(self, kind: str, id: str) -> Path:
+        """Folder of a stage that is being made; it survives a kill."""
+        return self.root / kind / ".work" / id
+
+    def lock(self, kind: str, id: str) -> Path:
+        """Lock file of a stage; held by the operating system, never deleted by a run."""
+        return self.root / kind / ".lock" / f"{id}.lock"
+
+    def failed(self, kind: str, id: str) -> Path:
+        """Folder of the last failed attempt of a stage."""
+        return self.root / kind / ".failed" / id
+
+    def damaged(self, kind: str) -> Path:
+        """Folder that keeps damaged stages, out of the way."""
+        return self.root / kind / ".damaged"
+
+    def kinds(self) -> list[str]:
+        """The kinds that have a folder, sorted."""
+        if not self.root.is_dir():
+            return []
+        entries = [entry.name for entry in os.scandir(self.root) if entry.is_dir()]
+        return sorted(name for name in entries if not name.startswith(".") and name not in NOT_KINDS)
+
+    def ids(self, kind: str, shelf: str = "") -> list[str]:
+        """Ids of the stages of one kind, sorted; `shelf` is "" (finished), ".work" or ".failed"."""
+        folder = self.root / kind / shelf
+        if not folder.is_dir():
+            return []
+        return sorted(entry.name for entry in os.scandir(folder) if entry.is_dir() and not entry.name.startswith("."))
+
+    @property
+    def experiments(self) -> Path:
+        """Folder of the job lists: experiments/<scale>/<experiment>.json."""
+        return self.root / "experiments"
+
+    @property
+    def report(self) -> Path:
+        """Folder of everything the report makes."""
+        return self.root / "report"
+
+    @property
+    def logs(self) -> Path:
+        """Folder of the jobs' printed output."""
+        return self.root / "logs"
+
+    @property
+    def patches(self) -> Path:
+        """Folder of the working tree's differences from the commit, one file a content."""
+        return self.root / "patches"
+
+    @property
+    def index(self) -> Path:
+        """The index of all run.json files: a cache, safe to delete."""
+        return self.root / ".cache" / "index.json"
+
+    @property
+    def code(self) -> Path:
+        """The cache of source digests, safe to delete."""
+        return self.root / ".cache" / "code.json"

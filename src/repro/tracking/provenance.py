@@ -1,0 +1,126 @@
+"""Where a result comes from: source, machine, libraries, seeds, time and memory."""
+
+from __future__ import annotations
+
+import os
+import platform
+import resource
+import socket
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import UTC, datetime
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from repro.tracking import git
+from repro.tracking.files import file_digest
+
+_THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+class Meter:
+    """Measures one stage: wall time, processor time, peak memory."""
+
+    def __init__(self) -> None:
+        self.started_at = datetime.now(UTC)
+        self._wall = time.perf_counter()
+        self._processor = _processor_seconds()
+
+    def reading(self) -> dict[str, Any]:
+        """Start and end (UTC), wall and processor seconds, peak memory of the process so far in MiB."""
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        return {
+            "started": self.started_at.isoformat(timespec="milliseconds"),
+            "finished": datetime.now(UTC).isoformat(timespec="milliseconds"),
+            "wall_s": round(time.perf_counter() - self._wall, 4),
+            "cpu_s": round(_processor_seconds() - self._processor, 4),
+            "peak_memory_mib": round(peak / (1024 if sys.platform != "darwin" else 1024**2), 1),
+        }
+
+
+def describe(
+    config: Mapping[str, Any], command: str, overrides: Sequence[str], patches: Path, meter: Meter
+) -> dict[str, Any]:
+    """Provenance of one stage, as plain data; what cannot change within a process is looked up once."""
+    return {
+        "command": command,
+        "overrides": list(overrides),
+        "seeds": dict(_seeds(config)),
+        **meter.reading(),
+        "git": _source(patches),
+        "machine": _machine(),
+        "threads": _threads(),
+        "torch": _torch(),
+    }
+
+
+@cache
+def _source(patches: Path) -> dict[str, Any]:
+    state = git.state(patches)
+    top = git.source_tree()
+    pins = top / "constraints.txt" if top else None
+    state["constraints_sha256"] = file_digest(pins) if pins and pins.is_file() else None
+    return state
+
+
+@cache
+def _machine() -> dict[str, Any]:
+    return {
+        "host": socket.gethostname(),
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+        "processor": _processor_name(),
+        "cores": os.cpu_count(),
+        "cores_allowed": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
+    }
+
+
+def _processor_name() -> str:
+    cpuinfo = Path("/proc/cpuinfo")
+    if cpuinfo.is_file():
+        for line in cpuinfo.read_text(errors="replace").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
+
+
+def _threads() -> dict[str, Any]:
+    threads: dict[str, Any] = {name: os.environ[name] for name in _THREAD_VARIABLES if name in os.environ}
+    if "numpy" in sys.modules:
+        from threadpoolctl import threadpool_info  # type: ignore[import-untyped]
+
+        threads["pools"] = [
+            {key: pool.get(key) for key in ("user_api", "internal_api", "version", "num_threads", "architecture")}
+            for pool in threadpool_info()
+        ]
+    return threads
+
+
+def _torch() -> dict[str, Any] | None:
+    torch = sys.modules.get("torch")
+    if torch is None:
+        return None
+    return {
+        "version": str(torch.__version__),
+        "build": torch.version.git_version,
+        "cpu_capability": torch.backends.cpu.get_cpu_capability(),
+        "threads": torch.get_num_threads(),
+        "deterministic": torch.are_deterministic_algorithms_enabled(),
+        "default_dtype": str(torch.get_default_dtype()),
+    }
+
+
+def _processor_seconds() -> float:
+    own, children = resource.getrusage(resource.RUSAGE_SELF), resource.getrusage(resource.RUSAGE_CHILDREN)
+    return own.ru_utime + own.ru_stime + children.ru_utime + children.ru_stime
+
+
+def _seeds(config: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Every config entry called seed or seeds, by dotted key."""
+    for key, value in config.items():
+        if isinstance(value, Mapping):
+            yield from _seeds(value, f"{prefix}{key}.")
+        elif key in ("seed", "seeds"):
+            yield f"{prefix}{key}", value

@@ -1,0 +1,164 @@
+"""The store of finished stages: never a half one, never a stale one, never the same work twice."""
+
+from __future__ import annotations
+
+import shutil
+import traceback
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from repro.tracking import lock, progress, provenance, record
+from repro.tracking.files import disk_errors_explained, disk_trouble, file_digest, plain_copy, sync, write_json
+from repro.tracking.paths import CHECKPOINT_PREFIX, HOLDER_FILE, RUN_FILE, TEMPORARY_SUFFIX, Paths
+from repro.tracking.record import Damage, Record
+from repro.tracking.stage import Stage
+
+
+class StageFailed(Exception):  # noqa: N818 - the outcome of a stage, known by this name everywhere
+    """A stage ended in an exception; `record` holds it as data."""
+
+    def __init__(self, record: Record) -> None:
+        super().__init__(record)
+        self.record = record
+
+    def __str__(self) -> str:
+        error = self.record.error or {}
+        return f"{self.record.id} failed: {error.get('type')}: {error.get('message')} (repro show {self.record.id})"
+
+
+class Store:
+    """All stages under one outputs root; safe to use from many processes and machines at once.
+
+    A stage is made in a working folder that survives a kill: whatever `work` leaves there under a name that begins with
+    "checkpoint" is found again by the next attempt, and dropped once the stage is finished.
+    """
+
+    def __init__(self, root: Path, overrides: Sequence[str] = ()) -> None:
+        self.paths = Paths(Path(root).absolute())
+        self.overrides = tuple(overrides)
+
+    def find(self, id: str, *, kind: str = "", verify: bool = False) -> Record | None:
+        """The finished stage of an id, or None when it is not there or damaged.
+
+        Checks run.json and the sizes of the files; `verify` checks every byte.
+        """
+        for candidate in [kind] if kind else self.paths.kinds():
+            try:
+                return record.read(self.paths.folder(candidate, id), verify)
+            except (FileNotFoundError, Damage):
+                continue
+        return None
+
+    def failure(self, id: str, *, kind: str = "") -> Record | None:
+        """The last failed attempt of an id, or None; a success replaces it."""
+        for candidate in [kind] if kind else self.paths.kinds():
+            try:
+                return record.read(self.paths.failed(candidate, id))
+            except (FileNotFoundError, Damage):
+                continue
+        return None
+
+    def records(self, kind: str) -> list[Record]:
+        """All finished, undamaged stages of one kind, by id."""
+        found = (self.find(id, kind=kind) for id in self.paths.ids(kind))
+        return [entry for entry in found if entry is not None]
+
+    def compute(self, stage: Stage, work: Callable[[Path], dict[str, Any]]) -> Record:
+        """The stage's result: found, or made by `work(folder) -> summary` and kept.
+
+        Another process that makes the same stage is waited for. Raises StageFailed when `work` raises (the failure is
+        stored, and retried by the next call) and UserError when the disk is full or cannot be written.
+        """
+        found = self.find(stage.id, kind=stage.kind)
+        if found is not None:
+            return found
+        folder = self.paths.work(stage.kind, stage.id)
+        with (
+            disk_errors_explained(self.paths.root),
+            lock.held(self.paths.lock(stage.kind, stage.id), folder / HOLDER_FILE, stage.id),
+        ):
+            found = self._find_or_move_aside(stage)
+            return found if found is not None else self._make(stage, work, folder)
+
+    def _find_or_move_aside(self, stage: Stage) -> Record | None:
+        """Under the lock, so that nobody else moves or makes this stage meanwhile."""
+        place = self.paths.folder(stage.kind, stage.id)
+        try:
+            return record.read(place)
+        except FileNotFoundError:
+            return None
+        except Damage as damage:
+            shelf = self.paths.damaged(stage.kind)
+            shelf.mkdir(parents=True, exist_ok=True)
+            target = next(name for number in range(1, 10**6) if not (name := shelf / f"{stage.id}-{number}").exists())
+            place.rename(target)
+            progress.notice(f"{stage.id} was damaged ({damage}); it is kept in {target} and made again")
+            return None
+
+    def _make(self, stage: Stage, work: Callable[[Path], dict[str, Any]], folder: Path) -> Record:
+        folder.mkdir(parents=True, exist_ok=True)
+        _drop(folder, lambda name: name in (RUN_FILE, HOLDER_FILE) or name.endswith(TEMPORARY_SUFFIX))
+        write_json(folder / HOLDER_FILE, {**lock.holder(), "name": stage.name, "command": stage.command})
+        meter = provenance.Meter()
+        try:
+            summary = plain_copy(work(folder))
+        except Exception as error:
+            trouble = disk_trouble(error, self.paths.root)
+            if trouble is not None:
+                raise trouble from error
+            raise StageFailed(self._keep_failure(stage, folder, meter, error)) from error
+        return self._keep(stage, folder, meter, summary)
+
+    def _keep(self, stage: Stage, folder: Path, meter: provenance.Meter, summary: dict[str, Any]) -> Record:
+        _drop(
+            folder,
+            lambda name: name == HOLDER_FILE or name.startswith(CHECKPOINT_PREFIX) or name.endswith(TEMPORARY_SUFFIX),
+        )
+        files = {}
+        for path in sorted(path for path in folder.rglob("*") if path.is_file()):
+            sync(path)
+            name = path.relative_to(folder).as_posix()
+            files[name] = {"sha256": file_digest(path), "bytes": path.stat().st_size}
+        place = self.paths.folder(stage.kind, stage.id)
+        self._record(stage, folder, "ok", meter, summary=summary, files=files).write()
+        folder.rename(place)
+        sync(place.parent)
+        shutil.rmtree(self.paths.failed(stage.kind, stage.id), ignore_errors=True)
+        return record.read(place)
+
+    def _keep_failure(self, stage: Stage, folder: Path, meter: provenance.Meter, error: Exception) -> Record:
+        place = self.paths.failed(stage.kind, stage.id)
+        shutil.rmtree(place, ignore_errors=True)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        (folder / HOLDER_FILE).unlink(missing_ok=True)
+        details = {
+            "type": type(error).__name__,
+            "message": str(error),
+            "trace": "".join(traceback.format_exception(error)),
+            "log": progress.log_path(),
+            "command": stage.command,
+        }
+        self._record(stage, folder, "failed", meter, error=details).write()
+        folder.rename(place)
+        sync(place.parent)
+        return record.read(place)
+
+    def _record(self, stage: Stage, folder: Path, outcome: str, meter: provenance.Meter, **content: Any) -> Record:
+        origin = provenance.describe(stage.config, stage.command, self.overrides, self.paths.patches, meter)
+        return Record(
+            id=stage.id,
+            kind=stage.kind,
+            name=stage.name,
+            outcome=outcome,
+            folder=folder,
+            identity=stage.identity,
+            provenance={**origin, "upstream": dict(stage.upstream)},
+            **content,
+        )
+
+
+def _drop(folder: Path, unwanted: Callable[[str], bool]) -> None:
+    for path in folder.rglob("*"):
+        if path.is_file() and unwanted(path.name):
+            path.unlink()
