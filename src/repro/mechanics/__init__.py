@@ -1,0 +1,1 @@
+"""The true systems, everything that follows from their energies, and their simulation."""

@@ -1,0 +1,1 @@
+"""One file a system; the file's name is the system's name."""

@@ -1,0 +1,177 @@
+"""The simulator as C: written around the straight-line acceleration, compiled once, kept on disk."""
+
+import ctypes
+import hashlib
+import os
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from repro.mechanics.pace import Pace
+
+LARGE = 3000  # statements above which an optimising compiler takes longer than it saves
+
+_TEMPLATE = """
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#define N_Q {n_q}
+#define N_X (2 * N_Q)
+#define inf INFINITY
+#define nan NAN
+
+static inline double less(double a, double b) {{ return a < b; }}
+static inline double less_equal(double a, double b) {{ return a <= b; }}
+static inline double equal(double a, double b) {{ return a == b; }}
+static inline double unequal(double a, double b) {{ return a != b; }}
+static inline double both(double a, double b) {{ return a != 0.0 && b != 0.0; }}
+static inline double either(double a, double b) {{ return a != 0.0 || b != 0.0; }}
+static inline double negation(double a) {{ return a == 0.0; }}
+static inline double if_else_zero(double a, double b) {{ return a != 0.0 ? b : 0.0; }}
+static inline double sign(double a) {{ return (a > 0.0) - (a < 0.0); }}
+
+static void accelerate(const double *q, const double *qd, const double *tau, const double *parameters,
+                       double *restrict qdd) {{
+{variables}
+{statements}
+}}
+
+static void derivative(const double *x, const double *tau, const double *parameters, double *slope) {{
+    memcpy(slope, x + N_Q, N_Q * sizeof(double));
+    accelerate(x, x + N_Q, tau, parameters, slope + N_Q);
+}}
+
+static void rk4(double *x, const double *tau, const double *parameters, double h) {{
+    double k1[N_X], k2[N_X], k3[N_X], k4[N_X], at[N_X];
+    derivative(x, tau, parameters, k1);
+    for (int i = 0; i < N_X; i++) at[i] = x[i] + 0.5 * h * k1[i];
+    derivative(at, tau, parameters, k2);
+    for (int i = 0; i < N_X; i++) at[i] = x[i] + 0.5 * h * k2[i];
+    derivative(at, tau, parameters, k3);
+    for (int i = 0; i < N_X; i++) at[i] = x[i] + h * k3[i];
+    derivative(at, tau, parameters, k4);
+    for (int i = 0; i < N_X; i++) x[i] += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
+}}
+
+static int all_finite(const double *x) {{
+    for (int i = 0; i < N_X; i++) if (!isfinite(x[i])) return 0;
+    return 1;
+}}
+
+static double substeps(const double *x, const int64_t *angles, int64_t n_angles, double least, double per_rate) {{
+    double fastest = 0.0;
+    for (int64_t i = 0; i < n_angles; i++) fastest = fmax(fastest, fabs(x[N_Q + angles[i]]));
+    return fmax(least, ceil(per_rate * fastest));
+}}
+
+static int step(const double *x, double *next, const double *tau, const double *parameters, double time_step,
+                double n) {{
+    memcpy(next, x, N_X * sizeof(double));
+    for (int64_t s = 0; s < (int64_t)n; s++) rk4(next, tau, parameters, time_step / n);
+    return all_finite(next);
+}}
+
+void simulate(int64_t batch, int64_t steps, double time_step, const double *tau, const double *parameters,
+              int64_t parameters_stride, const int64_t *angles, int64_t n_angles, double least, double most,
+              double per_rate, double *states) {{
+    for (int64_t b = 0; b < batch; b++) {{
+        for (int64_t k = 0; k < steps; k++) {{
+            const double *held = tau + (b * steps + k) * N_Q, *own = parameters + b * parameters_stride;
+            double *x = states + (b * (steps + 1) + k) * N_X, *next = x + N_X;
+            double n = all_finite(x) ? substeps(x, angles, n_angles, least, per_rate) : inf;
+            if (n > most || !step(x, next, held, own, time_step, n)) {{
+                for (int64_t i = 0; i < (steps - k) * N_X; i++) next[i] = nan;
+                break;
+            }}
+        }}
+    }}
+}}
+"""
+
+
+class CompilerError(Exception):
+    """No C compiler is there, or it refused the source."""
+
+
+class Integrator:
+    """One compiled acceleration; see `simulate` for what the arguments mean."""
+
+    def __init__(self, statements: Sequence[str], n_work: int, n_q: int) -> None:
+        source = _TEMPLATE.format(
+            n_q=n_q,
+            variables="".join(f"    double w{i};\n" for i in range(n_work)),
+            statements="\n".join(f"    {statement};" for statement in statements),
+        )
+        self._simulate = ctypes.CDLL(str(_library(source, "-O2" if len(statements) < LARGE else "-O1"))).simulate
+        whole, real, array = ctypes.c_int64, ctypes.c_double, ctypes.c_void_p
+        self._simulate.argtypes = [whole, whole, real, array, array, whole, array, whole, real, real, real, array]
+        self._simulate.restype = None
+
+    def __call__(self, pace: Pace, tau: np.ndarray, parameters: np.ndarray, states: np.ndarray) -> None:
+        """Fill states[:, 1:] from states[:, 0]; every array is contiguous."""
+        angles = np.array(pace.angles, dtype=np.int64)
+        self._simulate(
+            *tau.shape[:2],
+            pace.time_step,
+            tau.ctypes.data,
+            parameters.ctypes.data,
+            parameters.shape[1] if len(parameters) > 1 else 0,
+            angles.ctypes.data,
+            len(angles),
+            pace.least,
+            pace.most,
+            pace.per_rate,
+            states.ctypes.data,
+        )
+
+
+@lru_cache(maxsize=1)
+def compiler() -> str:
+    """Path of the C compiler: $CC, cc, gcc or clang; CompilerError where there is none."""
+    for name in (os.environ.get("CC"), "cc", "gcc", "clang"):
+        if name and (path := shutil.which(name)):
+            return path
+    raise CompilerError("no C compiler (cc, gcc or clang) was found")
+
+
+@lru_cache(maxsize=1)
+def _compiler_version() -> str:
+    return subprocess.run([compiler(), "--version"], capture_output=True, text=True, check=False).stdout
+
+
+def _library(source: str, optimise: str) -> Path:
+    # no contraction to fused multiply-add: the result is then the same on every machine and in every engine
+    flags = [optimise, "-ffp-contract=off", "-fno-math-errno", "-shared", "-fPIC"]
+    digest = hashlib.sha256("\n".join([source, *flags, _compiler_version(), os.uname().machine]).encode()).hexdigest()
+    library = _cache_folder() / f"{digest[:32]}.so"
+    if not library.exists():
+        _compile(source, flags, library)
+    return library
+
+
+def _compile(source: str, flags: Sequence[str], library: Path) -> None:
+    with tempfile.TemporaryDirectory(dir=library.parent) as folder:
+        text, built = Path(folder) / "simulate.c", Path(folder) / "simulate.so"
+        text.write_text(source)
+        command = [compiler(), *flags, str(text), "-o", str(built), "-lm"]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        if done.returncode:
+            raise CompilerError(f"{' '.join(command)} failed:\n{done.stderr.strip()}")
+        built.replace(library)
+
+
+def _cache_folder() -> Path:
+    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    folder = home / "repro"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        folder = Path(tempfile.gettempdir()) / f"repro-{os.getuid()}"
+        folder.mkdir(mode=0o700, exist_ok=True)
+    return folder

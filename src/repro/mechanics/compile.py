@@ -1,0 +1,48 @@
+"""Which engine runs the straight-line code: C where a compiler is there, numba otherwise."""
+
+import logging
+from functools import lru_cache
+from typing import Protocol
+
+import casadi as ca
+import numpy as np
+
+from repro.errors import UserError
+from repro.mechanics import c_engine, numba_engine
+from repro.mechanics.pace import Pace
+from repro.mechanics.straight_line import statements
+
+ENGINES = ("auto", "c", "numba")
+
+
+class Integrator(Protocol):
+    """A compiled acceleration that fills states (batch, steps + 1, 2 n_q) from states[:, 0]."""
+
+    def __call__(self, pace: Pace, tau: np.ndarray, parameters: np.ndarray, states: np.ndarray) -> None:
+        """Integrate at that pace; tau (batch, steps, n_q), parameters (1 or batch, n_p)."""
+
+
+@lru_cache(maxsize=1)
+def active_engine() -> str:
+    """Return what engine="auto" means on this machine: "c", or "numba" where nothing compiles C."""
+    try:
+        c_engine.Integrator(["qdd[0] = tau[0]"], 0, 1)
+    except (c_engine.CompilerError, OSError) as error:
+        logging.getLogger("repro").warning("simulating with numba, more slowly: %s", error)
+        return "numba"
+    return "c"
+
+
+@lru_cache(maxsize=64)
+def compiled(acceleration: ca.Function, engine: str = "auto") -> Integrator:
+    """Compile acceleration(q, qd, tau, parameters) for an engine; UserError for one that is unknown or not there."""
+    if engine not in ENGINES:
+        raise UserError(f"unknown engine {engine!r}: choose one of {', '.join(ENGINES)}")
+    lines, n_work = statements(acceleration)
+    n_q = acceleration.numel_out(0)
+    if (active_engine() if engine == "auto" else engine) == "numba":
+        return numba_engine.Integrator(lines, n_work, n_q)
+    try:
+        return c_engine.Integrator(lines, n_work, n_q)
+    except c_engine.CompilerError as error:
+        raise UserError(f"engine 'c' cannot be used ({error}): choose 'numba' or 'auto'") from error

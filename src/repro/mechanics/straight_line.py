@@ -1,0 +1,75 @@
+"""An SX function as straight-line statements that read the same in C and in Python."""
+
+import casadi as ca
+
+INPUTS = ("q", "qd", "tau", "parameters")
+OUTPUT = "qdd"
+
+_BINARY = {
+    ca.OP_ADD: "{a} + {b}",
+    ca.OP_SUB: "{a} - {b}",
+    ca.OP_MUL: "{a} * {b}",
+    ca.OP_DIV: "{a} / {b}",
+    ca.OP_POW: "pow({a}, {b})",
+    ca.OP_CONSTPOW: "pow({a}, {b})",
+    ca.OP_FMAX: "fmax({a}, {b})",
+    ca.OP_FMIN: "fmin({a}, {b})",
+    ca.OP_ATAN2: "atan2({a}, {b})",
+    ca.OP_LT: "less({a}, {b})",
+    ca.OP_LE: "less_equal({a}, {b})",
+    ca.OP_EQ: "equal({a}, {b})",
+    ca.OP_NE: "unequal({a}, {b})",
+    ca.OP_AND: "both({a}, {b})",
+    ca.OP_OR: "either({a}, {b})",
+    ca.OP_IF_ELSE_ZERO: "if_else_zero({a}, {b})",
+}
+_UNARY = {
+    ca.OP_ASSIGN: "{a}",
+    ca.OP_NEG: "-{a}",
+    ca.OP_INV: "1.0 / {a}",
+    ca.OP_SQ: "{a} * {a}",
+    ca.OP_TWICE: "2.0 * {a}",
+    ca.OP_SQRT: "sqrt({a})",
+    ca.OP_EXP: "exp({a})",
+    ca.OP_EXPM1: "expm1({a})",
+    ca.OP_LOG: "log({a})",
+    ca.OP_LOG1P: "log1p({a})",
+    ca.OP_SIN: "sin({a})",
+    ca.OP_COS: "cos({a})",
+    ca.OP_TAN: "tan({a})",
+    ca.OP_TANH: "tanh({a})",
+    ca.OP_SINH: "sinh({a})",
+    ca.OP_COSH: "cosh({a})",
+    ca.OP_ATAN: "atan({a})",
+    ca.OP_FABS: "fabs({a})",
+    ca.OP_SIGN: "sign({a})",
+    ca.OP_NOT: "negation({a})",
+}
+_NAMES = {getattr(ca, name): name[3:].lower() for name in dir(ca) if name.startswith("OP_")}
+
+
+def statements(acceleration: ca.Function) -> tuple[list[str], int]:
+    """Return (statements, number of work variables w0, w1, ...) of qdd = acceleration(q, qd, tau, parameters).
+
+    A statement is `w3 = sin(w1)`, without a terminator; inputs read as q[0], the output is written to qdd[0].
+    ValueError for a function that is not a scalar expression graph, or that uses an operation without a translation.
+    """
+    if not acceleration.is_a("SXFunction"):
+        raise ValueError(f"{acceleration.name()} is not an SX function: expand() it first")
+    lines = []
+    for k in range(acceleration.n_instructions()):
+        operation = acceleration.instruction_id(k)
+        sources, targets = acceleration.instruction_input(k), acceleration.instruction_output(k)
+        if operation == ca.OP_INPUT:
+            lines.append(f"w{targets[0]} = {INPUTS[sources[0]]}[{sources[1]}]")
+        elif operation == ca.OP_OUTPUT:
+            lines.append(f"{OUTPUT}[{targets[1]}] = w{sources[0]}")
+        elif operation == ca.OP_CONST:
+            lines.append(f"w{targets[0]} = {float(acceleration.instruction_constant(k))!r}")
+        elif operation in _BINARY:
+            lines.append(f"w{targets[0]} = " + _BINARY[operation].format(a=f"w{sources[0]}", b=f"w{sources[1]}"))
+        elif operation in _UNARY:
+            lines.append(f"w{targets[0]} = " + _UNARY[operation].format(a=f"w{sources[0]}"))
+        else:
+            raise ValueError(f"operation {_NAMES[operation]!r} of {acceleration.name()} has no translation")
+    return lines, acceleration.sz_w()

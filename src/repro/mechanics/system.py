@@ -1,0 +1,136 @@
+"""What every mechanical system says about itself, and how one is found by name."""
+
+import importlib
+import math
+import pkgutil
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from repro.errors import UserError
+
+READINGS = ("physical", "printed")
+DAMPING_FRAMES = ("relative", "absolute")
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One generalised coordinate: its name, its unit, and whether it counts turns."""
+
+    name: str
+    unit: str
+    is_angle: bool
+
+
+@dataclass(frozen=True)
+class System(ABC):
+    """A cart that carries a chain of links; the constants of a concrete system are further fields.
+
+    Energies take sequences of n_q scalar components and a maths namespace `m` with cos and sin (numpy, torch, casadi).
+    The reading fixes where an absolute link angle is zero: `physical` upright, `printed` hanging (as in eq. 13).
+    Damping is one viscous coefficient a joint, cart first: N s/m, then N m s/rad.
+    """
+
+    name: ClassVar[str]
+    coordinates: ClassVar[tuple[Coordinate, ...]]
+
+    reading: str = "physical"
+    damping: tuple[float, ...] = ()
+    damping_frame: str = "relative"
+
+    def __post_init__(self) -> None:
+        _check_choice("reading", self.reading, READINGS)
+        _check_choice("damping_frame", self.damping_frame, DAMPING_FRAMES)
+        damping = tuple(float(coefficient) for coefficient in self.damping) or (0.0,) * self.n_q
+        if len(damping) != self.n_q or not all(math.isfinite(c) and c >= 0 for c in damping):
+            raise UserError(
+                f"damping of {self.name} needs {self.n_q} non-negative numbers "
+                f"({', '.join(c.name for c in self.coordinates)}); got {list(self.damping)}"
+            )
+        object.__setattr__(self, "damping", damping)
+
+    @property
+    def n_q(self) -> int:
+        """Number of generalised coordinates."""
+        return len(self.coordinates)
+
+    @property
+    def angles(self) -> tuple[int, ...]:
+        """Positions of the angles among the coordinates."""
+        return tuple(i for i, coordinate in enumerate(self.coordinates) if coordinate.is_angle)
+
+    @property
+    def up(self) -> float:
+        """Cosine of the upright angle: 1 where angles are measured from upright, -1 where from hanging."""
+        return 1.0 if self.reading == "physical" else -1.0
+
+    @property
+    def upright(self) -> np.ndarray:
+        """Coordinates (n_q,) with every link pointing up and the cart at 0."""
+        return self._links_at(0.0 if self.reading == "physical" else math.pi)
+
+    @property
+    def hanging(self) -> np.ndarray:
+        """Coordinates (n_q,) with every link pointing down and the cart at 0."""
+        return self._links_at(math.pi if self.reading == "physical" else 0.0)
+
+    @property
+    def input_map(self) -> np.ndarray:
+        """Matrix (n_q, n_inputs) of tau = input_map @ f: one force, on the cart."""
+        return np.eye(self.n_q)[:, :1]
+
+    @abstractmethod
+    def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
+        """Kinetic energy T in J."""
+
+    @abstractmethod
+    def potential(self, q: Sequence[Any], m: Any) -> Any:
+        """Potential energy V in J, zero where every link is level."""
+
+    @abstractmethod
+    def body_points(self, q: Sequence[Any], m: Any) -> list[list[Any]]:
+        """World points [x, y] in m, y up: the cart, then the end of every link."""
+
+    def dissipation(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
+        """Rayleigh function in W: half the power lost in the joints, on relative or absolute rates."""
+        rates = list(qd)
+        if self.damping_frame == "relative":
+            rates = [
+                qd[i] - qd[i - 1] if i and i in self.angles and i - 1 in self.angles else qd[i] for i in range(self.n_q)
+            ]
+        return sum(0.5 * coefficient * rate**2 for coefficient, rate in zip(self.damping, rates, strict=True))
+
+    def _links_at(self, angle: float) -> np.ndarray:
+        return np.array([angle if coordinate.is_angle else 0.0 for coordinate in self.coordinates])
+
+
+def names() -> list[str]:
+    """Names of all systems: one a file of mechanics/systems."""
+    from repro.mechanics import systems
+
+    return sorted(module.name for module in pkgutil.iter_modules(systems.__path__))
+
+
+def load(
+    name: str,
+    reading: str = "physical",
+    damping: Sequence[float] | None = None,
+    damping_frame: str = "relative",
+) -> System:
+    """Return the system of that name; UserError for a name, reading, frame or damping that is not allowed."""
+    _check_choice("system", name, names())
+    module = importlib.import_module(f"repro.mechanics.systems.{name}")
+    (found,) = (
+        member
+        for member in vars(module).values()
+        if isinstance(member, type) and issubclass(member, System) and member.__module__ == module.__name__
+    )
+    return found(reading=reading, damping=tuple(damping or ()), damping_frame=damping_frame)
+
+
+def _check_choice(what: str, value: str, allowed: Sequence[str]) -> None:
+    if value not in allowed:
+        raise UserError(f"unknown {what} {value!r}: choose one of {', '.join(allowed)}")
