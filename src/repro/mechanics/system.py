@@ -5,7 +5,7 @@ import math
 import pkgutil
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -102,6 +102,10 @@ class System(ABC):
                 qd[i] - qd[i - 1] if i and i in self.angles and i - 1 in self.angles else qd[i] for i in range(self.n_q)
             ]
         return sum(0.5 * coefficient * rate**2 for coefficient, rate in zip(self.damping, rates, strict=True))
+
+    def describe(self) -> dict[str, Any]:
+        """Return name, reading, damping and constants as plain data."""
+        return {"name": self.name} | asdict(self) | {"damping": list(self.damping)}
 
     def _links_at(self, angle: float) -> np.ndarray:
         return np.array([angle if coordinate.is_angle else 0.0 for coordinate in self.coordinates])

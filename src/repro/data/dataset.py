@@ -1,0 +1,131 @@
+"""The one container of data: arrays with shapes and units, a training part and a test part."""
+
+import json
+import zipfile
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from repro.errors import UserError
+from repro.mechanics.system import Coordinate
+
+ARRAYS = "data.npz"
+DESCRIPTION = "data.json"
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """Samples of independent members; sample k is the state at the start of step k and the tau held over it.
+
+    q, qd, qdd, tau: (member, sample, n_q); time: (sample,) s, running on from episode to episode; episode: (sample,);
+    energy: (member, sample) J where it is known, else None. The first n_train samples are for training.
+    """
+
+    q: np.ndarray
+    qd: np.ndarray
+    qdd: np.ndarray
+    tau: np.ndarray
+    time: np.ndarray
+    episode: np.ndarray
+    n_train: int
+    coordinates: tuple[Coordinate, ...]
+    time_step: float
+    energy: np.ndarray | None = None
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        members, samples, _ = self.q.shape
+        vectors = (members, samples, len(self.coordinates))
+        expected: dict[str, tuple[int, ...]] = dict.fromkeys(("q", "qd", "qdd", "tau"), vectors)
+        expected |= {"time": (samples,), "episode": (samples,)}
+        if self.energy is not None:
+            expected["energy"] = (members, samples)
+        for name, shape in expected.items():
+            if getattr(self, name).shape != shape:
+                raise ValueError(f"{name} should have shape {shape}, not {getattr(self, name).shape}")
+        if not 0 <= self.n_train <= samples:
+            raise ValueError(f"n_train = {self.n_train} is not within the {samples} samples")
+
+    @property
+    def members(self) -> int:
+        """Number of independent members."""
+        return self.q.shape[0]
+
+    @property
+    def samples(self) -> int:
+        """Number of samples of a member."""
+        return self.q.shape[1]
+
+    @property
+    def n_q(self) -> int:
+        """Number of generalised coordinates."""
+        return self.q.shape[2]
+
+    @property
+    def train(self) -> "Dataset":
+        """The first n_train samples."""
+        return self._part(slice(None, self.n_train), self.n_train)
+
+    @property
+    def test(self) -> "Dataset":
+        """The samples after the first n_train."""
+        return self._part(slice(self.n_train, None), 0)
+
+    def save(self, folder: Path) -> None:
+        """Write data.npz (arrays) and data.json (what they mean, their units, what made them) into a folder."""
+        arrays = {name: getattr(self, name) for name in ("q", "qd", "qdd", "tau", "time", "episode")}
+        if self.energy is not None:
+            arrays["energy"] = self.energy
+        folder.mkdir(parents=True, exist_ok=True)
+        np.savez(folder / ARRAYS, **arrays)
+        description = {
+            "coordinates": [asdict(coordinate) for coordinate in self.coordinates],
+            "units": units(self.coordinates),
+            "shapes": {name: list(array.shape) for name, array in arrays.items()},
+            "n_train": self.n_train,
+            "time_step": self.time_step,
+            "provenance": dict(self.provenance),
+        }
+        (folder / DESCRIPTION).write_text(json.dumps(description, indent=2) + "\n")
+
+    @classmethod
+    def load(cls, folder: Path) -> "Dataset":
+        """Read what `save` wrote; UserError naming the file that is missing, damaged or does not fit the other."""
+        path = folder / DESCRIPTION
+        try:
+            description = json.loads(path.read_text())
+            path = folder / ARRAYS
+            with np.load(path) as stored:
+                arrays = {name: stored[name] for name in stored.files}
+            return cls(
+                coordinates=tuple(Coordinate(**coordinate) for coordinate in description["coordinates"]),
+                **{name: description[name] for name in ("n_train", "time_step", "provenance")},
+                **arrays,
+            )
+        except FileNotFoundError as error:
+            raise UserError(f"{path} is missing: make the data again") from error
+        except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
+            raise UserError(f"{path} is damaged ({error}): delete its folder and make the data again") from error
+
+    def _part(self, samples: slice, n_train: int) -> "Dataset":
+        vectors = {name: getattr(self, name)[:, samples] for name in ("q", "qd", "qdd", "tau")}
+        energy = None if self.energy is None else self.energy[:, samples]
+        return replace(
+            self, **vectors, time=self.time[samples], episode=self.episode[samples], energy=energy, n_train=n_train
+        )
+
+
+def units(coordinates: tuple[Coordinate, ...]) -> dict[str, Any]:
+    """Units of every array, a list entry a coordinate."""
+    names = [coordinate.unit for coordinate in coordinates]
+    return {
+        "q": names,
+        "qd": [f"{unit}/s" for unit in names],
+        "qdd": [f"{unit}/s^2" for unit in names],
+        "tau": ["N m" if coordinate.is_angle else "N" for coordinate in coordinates],
+        "time": "s",
+        "energy": "J",
+    }

@@ -1,0 +1,147 @@
+"""D: the system driven by a random force, as in section V-A."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from repro.data.checks import check_choice, check_not_negative, check_positive, check_seeds, training_size
+from repro.data.dataset import Dataset
+from repro.data.difference import difference
+from repro.mechanics.compile import active_engine
+from repro.mechanics.derive import dynamics_of, evaluate
+from repro.mechanics.simulate import simulate
+from repro.mechanics.system import System
+
+STREAMS = ("force", "reset", "tau", "qdd", "q", "qd")
+RESET_SPEED = 1.0  # m/s
+RESET_RATE = 3.0  # rad/s
+
+
+def random_force(
+    system: System,
+    *,
+    seeds: Sequence[int],
+    samples: int = 100_000,
+    train_fraction: float = 0.8,
+    time_step: float = 0.04,
+    force_limit: float = 5.0,
+    regime: str = "episodes",
+    episode_steps: int = 1000,
+    start: str = "upright",
+    reset: str = "start",
+    labels: str = "exact",
+    tau_noise: float = 0.0,
+    qdd_noise: float = 0.0,
+    q_noise: float = 0.0,
+    qd_noise: float = 0.0,
+    shared: bool = False,
+) -> Dataset:
+    """Simulate one member a seed under a force U(-force_limit, force_limit) N held over each step of time_step s.
+
+    regime: `long` is one trajectory, `episodes` starts anew every episode_steps; start: `upright` or `hanging` at rest;
+    reset: each episode from the `start`, or at `random` (any angle, abs(xd) <= 1 m/s, abs(thetad) <= 3 rad/s);
+    labels: qdd `exact`, or `differenced` from qd. Noise is a standard deviation in the unit of the quantity. Noise and
+    differencing touch the training part alone, so that a test error is an error of the model.
+    shared: every member has the data of the first seed. UserError names the argument that is out of range.
+    """
+    check_seeds(seeds)
+    check_positive(samples=samples, time_step=time_step, force_limit=force_limit, episode_steps=episode_steps)
+    noise = {"tau": tau_noise, "qdd": qdd_noise, "q": q_noise, "qd": qd_noise}
+    check_not_negative(**{f"{name}_noise": deviation for name, deviation in noise.items()})
+    check_choice("regime", regime, ("episodes", "long"))
+    check_choice("start", start, ("upright", "hanging"))
+    check_choice("reset", reset, ("start", "random"))
+    check_choice("labels", labels, ("exact", "differenced"))
+    n_train = training_size(samples, train_fraction)
+    length = samples if regime == "long" else min(episode_steps, samples)
+    streams = [_streams(seed) for seed in (seeds[:1] if shared else seeds)]
+    forces = np.stack([s["force"].uniform(-force_limit, force_limit, (samples, _inputs(system))) for s in streams])
+    episodes = -(-samples // length)
+    starts = np.stack([_starts(system, episodes, start, reset, s["reset"]) for s in streams])
+    q, qd, tau = _trajectories(system, starts, forces, length, time_step)
+    exact = Dataset(
+        q=q,
+        qd=qd,
+        qdd=evaluate(dynamics_of(system).acceleration, q, qd, tau),
+        tau=tau,
+        time=np.arange(samples) * time_step,
+        episode=np.arange(samples) // length,
+        n_train=n_train,
+        coordinates=system.coordinates,
+        time_step=time_step,
+        provenance={
+            "source": "random_force",
+            "system": system.describe(),
+            "seeds": [int(seed) for seed in seeds],
+            "force_limit": force_limit,
+            "regime": regime,
+            "episode_steps": length,
+            "start": start,
+            "reset": reset,
+            "labels": labels,
+            "noise": noise,
+            "shared": shared,
+            "engine": active_engine(),
+        },
+    )
+    measured = _measure(exact, labels, noise, streams)
+    return _repeat(measured, len(seeds)) if shared else measured
+
+
+def _streams(seed: int) -> dict[str, np.random.Generator]:
+    # a stream a purpose: turning one kind of noise on leaves the force and every other draw as they were
+    return {name: np.random.default_rng([seed, index]) for index, name in enumerate(STREAMS)}
+
+
+def _inputs(system: System) -> int:
+    return system.input_map.shape[1]
+
+
+def _starts(system: System, episodes: int, start: str, reset: str, stream: np.random.Generator) -> np.ndarray:
+    """Return initial states (episode, 2 n_q)."""
+    q = np.tile(system.upright if start == "upright" else system.hanging, (episodes, 1))
+    qd = np.zeros_like(q)
+    if reset == "random":
+        turns = np.array([coordinate.is_angle for coordinate in system.coordinates])
+        q = np.where(turns, stream.uniform(-np.pi, np.pi, q.shape), q)
+        qd = stream.uniform(-1.0, 1.0, q.shape) * np.where(turns, RESET_RATE, RESET_SPEED)
+    return np.concatenate([q, qd], axis=1)
+
+
+def _trajectories(
+    system: System, starts: np.ndarray, forces: np.ndarray, length: int, time_step: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Simulate starts (member, episode, 2 n_q) under forces (member, sample, n_inputs) into q, qd and tau."""
+    members, samples, _ = forces.shape
+    tau = forces @ system.input_map.T
+    missing = starts.shape[1] * length - samples
+    held = np.pad(tau, ((0, 0), (0, missing), (0, 0))).reshape(-1, length, system.n_q)
+    states = simulate(
+        dynamics_of(system).acceleration, starts.reshape(len(held), -1), held, time_step, angles=system.angles
+    )
+    x = states[:, :-1].reshape(members, -1, 2 * system.n_q)[:, :samples]
+    return x[..., : system.n_q].copy(), x[..., system.n_q :].copy(), tau
+
+
+def _measure(
+    exact: Dataset, labels: str, noise: Mapping[str, float], streams: Sequence[Mapping[str, np.random.Generator]]
+) -> Dataset:
+    """Return the data with a measured training part and an exact test part."""
+    train: dict[str, Any] = {name: getattr(exact.train, name) for name in noise}
+    for name in ("tau", "q", "qd", "qdd"):
+        if name == "qdd" and labels == "differenced":
+            train[name] = difference(train["qd"], exact.train.time, exact.train.episode)
+        if noise[name]:
+            draws = np.stack([stream[name].standard_normal(train[name].shape[1:]) for stream in streams])
+            train[name] = train[name] + noise[name] * draws
+    joined: dict[str, Any] = {name: np.concatenate([train[name], getattr(exact.test, name)], axis=1) for name in noise}
+    return replace(exact, **joined)
+
+
+def _repeat(data: Dataset, members: int) -> Dataset:
+    repeated: dict[str, Any] = {
+        name: np.repeat(getattr(data, name), members, axis=0) for name in ("q", "qd", "qdd", "tau")
+    }
+    return replace(data, **repeated)
