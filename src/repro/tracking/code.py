@@ -25,7 +25,8 @@ from repro.tracking import libraries
 from repro.tracking.files import write_atomically
 from repro.tracking.paths import Paths, outputs_root
 
-_STARTED = time.time()
+_begun = time.time()
+_loaded_before: dict[str, float] = {}
 # A file younger than this may change again within one tick of the clock of its file system.
 _SETTLED_S = 2.0
 _FORMAT = 1
@@ -63,6 +64,14 @@ def closure(entries: tuple[str, ...]) -> Code:
         waiting += [name for name in _reached(module, source["imports"]) if name not in modules]
     reader.save()
     return Code(dict(sorted(modules.items())), {name: libraries.version(name) for name in sorted(names)})
+
+
+def begin_job() -> None:
+    """Mark the fork of a job: what is loaded from here on is younger than what its parent had loaded."""
+    global _begun  # noqa: PLW0603 - one job a process
+    _loaded_before.update(dict.fromkeys(sys.modules, _begun))
+    _begun = time.time()
+    closure.cache_clear()
 
 
 def _reached(importer: str, imports: Sequence[str]) -> Iterator[str]:
@@ -117,7 +126,7 @@ class _Reader:
     def read(self, path: Path, module: str) -> dict[str, Any]:
         stat = path.stat()
         now = time.time()
-        if module in sys.modules and _STARTED < stat.st_mtime <= now:
+        if module in sys.modules and _loaded_before.get(module, _begun) < stat.st_mtime <= now:
             raise UserError(f"{path} was edited while this command was running: start the same command again")
         stamp = [stat.st_mtime_ns, stat.st_size, module]
         entry = self.known.get(str(path))

@@ -2,7 +2,7 @@
 
 The lock is the operating system's own (flock), so it ends with its process, however that ends: a dead process never
 blocks anyone. On a shared file system (NFS, Lustre, BeeGFS) it holds across machines where these support flock, their
-usual set-up; elsewhere filelock falls back to marker files, which it breaks when their process on the same host is gone.
+usual set-up; elsewhere filelock falls back to marker files, and breaks those whose process on the same host is gone.
 The holder's host and process number lie in the working folder, for whoever waits.
 """
 

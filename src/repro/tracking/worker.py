@@ -1,0 +1,74 @@
+"""The inside of a job: one function call in a process of its own that always tells how it ended."""
+
+from __future__ import annotations
+
+import faulthandler
+import os
+import signal
+import sys
+import threading
+import traceback
+from contextlib import suppress
+from importlib import import_module
+from multiprocessing import connection, parent_process
+from pathlib import Path
+from typing import Any
+
+from repro.tracking import code, progress
+from repro.tracking.store import StageFailed
+
+
+class _Channel:
+    """Sends what the job says to the launcher."""
+
+    def __init__(self, pipe: connection.Connection) -> None:
+        self.pipe = pipe
+
+    def report(self, fraction: float | None, text: str) -> None:
+        self.pipe.send(("progress", (fraction, text)))
+
+    def notice(self, text: str) -> None:
+        self.pipe.send(("notice", text))
+
+
+def main(pipe: connection.Connection, target: str, arguments: dict[str, Any], log: str) -> None:
+    """Call `target` ("module:function") with the arguments and send its value or its exception to the launcher."""
+    # A process group of its own: Ctrl-C in the terminal reaches the launcher alone, which passes it on.
+    os.setpgid(0, 0)
+    threading.Thread(target=_die_with_launcher, daemon=True).start()
+    code.begin_job()
+    _print_into(log)
+    progress.listen(_Channel(pipe), log)
+    try:
+        module, _, name = target.partition(":")
+        pipe.send(("ok", getattr(import_module(module), name)(**arguments)))
+    except KeyboardInterrupt:
+        pipe.send(("interrupted", None))
+    except StageFailed as failure:
+        traceback.print_exc()
+        pipe.send(("failed", dict(failure.record.error or {})))
+    except Exception as error:
+        traceback.print_exc()
+        trace = "".join(traceback.format_exception(error))
+        pipe.send(("failed", {"type": type(error).__name__, "message": str(error), "trace": trace}))
+
+
+def _die_with_launcher() -> None:
+    launcher = parent_process()
+    if launcher is not None:
+        connection.wait([launcher.sentinel])
+        os.killpg(os.getpgrp(), signal.SIGKILL)
+
+
+def _print_into(log: str) -> None:
+    Path(log).parent.mkdir(parents=True, exist_ok=True)
+    descriptor = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os.dup2(descriptor, 1)
+    os.dup2(descriptor, 2)
+    os.close(descriptor)
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(AttributeError):
+            stream.reconfigure(line_buffering=True)  # type: ignore[union-attr]
+    faulthandler.enable()
