@@ -32,12 +32,7 @@ class Board:
             from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
 
             note = TextColumn("{task.fields[note]}")
-            columns = (
-                SpinnerColumn(),
-                TextColumn("{task.description}"),
-                BarColumn(),
-                TextColumn("{task.fields[note]}"),
-            )
+            columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), note)
             self._progress = Progress(*columns, console=Console(stderr=True), transient=True)
             self._overall = self._progress.add_task("all jobs", total=len(self.clock.jobs), note="")
             self._progress.start()
