@@ -1,0 +1,134 @@
+"""Walk the stored runs into the result tables."""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from repro.errors import UserError
+from repro.report.results import Results, typed
+from repro.report.schema import CARD, as_card_value
+from repro.report.stored import Staleness, StoredRun, never_stale, read_json, stored_benches, stored_runs
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+# Figures show no more; results stay small enough to commit.
+CURVE_STEPS = 400
+TRAJECTORY_POINTS = 300
+
+
+def gather(outputs: Path, scale: str, *, stale: Staleness = never_stale) -> Results:
+    """Read every run of a scale's experiments, and the runs of no experiment, into the result tables.
+
+    `stale` judges a run.json against the present code. Raises UserError naming a damaged file.
+    """
+    return gather_runs(stored_runs(outputs, scale, stale), stored_benches(outputs, scale))
+
+
+def gather_runs(runs: Sequence[StoredRun], benches: Sequence[Path]) -> Results:
+    """Read the tables of these runs and benches. Raises UserError naming a damaged file."""
+    import pandas as pd
+
+    finished = {run.id: run for run in runs if run.outcome == "ok"}
+    curves = [_thinned(_table(run, "curves")) for run in finished.values()]
+    trajectories = [_first_points(_table(run, "trajectories")) for run in finished.values()]
+    return Results(
+        metrics=typed("metrics", _together([_metrics(run) for run in runs if run.outcome == "ok"])),
+        runs=typed("runs", [_run_row(run) for run in runs]),
+        curves=typed("curves", _together(curves)),
+        trajectories=typed("trajectories", _together(trajectories)),
+        bench=typed("bench", _together([_bench(folder) for folder in benches]) if benches else pd.DataFrame()),
+    )
+
+
+def _metrics(run: StoredRun) -> "pd.DataFrame":
+    table = _table(run, "metrics")
+    seeds = list(run.card.get("seeds") or [])
+    for column, value in {**_place(run), **_card(run)}.items():
+        table[column] = value
+    if "member" in table:
+        table["seed"] = [seeds[m] if m < len(seeds) else m for m in table["member"].astype(int)]
+    return table
+
+
+def _run_row(run: StoredRun) -> dict[str, Any]:
+    return {
+        **_place(run),
+        **_card(run),
+        "outcome": run.outcome,
+        "error": run.error,
+        "stale": run.stale,
+        "seeds": list(run.card.get("seeds") or []),
+        "member_status": [str(status) for status in run.card.get("member_status") or []],
+        "command": run.command,
+    }
+
+
+def _place(run: StoredRun) -> dict[str, str]:
+    return {"run": run.id, "experiment": run.experiment, "scale": run.scale, "setting": _setting(run)}
+
+
+def _card(run: StoredRun) -> dict[str, Any]:
+    try:
+        return {column: as_card_value(column, run.card.get(column)) for column in CARD}
+    except (TypeError, ValueError) as error:
+        message = f"{run.folder / 'run.json'} has a run card of the wrong type ({error}); delete the folder, run again"
+        raise UserError(message) from error
+
+
+def _setting(run: StoredRun) -> str:
+    if not run.card:
+        return ""
+    content = json.dumps([_card(run), run.other_than_seeds], sort_keys=True)
+    return hashlib.sha256(content.encode()).hexdigest()[:10]
+
+
+def _table(run: StoredRun, name: str) -> "pd.DataFrame":
+    import pandas as pd
+
+    path = run.folder / f"{name}.parquet"
+    if not path.is_file():
+        return pd.DataFrame()
+    try:
+        table = pd.read_parquet(path)
+    except (OSError, ValueError) as error:
+        message = f"{path} cannot be read ({error}); delete its folder and run again: {run.command}"
+        raise UserError(message) from error
+    table["run"] = run.id
+    return table
+
+
+def _bench(folder: Path) -> "pd.DataFrame":
+    import pandas as pd
+
+    table = pd.read_parquet(folder / "bench.parquet")
+    table["run"] = folder.name
+    table["command"] = str((read_json(folder / "run.json").get("provenance") or {}).get("command") or "")
+    return table
+
+
+def _thinned(curves: "pd.DataFrame") -> "pd.DataFrame":
+    import numpy as np
+
+    if curves.empty:
+        return curves
+    steps = np.sort(curves["step"].unique())
+    if len(steps) <= CURVE_STEPS:
+        return curves
+    kept = steps[np.unique(np.linspace(0, len(steps) - 1, CURVE_STEPS).round().astype(int))]
+    return curves[curves["step"].isin(kept)]
+
+
+def _first_points(trajectories: "pd.DataFrame") -> "pd.DataFrame":
+    if trajectories.empty:
+        return trajectories
+    return trajectories.groupby(["member", "name"], sort=False).head(TRAJECTORY_POINTS)
+
+
+def _together(tables: Sequence["pd.DataFrame"]) -> "pd.DataFrame":
+    import pandas as pd
+
+    filled = [table for table in tables if not table.empty]
+    return pd.concat(filled, ignore_index=True) if filled else pd.DataFrame()

@@ -1,0 +1,82 @@
+"""The gathered tables: everything that verdicts, tables and figures are made from."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from repro.errors import UserError
+from repro.report.files import replacing
+from repro.report.schema import PANDAS_TYPES, TABLES
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True)
+class Results:
+    """The five result tables; columns and types as in `schema`."""
+
+    metrics: "pd.DataFrame"
+    runs: "pd.DataFrame"
+    curves: "pd.DataFrame"
+    trajectories: "pd.DataFrame"
+    bench: "pd.DataFrame"
+
+    @property
+    def scale(self) -> str:
+        """The scale these results come from; empty where no experiment was run."""
+        scales = sorted(set(self.runs["scale"]) - {""})
+        return scales[0] if scales else ""
+
+    def of_experiments(self) -> "Results":
+        """Leave out the runs that belong to no experiment: what is published."""
+        listed = set(self.runs.loc[self.runs["experiment"] != "", "run"])
+        kept = {
+            name: getattr(self, name).loc[lambda table: table["run"].isin(listed)].reset_index(drop=True)
+            for name in TABLES
+            if name != "bench"
+        }
+        return Results(bench=self.bench, **kept)
+
+    def save(self, folder: Path) -> None:
+        """Write the tables as Parquet, each atomically."""
+        for name in TABLES:
+            with replacing(folder / f"{name}.parquet") as temporary:
+                getattr(self, name).to_parquet(temporary, compression="zstd", index=False)
+
+    @classmethod
+    def load(cls, folder: Path) -> "Results":
+        """Read the tables back; one that is not there is empty. Raises UserError for a damaged or foreign folder."""
+        import pandas as pd
+
+        if not (folder / "metrics.parquet").is_file():
+            message = f"{folder} holds no metrics.parquet; name a folder of results, such as paper/results"
+            raise UserError(message)
+        tables = {}
+        for name in TABLES:
+            path = folder / f"{name}.parquet"
+            try:
+                tables[name] = typed(name, pd.read_parquet(path) if path.is_file() else pd.DataFrame())
+            except (OSError, ValueError) as error:
+                message = f"{path} cannot be read ({error}); make it again with `repro report`"
+                raise UserError(message) from error
+        return cls(**tables)
+
+
+def typed(name: str, rows: "pd.DataFrame | Iterable[Mapping[str, Any]]") -> "pd.DataFrame":
+    """Bring rows to the fixed columns and types of one result table; a missing column is empty."""
+    import pandas as pd
+
+    schema = TABLES[name]
+    frame = rows if isinstance(rows, pd.DataFrame) else pd.DataFrame(list(rows))
+    frame = frame.reindex(columns=list(schema))
+    columns = {}
+    for column, kind in schema.items():
+        values = frame[column]
+        if kind is str:
+            values = values.astype("object").where(values.notna(), "")
+        elif kind is list:
+            values = values.map(lambda entry: [] if entry is None or isinstance(entry, float) else list(entry))
+        columns[column] = values.astype(PANDAS_TYPES[kind])  # type: ignore[call-overload]
+    return pd.DataFrame(columns)

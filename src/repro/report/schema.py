@@ -1,0 +1,105 @@
+"""The columns of the result tables: the one place where they are named and typed."""
+
+import json
+import math
+from collections.abc import Mapping
+from typing import Any
+
+# The run card: what was chosen for a run. `seeds` and `member_status` belong to the members, not to the setting.
+CARD: Mapping[str, type] = {
+    "system": str,
+    "reading": str,
+    "regime": str,
+    "labels": str,
+    "noise": str,
+    "model": str,
+    "basis": str,
+    "hidden": str,
+    "objective": str,
+    "optimiser": str,
+    "sequence": str,
+    "reset": str,
+    "tau_noise": float,
+    "qdd_noise": float,
+    "damping": str,
+    "n_train": int,
+    "episode_steps": int,
+    "energies": str,
+    "curriculum": str,
+    "epochs": int,
+    "literal": bool,
+}
+
+# What the test set depends on: two settings that agree here were judged on the same data.
+TEST_SET = ("system", "reading", "regime", "episode_steps", "reset", "damping")
+
+PLACE: Mapping[str, type] = {"run": str, "experiment": str, "scale": str, "setting": str}
+
+METRICS: Mapping[str, type] = {
+    **PLACE,
+    **CARD,
+    "member": int,
+    "seed": int,
+    "split": str,
+    "metric": str,
+    "value": float,
+    "unit": str,
+}
+RUNS: Mapping[str, type] = {
+    **PLACE,
+    **CARD,
+    "outcome": str,
+    "error": str,
+    "stale": bool,
+    "seeds": list,
+    "member_status": list,
+    "command": str,
+}
+CURVES: Mapping[str, type] = {"run": str, "member": int, "step": int, "name": str, "value": float}
+TRAJECTORIES: Mapping[str, type] = {"run": str, "member": int, "name": str, "t": float, "value": float}
+BENCH: Mapping[str, type] = {
+    "run": str,
+    "name": str,
+    "ours": str,
+    "other": str,
+    "size": str,
+    "members": int,
+    "ratio_median": float,
+    "ratio_q25": float,
+    "ratio_q75": float,
+    "ours_ms": float,
+    "other_ms": float,
+    "threads": int,
+    "protocol": str,
+    "command": str,
+}
+TABLES: Mapping[str, Mapping[str, type]] = {
+    "metrics": METRICS,
+    "runs": RUNS,
+    "curves": CURVES,
+    "trajectories": TRAJECTORIES,
+    "bench": BENCH,
+}
+
+PANDAS_TYPES: Mapping[type, str] = {str: "str", float: "float64", int: "Int64", bool: "boolean", list: "object"}
+
+
+def as_text(value: Any) -> str:
+    """Spell a card value as text: the same spelling in the tables and in the selectors of the claims."""
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return ""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int | float):
+        return f"{value:g}"
+    return json.dumps(value)
+
+
+def as_card_value(column: str, value: Any) -> Any:
+    """Bring one card value to its column's type; None stays None for numbers and becomes empty text."""
+    kind = CARD[column]
+    if kind is str:
+        return as_text(value)
+    return None if value is None else kind(value)

@@ -1,0 +1,144 @@
+"""From a selector to the settings it means; which settings may be compared; the anchors of a test set."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from repro.report.results import Results
+from repro.report.schema import CARD, TEST_SET, as_text
+from repro.report.setting import Setting
+
+Where = Mapping[str, Any]
+
+TRIVIAL, DEGENERATE, ORACLE = "trivial", "degenerate", "oracle"
+ANCHORS: Mapping[str, Where] = {
+    TRIVIAL: {"model": "trivial"},
+    DEGENERATE: {"model": "degenerate"},
+    ORACLE: {"basis": "t1", "optimiser": "least_squares"},
+}
+
+
+class NotRunError(Exception):
+    """No stored run, or no single setting, answers the question: the message says which was looked for."""
+
+
+def settings(results: Results, experiment: str | None, where: Where | None = None) -> list[Setting]:
+    """List the settings of an experiment (None: of all) whose card agrees with `where` (a list: any of it)."""
+    chosen = results.runs[results.runs["setting"] != ""]
+    if experiment is not None:
+        chosen = chosen[chosen["experiment"] == experiment]
+    for column, wanted in (where or {}).items():
+        accepted = wanted if isinstance(wanted, list) else [wanted]
+        texts = {as_text(value) for value in accepted}
+        agrees = np.array([as_text(_plain(value)) in texts for value in chosen[column]], dtype=bool)
+        chosen = chosen[agrees]
+    found = []
+    for _, group in chosen.groupby(["setting", "experiment"], sort=False):
+        runs = tuple({str(key): _plain(value) for key, value in row.items()} for row in group.to_dict("records"))
+        of = (results.metrics["setting"] == runs[0]["setting"]) & (
+            results.metrics["experiment"] == runs[0]["experiment"]
+        )
+        found.append(Setting({column: runs[0][column] for column in CARD}, runs, results.metrics[of]))
+    return found
+
+
+def one_setting(results: Results, experiment: str, where: Where) -> Setting:
+    """Find the one setting that a selector means, the paper's own protocol first. Raises NotRunError."""
+    found = settings(results, experiment, where)
+    if len(found) > 1:
+        found = [setting for setting in found if setting.literal] or found
+    if not found:
+        raise NotRunError(f"no run of {experiment} with {_spelled(where)}")
+    if len(found) > 1:
+        raise NotRunError(f"{_spelled(where)} in {experiment} is ambiguous: its settings differ in {_varying(found)}")
+    return found[0]
+
+
+def like_for_like(results: Results, experiment: str, where: Where, against: Where) -> tuple[Setting, Setting]:
+    """Find the two settings to compare: they agree in every card column that neither selector names.
+
+    `literal` says how a run relates to the paper, not what was run, and need not agree. Of several pairs the one of the
+    longest budget is meant. Raises NotRunError.
+    """
+    ours, others = settings(results, experiment, where), settings(results, experiment, against)
+    if not ours or not others:
+        raise NotRunError(f"no run of {experiment} with {_spelled(where if not ours else against)}")
+    shared = [column for column in CARD if column not in {*where, *against, "literal"}]
+    pairs = [(a, b) for a in ours for b in others if all(_same(a, b, column) for column in shared)]
+    if not pairs:
+        raise NotRunError(f"{experiment} has no like-for-like pair: the settings differ in {_varying(ours + others)}")
+    longest = max(_budget(a) for a, _ in pairs)
+    pairs = [(a, b) for a, b in pairs if _budget(a) == longest]
+    if len(pairs) > 1:
+        choices = _varying([a for a, _ in pairs])
+        raise NotRunError(f"{experiment} has several like-for-like pairs: name one of {choices}")
+    return pairs[0]
+
+
+def paired_values(ours: Setting, other: Setting, metric: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return both settings' values, (pair,), for the seeds that they share."""
+    first = dict(zip(ours.members, ours.values(metric), strict=False))
+    second = dict(zip(other.members, other.values(metric), strict=False))
+    seeds = [seed for seed in first if seed in second]
+    return np.array([first[seed] for seed in seeds]), np.array([second[seed] for seed in seeds])
+
+
+def anchor(results: Results, experiment: str, name: str, test_set: Mapping[str, Any]) -> Setting | None:
+    """Find an anchor judged on the same test set: of this experiment first, from clean labels first."""
+    for place in (experiment, None):
+        found = [s for s in settings(results, place, ANCHORS[name]) if test_set_of(s.card) == test_set]
+        if found:
+            return min(found, key=_uncleanness)
+    return None
+
+
+def test_set_of(card: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the card columns that decide the test set; one long trajectory has no episodes."""
+    return {c: card[c] for c in TEST_SET if not (c == "episode_steps" and card["regime"] == "long")}
+
+
+def anchor_name(setting: Setting) -> str | None:
+    """Say which anchor a setting is, if any."""
+    for name, where in ANCHORS.items():
+        if all(setting.card[column] == value for column, value in where.items()):
+            return name
+    return None
+
+
+def varying_columns(found: Sequence[Setting]) -> list[str]:
+    """List the card columns in which settings differ."""
+    return [column for column in CARD if len({as_text(setting.card[column]) for setting in found}) > 1]
+
+
+def _budget(setting: Setting) -> int:
+    return setting.card["epochs"] or 0
+
+
+def _uncleanness(setting: Setting) -> tuple[bool, float, float]:
+    card = setting.card
+    return card["labels"] != "exact", card["tau_noise"] or 0.0, card["qdd_noise"] or 0.0
+
+
+def _same(a: Setting, b: Setting, column: str) -> bool:
+    return as_text(a.card[column]) == as_text(b.card[column])
+
+
+def _varying(found: Sequence[Setting]) -> str:
+    parts = [
+        f"{column} ({', '.join(sorted({as_text(setting.card[column]) or 'none' for setting in found}))})"
+        for column in varying_columns(found)
+    ]
+    return "; ".join(parts) or "their overrides"
+
+
+def _spelled(where: Where) -> str:
+    return ", ".join(f"{column}={as_text(value)}" for column, value in where.items()) or "any card"
+
+
+def _plain(value: Any) -> Any:
+    import pandas as pd
+
+    if pd.api.types.is_scalar(value) and pd.isna(value):
+        return None
+    return value.item() if isinstance(value, np.generic) else value

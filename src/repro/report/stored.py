@@ -1,0 +1,121 @@
+"""What the store holds, read light: run.json and the experiments' lists, no table library."""
+
+import json
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from repro.errors import UserError
+
+Staleness = Callable[[Mapping[str, Any]], bool]
+
+
+@dataclass(frozen=True)
+class StoredRun:
+    """One run as one experiment lists it; `record` is its run.json, empty where the run never came to be."""
+
+    id: str
+    experiment: str
+    scale: str
+    folder: Path
+    record: Mapping[str, Any]
+    command: str
+    overrides: tuple[str, ...]
+    error: str
+    stale: bool
+
+    @property
+    def outcome(self) -> str:
+        """`ok`, `failed` or `missing`."""
+        return str(self.record.get("outcome", "missing"))
+
+    @property
+    def card(self) -> Mapping[str, Any]:
+        """The run card; empty where the run failed before it was written."""
+        card = (self.record.get("summary") or {}).get("card")
+        return card or {}
+
+    @property
+    def other_than_seeds(self) -> tuple[str, ...]:
+        """The overrides without the seeds: runs that agree in these and in the card are pooled."""
+        return tuple(sorted(o for o in self.overrides if not re.match(r"^[+~]*seeds=", o)))
+
+
+def never_stale(_record: Mapping[str, Any]) -> bool:
+    """Take every run as made by the present code: the answer where nobody judges."""
+    return False
+
+
+def stored_runs(outputs: Path, scale: str, stale: Staleness = never_stale) -> list[StoredRun]:
+    """List the runs of a scale's experiments, then those that no experiment of any scale lists (experiment "").
+
+    Raises UserError for a damaged file.
+    """
+    listed = [
+        _stored(outputs, job, path.stem, scale, stale)
+        for path in sorted((outputs / "experiments" / scale).glob("*.json"))
+        for job in jobs_of(path)
+        if not (outputs / "bench" / str(job.get("run"))).is_dir()
+    ]
+    everywhere = {str(job.get("run")) for path in (outputs / "experiments").glob("*/*.json") for job in jobs_of(path)}
+    free = [
+        _stored(outputs, {"run": folder.name}, "", "", stale)
+        for folder in sorted((outputs / "runs").glob("*"))
+        if (folder / "run.json").is_file() and folder.name not in everywhere
+    ]
+    return listed + free
+
+
+def stored_benches(outputs: Path, scale: str) -> list[Path]:
+    """List the bench folders of a scale's experiments; every bench folder where no experiment lists any."""
+    listed = {str(job.get("run")) for path in (outputs / "experiments" / scale).glob("*.json") for job in jobs_of(path)}
+    finished = [
+        path.parent
+        for path in sorted((outputs / "bench").glob("*/run.json"))
+        if read_json(path).get("outcome") == "ok" and (path.parent / "bench.parquet").is_file()
+    ]
+    return [folder for folder in finished if folder.name in listed] or finished
+
+
+def jobs_of(path: Path) -> list[dict[str, Any]]:
+    """Read the jobs that an experiment's list names."""
+    jobs = read_json(path).get("jobs")
+    if not isinstance(jobs, list):
+        message = f"{path} has no list of jobs; delete it and run the experiment again"
+        raise UserError(message)
+    return jobs
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Read one JSON object. Raises UserError naming the file when it is damaged."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        message = f"{path} cannot be read ({error}); delete its folder and run again"
+        raise UserError(message) from error
+    if not isinstance(content, dict):
+        message = f"{path} holds no JSON object; delete its folder and run again"
+        raise UserError(message)
+    return content
+
+
+def _stored(outputs: Path, job: Mapping[str, Any], experiment: str, scale: str, stale: Staleness) -> StoredRun:
+    name = str(job.get("run") or "")
+    folder = outputs / "runs" / name
+    path = folder / "run.json"
+    record = read_json(path) if name and path.is_file() else {}
+    error = record.get("error") or job.get("error") or {}
+    message = f"{error.get('type', 'error')}: {error.get('message', '')}" if isinstance(error, dict) else str(error)
+    return StoredRun(
+        id=name,
+        experiment=experiment,
+        scale=scale,
+        folder=folder,
+        record=record,
+        command=str(job.get("command") or (record.get("provenance") or {}).get("command") or ""),
+        overrides=tuple(str(override) for override in job.get("overrides") or ()),
+        error=message if error else "",
+        stale=bool(record) and stale(record),
+    )

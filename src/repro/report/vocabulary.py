@@ -1,0 +1,79 @@
+"""The metrics by name: how they are written for people, on which scale they average, and which way is better."""
+
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class Metric:
+    """One metric: `log` errors average on the log scale, `linear` ones plainly, `share` ones are 0 or 1 a member."""
+
+    label: str
+    latex: str
+    meaning: str
+    scale: Literal["log", "linear", "share"] = "log"
+    lower_is_better: bool = True
+
+
+METRICS: dict[str, Metric] = {
+    "mae_tau": Metric("MAE τ", r"MAE$_\tau$", "mean absolute error of the generalised force"),
+    "mae_qdd": Metric("MAE q̈", r"MAE$_{\ddot q}$", "mean absolute error of the acceleration"),
+    "median_ae_qdd": Metric("median AE q̈", r"median AE$_{\ddot q}$", "median absolute error of the acceleration"),
+    "mae_L_raw": Metric("MAE L raw", r"MAE$_L$ raw", "error of L as learned: moves with the gauge"),
+    "mae_L_relative": Metric("MAE L relative", r"MAE$_L$ rel.", "error of L divided by the mean of its magnitude"),
+    "mae_L_canonical": Metric("MAE L canonical", r"MAE$_L$ can.", "error of L after the gauge is removed"),
+    "mae_H_legendre": Metric("MAE H Legendre", r"MAE$_H$ Leg.", "absolute error of p.qd - L"),
+    "mae_H_centred": Metric("MAE H centred", r"MAE$_H$ cent.", "error of p.qd - L after one constant"),
+    "mae_H_sum": Metric("MAE T + V", r"MAE$_{T+V}$", "error of the sum of the learned energies"),
+    "mae_p": Metric("MAE p", r"MAE$_p$", "mean absolute error of the momentum"),
+    "min_eig_M": Metric(
+        "min eig M",
+        r"$\min \lambda(\hat M)$",
+        "least eigenvalue of the mass matrix over the test set",
+        scale="linear",
+        lower_is_better=False,
+    ),
+    "min_T": Metric(
+        "min T",
+        r"$\min \hat T$",
+        "least kinetic energy over the test set",
+        scale="linear",
+        lower_is_better=False,
+    ),
+    "coefficient_error": Metric("coefficient error", "coefficient error", "greatest error of a coefficient"),
+    "rollout_error": Metric("rollout error", "rollout error", "relative error of a rollout, geometric mean"),
+    "onestep_euler_qd": Metric("one-step q̇", r"one-step $\dot q$", "velocity error of one explicit Euler step"),
+    "rollout_qd": Metric("rollout q̇", r"rollout $\dot q$", "velocity error of a 300-step rollout"),
+    "momentum_transform": Metric("|M̂q̇ - p̂|", r"$|\hat M\dot q-\hat p|$", "mean gap between the two momenta"),
+    "support_exact": Metric(
+        "exact support", "exact support", "share of members with the true terms", scale="share", lower_is_better=False
+    ),
+    "false_terms": Metric("false terms", "false terms", "number of wrong terms", scale="linear"),
+    "fit_seconds": Metric("fit", "fit", "time of the fit"),
+    "epochs": Metric("epochs", "epochs", "epochs done", scale="linear"),
+    "diverged": Metric("diverged", "diverged", "share of members that diverged", scale="share"),
+    "success": Metric(
+        "success", "success", "share of closed loops that reach the goal", scale="share", lower_is_better=False
+    ),
+    "passivity_margin": Metric("passivity margin", "passivity margin", "greatest violation", scale="linear"),
+    "skill": Metric("skill", "skill", "1 - error / error of the trivial model", scale="linear", lower_is_better=False),
+}
+
+
+def metric_named(name: str) -> Metric:
+    """Look a metric up; a component such as mae_tau[1] shares its parent's scale; an unknown one averages plainly."""
+    parent, component = _split(name)
+    known = METRICS.get(parent)
+    if known is None:
+        return Metric(name, name.replace("_", r"\_"), name, scale="linear")
+    if not component:
+        return known
+    return Metric(
+        f"{known.label}{component}", f"{known.latex}{component}", known.meaning, known.scale, known.lower_is_better
+    )
+
+
+def _split(name: str) -> tuple[str, str]:
+    match = re.fullmatch(r"(.*?)(\[\d+\])?", name)
+    return (match[1], match[2] or "") if match else (name, "")

@@ -1,0 +1,134 @@
+import json
+
+import pandas as pd
+import pytest
+
+from repro.errors import UserError
+from repro.report.gather import CURVE_STEPS, gather
+from repro.report.results import Results
+from repro.report.schema import TABLES
+from repro.report.selection import settings
+
+
+def test_gathered_tables_have_the_fixed_columns_whatever_the_store_holds(store):
+    empty = gather(store.outputs, "paper")
+    store.run("sip_basis", {"mae_tau": [0.1]})
+    filled = gather(store.outputs, "paper")
+    for name, columns in TABLES.items():
+        assert list(getattr(empty, name)) == list(columns)
+        assert list(getattr(filled, name)) == list(columns)
+        assert dict(getattr(empty, name).dtypes) == dict(getattr(filled, name).dtypes)
+
+
+def test_every_row_carries_the_card_the_seed_and_the_place(store):
+    run = store.run("sip_basis", {"mae_tau": [0.1, 0.2]}, seeds=[7, 9], basis="t1", tau_noise=0.1)
+    rows = gather(store.outputs, "paper").metrics
+    assert rows[["run", "experiment", "scale", "basis"]].drop_duplicates().values.tolist() == [
+        [run, "sip_basis", "paper", "t1"]
+    ]
+    assert rows["seed"].tolist() == [7, 9]
+    assert rows["tau_noise"].tolist() == [0.1, 0.1]
+    assert rows["damping"].tolist() == ["[0.0, 0.0]"] * 2
+
+
+def test_runs_that_differ_in_seeds_alone_are_one_setting(store):
+    store.run("sip_basis", {"mae_tau": [1.0, 2.0]}, seeds=[0, 1])
+    store.run("sip_basis", {"mae_tau": [3.0, 9.0]}, seeds=[2, 0])  # seed 0 again: counted once
+    store.run("sip_basis", {"mae_tau": [50.0]}, seeds=[0], basis="t1")
+    pooled, other = settings(gather(store.outputs, "paper"), "sip_basis")
+    assert pooled.values("mae_tau").tolist() == [1.0, 2.0, 3.0]
+    assert other.values("mae_tau").tolist() == [50.0]
+    assert len(pooled.command.split(" && ")) == 2
+
+
+def test_a_run_that_differs_in_an_override_outside_the_card_is_not_pooled(store):
+    store.run("sip_basis", {"mae_tau": [1.0]}, seeds=[0])
+    store.run("sip_basis", {"mae_tau": [2.0]}, seeds=[1], learning_rate=0.1)
+    assert len(settings(gather(store.outputs, "paper"), "sip_basis")) == 2
+
+
+def test_a_run_of_two_experiments_stands_in_both(store):
+    run = store.run("sip_basis", {"mae_tau": [1.0]})
+    store.list_job("sip_regimes", {"run": run, "command": "repro run", "overrides": []})
+    assert gather(store.outputs, "paper").metrics["experiment"].tolist() == ["sip_basis", "sip_regimes"]
+
+
+def test_runs_of_no_experiment_are_gathered_but_not_published(store):
+    listed = store.run("sip_basis", {"mae_tau": [1.0]})
+    own = store.run("", {"mae_tau": [2.0]})
+    results = gather(store.outputs, "paper")
+    assert set(results.runs["run"]) == {listed, own}
+    assert set(results.of_experiments().metrics["run"]) == {listed}
+
+
+def test_runs_of_another_scale_stay_out(store):
+    store.run("sip_basis", {"mae_tau": [1.0]})
+    assert gather(store.outputs, "quick").runs.empty
+
+
+def test_failed_and_missing_runs_are_rows_with_their_error(store):
+    store.run("sip_basis", {}, seeds=[0, 1], outcome="failed")
+    store.list_job("sip_basis", {"run": "never-made", "command": "repro run x", "overrides": []})
+    runs = gather(store.outputs, "paper").runs
+    assert runs["outcome"].tolist() == ["failed", "missing"]
+    assert runs["error"].tolist() == ["MemoryError: no room", ""]
+    (setting,) = settings(gather(store.outputs, "paper"), "sip_basis")
+    assert (setting.n, setting.failed) == (2, 2)
+
+
+def test_the_staleness_of_a_run_is_judged_from_its_record(store):
+    store.run("sip_basis", {"mae_tau": [1.0]})
+    results = gather(store.outputs, "paper", stale=lambda record: record["identity"]["code"] == {"repro.models": "1"})
+    assert results.runs["stale"].tolist() == [True]
+    assert gather(store.outputs, "paper").runs["stale"].tolist() == [False]
+
+
+def test_long_curves_are_thinned_and_keep_both_ends(store):
+    curve = pd.DataFrame({"member": 0, "step": range(5000), "name": "loss", "value": 1.0})
+    store.run("sip_basis", {"mae_tau": [1.0]}, curves=curve)
+    steps = gather(store.outputs, "paper").curves["step"]
+    assert len(steps) == CURVE_STEPS
+    assert (steps.min(), steps.max()) == (0, 4999)
+
+
+def test_results_survive_being_saved_and_loaded(store, tmp_path):
+    store.run("sip_basis", {"mae_tau": [1.0, 2.0]}, seeds=[3, 4], status=["ok", "diverged at step 5"])
+    store.bench([{"name": "forward_vs_inverse", "ratio_median": 1.5}])
+    results = gather(store.outputs, "paper")
+    results.save(tmp_path / "results")
+    again = Results.load(tmp_path / "results")
+    for name in TABLES:
+        pd.testing.assert_frame_equal(getattr(again, name), getattr(results, name))
+    assert again.scale == "paper"
+
+
+def test_a_damaged_file_is_named(store):
+    run = store.run("sip_basis", {"mae_tau": [1.0]})
+    (store.outputs / "runs" / run / "metrics.parquet").write_bytes(b"no table")
+    with pytest.raises(UserError, match=f"{run}/metrics.parquet cannot be read"):
+        gather(store.outputs, "paper")
+    (store.outputs / "runs" / run / "run.json").write_text("{", encoding="utf-8")
+    with pytest.raises(UserError, match=r"run\.json cannot be read"):
+        gather(store.outputs, "paper")
+
+
+def test_a_folder_without_results_is_an_error(tmp_path):
+    with pytest.raises(UserError, match="holds no metrics"):
+        Results.load(tmp_path)
+
+
+def test_a_card_of_the_wrong_type_is_named(store):
+    run = store.run("sip_basis", {"mae_tau": [1.0]}, epochs="many")
+    with pytest.raises(UserError, match=rf"{run}/run\.json has a run card of the wrong type"):
+        gather(store.outputs, "paper")
+
+
+def test_an_old_card_without_some_columns_still_gathers(store):
+    run = store.run("sip_basis", {"mae_tau": [1.0]})
+    path = store.outputs / "runs" / run / "run.json"
+    record = json.loads(path.read_text(encoding="utf-8"))
+    record["summary"]["card"] = {"model": "lagrangian"}
+    path.write_text(json.dumps(record), encoding="utf-8")
+    (setting,) = settings(gather(store.outputs, "paper"), "sip_basis", {"model": "lagrangian"})
+    assert setting.values("mae_tau").tolist() == [1.0]
+    assert setting.literal is False
