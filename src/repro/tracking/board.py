@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Self
 
 from repro.tracking.jobs import Event, Job, JobResult, reason
+from repro.tracking.text import duration
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
@@ -135,18 +136,6 @@ class Clock:
         ]
         known = times + running
         return sum(known) / len(known) if known else None
-
-
-def duration(seconds: float) -> str:
-    """A time a person can read: 0.4 s, 12 s, 3 min 20 s, 2 h 5 min."""
-    if seconds < 10:
-        return f"{seconds:.1f} s"
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60} min {whole % 60} s"
-    return f"{whole // 3600} h {whole % 3600 // 60} min"
 
 
 def _percent(fraction: float | None) -> str:

@@ -1,0 +1,61 @@
+"""What may be removed from the store without losing a current result."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from filelock import FileLock, Timeout
+
+from repro.tracking import status
+from repro.tracking.paths import Paths
+
+# What can be removed, and what is proposed when nothing is named.
+SORTS = ("failed", "damaged", "interrupted", "logs", "stale")
+USUAL = ("failed", "damaged", "interrupted", "logs")
+_LOG_AGE_S = 7 * 24 * 3600
+
+
+def removable(paths: Paths, sorts: Sequence[str]) -> list[Path]:
+    """The folders of the chosen sorts: failed attempts, damaged stages kept aside, working folders of ended processes
+    (their checkpoints too), logs older than a week, stages that the present code no longer gives."""
+    found: list[Path] = []
+    for kind in paths.kinds():
+        if "failed" in sorts:
+            found += [paths.failed(kind, id) for id in paths.ids(kind, ".failed")]
+        if "damaged" in sorts:
+            found += sorted(paths.damaged(kind).glob("*"))
+        if "interrupted" in sorts:
+            found += [paths.work(kind, id) for id in paths.ids(kind, ".work")]
+    if "logs" in sorts and paths.logs.is_dir():
+        found += [folder for folder in sorted(paths.logs.iterdir()) if _age(folder) > _LOG_AGE_S]
+    if "stale" in sorts:
+        found += [paths.folder(item.kind, item.id) for item in status.survey(paths) if item.state == "stale"]
+    return found
+
+
+def remove(paths: Paths, folders: Sequence[Path]) -> Iterator[Path]:
+    """Remove folders and yield each; a stage that a living process is making is left alone."""
+    for folder in folders:
+        kind = folder.parent.parent.name
+        lock = FileLock(paths.lock(kind, folder.name)) if folder.parent.name == ".work" else None
+        try:
+            if lock is not None:
+                lock.acquire(timeout=0)
+        except Timeout:
+            continue
+        shutil.rmtree(folder)
+        if lock is not None:
+            lock.release()
+        yield folder
+
+
+def size_of(folder: Path) -> int:
+    """Bytes of all files below a folder."""
+    return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
+
+
+def _age(folder: Path) -> float:
+    return time.time() - folder.stat().st_mtime

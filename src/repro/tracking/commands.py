@@ -1,0 +1,161 @@
+"""The light commands of the front door: status, runs, clean."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any
+
+from repro.errors import UserError
+from repro.tracking import index
+from repro.tracking import status as states
+from repro.tracking.paths import Paths, outputs_root
+from repro.tracking.text import duration, size, table
+
+_MOST_LINES = 15
+_MOST_COLUMNS = 6
+
+
+def status(argv: Sequence[str]) -> int:
+    """`repro status`: what is done, stale, failed, missing, running; --why ID names what changed."""
+    parser = argparse.ArgumentParser(
+        prog="repro status",
+        description="What is done, stale (code, libraries or defaults changed), failed, missing, running, interrupted.",
+        epilog="example: repro status --why sip-lagrangian-t2-9f3c2a81bd",
+    )
+    parser.add_argument("--why", metavar="ID", help="name every input of this stage that changed (the id may be cut)")
+    parser.add_argument("--all", action="store_true", help="list every stage, not the first few of each state")
+    parser.add_argument("--json", action="store_true", help="for other programs")
+    parser.add_argument("--verify", action="store_true", help="read every byte of every result and check it")
+    options = parser.parse_args(argv)
+    paths = Paths(outputs_root())
+    items = states.survey(paths, verify=options.verify, expected=_expected())
+    if options.why:
+        items = _chosen(items, options.why)
+    if options.json:
+        print(json.dumps([asdict(item) for item in items], indent=1))
+    elif options.why:
+        for item in items:
+            print(f"{item.id}: {item.state}", *(f"  {line}" for line in item.why), sep="\n")
+            print(*([f"  made by: {item.command}"] if item.command else []), sep="\n", end="\n" if item.command else "")
+    else:
+        _print_status(items, paths, options.all)
+    return 0
+
+
+def _expected() -> states.Expected | None:
+    """How the present defaults resolve a job, where the package can tell."""
+    if find_spec("repro.sweep") is None:
+        return None
+    return getattr(import_module("repro.sweep"), "expected_stages", None)
+
+
+def _chosen(items: Sequence[states.Item], text: str) -> list[states.Item]:
+    exact = [item for item in items if item.id == text]
+    fitting = exact or [item for item in items if item.id.startswith(text) or item.id.rpartition("-")[2] == text]
+    if not fitting:
+        raise UserError(f"no stage {text} is stored or listed; `repro status --all` names them")
+    return fitting
+
+
+def _print_status(items: Sequence[states.Item], paths: Paths, everything: bool) -> None:
+    if not items:
+        print(f"Nothing in {paths.root} yet; `repro reproduce` fills it.")
+        return
+    counts = Counter((item.kind, item.state) for item in items)
+    kinds = sorted({item.kind for item in items})
+    shown = [state for state in states.STATES if any(counts[kind, state] for kind in kinds)]
+    print(table([[kind, *(counts[kind, state] or "-" for state in shown)] for kind in kinds], ["", *shown]))
+    for state in shown:
+        chosen = [item for item in items if item.state == state]
+        if state == "done" and not everything:
+            continue
+        lines = chosen if everything else chosen[:_MOST_LINES]
+        print(f"\n{state}")
+        print(table([f"  {item.id}", item.why[0].partition("\n")[0][:100] if item.why else ""] for item in lines))
+        if len(lines) < len(chosen):
+            print(f"  ... and {len(chosen) - len(lines)} more (--all)")
+
+
+def runs(argv: Sequence[str]) -> int:
+    """`repro runs`: list stored stages, newest last."""
+    parser = argparse.ArgumentParser(
+        prog="repro runs",
+        description="List stored runs, newest last, with the settings in which they differ.",
+        epilog="example: repro runs model=lagrangian basis=t2",
+    )
+    parser.add_argument("filters", nargs="*", metavar="key=value", help="only runs whose card says so")
+    parser.add_argument("--kind", default="runs", help="runs (default), fits, data, recordings, bench, ...")
+    parser.add_argument("--json", action="store_true", help="for other programs")
+    options = parser.parse_args(argv)
+    wishes = _pairs(options.filters)
+    found = [
+        entry
+        for entry in index.load(Paths(outputs_root())).entries
+        if entry.kind == options.kind
+        and all(str(entry.card.get(key, "")).lower() == value.lower() for key, value in wishes.items())
+    ]
+    found.sort(key=lambda entry: entry.finished)
+    if options.json:
+        print(json.dumps([asdict(entry) for entry in found], indent=1))
+        return 0
+    columns = _differing([entry.card for entry in found])
+    print(
+        table(
+            (
+                [entry.id, entry.outcome, entry.finished[:16].replace("T", " "), duration(entry.wall_s)]
+                + [entry.card.get(column, "") for column in columns]
+                for entry in found
+            ),
+            ["id", "outcome", "finished (UTC)", "took", *columns],
+        )
+    )
+    return 0
+
+
+def _pairs(filters: Sequence[str]) -> dict[str, str]:
+    for text in filters:
+        if "=" not in text:
+            raise UserError(f"{text} is no filter; write key=value, e.g. model=lagrangian")
+    return dict(text.split("=", 1) for text in filters)
+
+
+def _differing(cards: Sequence[Mapping[str, Any]]) -> list[str]:
+    """The card's plain entries that are not the same in all."""
+    keys = [key for key, value in (cards[0] if cards else {}).items() if not isinstance(value, list | Mapping)]
+    return [key for key in keys if len({str(card.get(key)) for card in cards}) > 1][:_MOST_COLUMNS]
+
+
+def clean(argv: Sequence[str]) -> int:
+    """`repro clean`: remove leftovers; shows first, removes with --yes."""
+    from repro.tracking import clean as cleaning
+
+    parser = argparse.ArgumentParser(
+        prog="repro clean",
+        description="List what can go without losing a current result; with --yes, remove it.",
+        epilog="example: repro clean stale --yes",
+    )
+    parser.add_argument(
+        "sorts", nargs="*", metavar="what", help=f"{', '.join(cleaning.SORTS)} (default: all but stale)"
+    )
+    parser.add_argument("--yes", action="store_true", help="remove them")
+    options = parser.parse_args(argv)
+    for sort in options.sorts:
+        if sort not in cleaning.SORTS:
+            raise UserError(f"clean knows no {sort}; choose from {', '.join(cleaning.SORTS)}")
+    paths = Paths(outputs_root())
+    folders = cleaning.removable(paths, options.sorts or cleaning.USUAL)
+    sizes = {folder: cleaning.size_of(folder) for folder in folders}
+    gone = list(cleaning.remove(paths, folders)) if options.yes else folders
+    for folder in gone:
+        print(f"{size(sizes[folder]):>10}  {folder.relative_to(paths.root)}")
+    total = size(sum(sizes[folder] for folder in gone))
+    print(
+        f"{total} removed." if options.yes else f"{total} can be removed: add --yes." if gone else "Nothing to remove."
+    )
+    return 0

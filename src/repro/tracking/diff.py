@@ -1,0 +1,103 @@
+"""How two stages differ: config, code, libraries, upstream, origin, results."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from repro.tracking.files import flattened
+from repro.tracking.record import Record
+from repro.tracking.store import Store
+
+_ORIGIN_KEYS = ("git.commit", "git.clean", "git.patch", "machine", "threads", "torch", "overrides", "command")
+_MOST_METRICS = 20
+
+
+@dataclass(frozen=True)
+class Difference:
+    """One thing that differs; a side that lacks it is None.
+
+    area  "config", "code", "libraries", "upstream", "origin", "results" or "metrics", after the role of an upstream
+          stage where it is not the stage itself ("fit: config")
+    """
+
+    area: str
+    key: str
+    before: Any
+    after: Any
+
+    def __str__(self) -> str:
+        if self.area.endswith("code"):
+            if self.before is None or self.after is None:
+                return f"module {self.key} is {'reached now' if self.before is None else 'no longer reached'}"
+            return f"module {self.key} changed"
+        word = {"libraries": "library", "upstream": "upstream"}.get(self.area, self.area)
+        return f"{word} {self.key}: {_short(self.before)} -> {_short(self.after)}"
+
+
+def identity_differences(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[Difference]:
+    """What differs between two stored identities, in the order config, upstream, code, libraries."""
+    areas = ("config", "upstream", "code", "libraries")
+    return [
+        difference
+        for area in areas
+        for difference in _differences(area, before.get(area, {}), after.get(area, {}), nested=area == "config")
+    ]
+
+
+def record_differences(store: Store, before: Record, after: Record, role: str = "") -> list[Difference]:
+    """Everything that differs between two stored stages, and below them between the stages they were made from."""
+    prefix = f"{role}: " if role else ""
+    found = list(identity_differences(before.identity, after.identity))
+    if not role:
+        origins = [{key: _dig(record.provenance, key) for key in _ORIGIN_KEYS} for record in (before, after)]
+        found += _differences("origin", origins[0], origins[1], nested=True)
+        found += _differences("results", before.summary, after.summary, nested=True)
+        found += _metric_differences(before, after)
+    found = [Difference(prefix + one.area, one.key, one.before, one.after) for one in found]
+    for part, id_before in before.identity["upstream"].items():
+        id_after = after.identity["upstream"].get(part)
+        if id_after is not None and id_after != id_before:
+            old, new = store.find(id_before), store.find(id_after)
+            if old is not None and new is not None:
+                found += record_differences(store, old, new, role=f"{role}.{part}" if role else part)
+    return found
+
+
+def _differences(area: str, before: Any, after: Any, nested: bool) -> Iterator[Difference]:
+    left, right = (flattened(side) if nested else dict(side) for side in (before, after))
+    for key in [*left, *(key for key in right if key not in left)]:
+        if left.get(key) != right.get(key):
+            yield Difference(area, key, left.get(key), right.get(key))
+
+
+def _dig(value: Any, dotted: str) -> Any:
+    for key in dotted.split("."):
+        value = value.get(key) if isinstance(value, Mapping) else None
+    return value
+
+
+def _metric_differences(before: Record, after: Record) -> list[Difference]:
+    """Mean over members of each metric of the test part that differs, the largest relative change first."""
+    if "metrics.parquet" not in before.files or "metrics.parquet" not in after.files:
+        return []
+    means = [_metric_means(record) for record in (before, after)]
+    keys = [key for key in means[0] if key in means[1] and means[0][key] != means[1][key]]
+    keys.sort(key=lambda key: -abs(means[0][key] - means[1][key]) / (abs(means[0][key]) + abs(means[1][key])))
+    return [Difference("metrics", key, means[0][key], means[1][key]) for key in keys[:_MOST_METRICS]]
+
+
+def _metric_means(record: Record) -> dict[str, float]:
+    import pandas as pd
+
+    table = pd.read_parquet(record.path("metrics.parquet"))
+    means = table[table["split"] == "test"].groupby("metric")["value"].mean()
+    return {str(name): float(value) for name, value in means.items() if pd.notna(value)}
+
+
+def _short(value: Any) -> str:
+    if value is None:
+        return "(none)"
+    text = f"{value:.6g}" if isinstance(value, float) else str(value)
+    return text if len(text) <= 80 else text[:77] + "..."

@@ -1,0 +1,115 @@
+"""Stored results in a notebook: a tidy table of all runs, and one run with everything that lies in its folder."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from repro.errors import UserError
+from repro.tracking import index, record, status
+from repro.tracking.paths import Paths, outputs_root
+from repro.tracking.record import Record
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_METRICS = "metrics.parquet"
+
+
+@dataclass(frozen=True)
+class Run:
+    """One stored stage.
+
+    record  run.json: id, outcome, identity, summary, provenance, error
+    """
+
+    record: Record
+
+    @property
+    def id(self) -> str:
+        """Its id."""
+        return self.record.id
+
+    @property
+    def config(self) -> Mapping[str, Any]:
+        """Resolved configuration of this stage alone."""
+        return dict(self.record.identity["config"])
+
+    @property
+    def upstream(self) -> dict[str, Run]:
+        """Role -> the stage its data, fit, ... came from."""
+        root = self.record.folder.parent.parent
+        return {role: load_run(id, root=root) for role, id in self.record.identity["upstream"].items()}
+
+    def table(self, name: str) -> pd.DataFrame:
+        """A Parquet file of its folder: "metrics", "curves", "trajectories", ... Raises UserError when not there."""
+        import pandas as pd
+
+        file = self.record.path(f"{name}.parquet")
+        if not file.is_file():
+            there = ", ".join(sorted(path.stem for path in self.record.folder.glob("*.parquet"))) or "none"
+            raise UserError(f"{self.id} has no table {name}; it has: {there}")
+        return pd.read_parquet(file)
+
+
+def load_run(id: str, *, root: Path | None = None) -> Run:
+    """The stage that an id, its start or the digits at its end name; raises UserError when none or several do."""
+    folder = status.resolve(Paths(root or outputs_root()), id)
+    try:
+        return Run(record.read(folder))
+    except record.Damage as damage:
+        raise UserError(f"{folder} is damaged ({damage}); the command that made it makes it again") from damage
+
+
+def load_runs(*, root: Path | None = None, **filters: Any) -> pd.DataFrame:
+    """All finished runs as one tidy table: a row a (experiment, run, member, split, metric), with the run's card.
+
+    A filter names a column and gives a value, a collection of values or a function of the value:
+    `load_runs(experiment="sip_basis", metric=["mae_tau", "mae_qdd"], n_train=lambda n: n > 1000)`.
+    Runs that no experiment lists have an empty experiment and scale. Raises UserError for a column that is not there.
+    """
+    import pandas as pd
+
+    paths = Paths(root or outputs_root())
+    listed = _listings(paths)
+    parts = []
+    for entry in index.load(paths).finished().values():
+        file = paths.folder(entry.kind, entry.id) / _METRICS
+        if entry.kind == "runs" and file.is_file():
+            card = {key: value for key, value in entry.card.items() if not isinstance(value, list | Mapping)}
+            for experiment, scale in listed.get(entry.id, [("", "")]):
+                columns = {"run": entry.id, "experiment": experiment, "scale": scale, **card}
+                if all(_fits(columns[key], wish) for key, wish in filters.items() if key in columns):
+                    parts.append(pd.read_parquet(file).assign(**columns))
+    if not parts:
+        return pd.DataFrame(columns=["run", "experiment", "scale", "member", "split", "metric", "value", "unit"])
+    whole = pd.concat(parts, ignore_index=True)
+    for key, wish in filters.items():
+        if key not in whole:
+            raise UserError(f"no column {key} to filter by; there are: {', '.join(whole.columns)}")
+        whole = whole[[_fits(value, wish) for value in whole[key]]]
+    order = ["run", "experiment", "scale"]
+    return whole[order + [name for name in whole.columns if name not in order]].reset_index(drop=True)
+
+
+def _fits(value: Any, wish: Any) -> bool:
+    if isinstance(wish, Callable):  # type: ignore[arg-type]
+        return bool(wish(value))
+    if isinstance(wish, Collection) and not isinstance(wish, str):
+        return value in wish
+    return bool(value == wish)
+
+
+def _listings(paths: Paths) -> dict[str, list[tuple[str, str]]]:
+    """Run id -> the (experiment, scale) pairs that list it."""
+    listed: dict[str, list[tuple[str, str]]] = {}
+    for file in sorted(paths.experiments.glob("*/*.json")):
+        content = json.loads(file.read_bytes())
+        pair = (content["experiment"], content["scale"])
+        for job in content["jobs"]:
+            if pair not in listed.setdefault(job["run"], []):
+                listed[job["run"]].append(pair)
+    return listed

@@ -1,0 +1,196 @@
+"""What is done, stale, failed, missing, running, interrupted or damaged, and why."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from repro.errors import UserError
+from repro.tracking import code, index, lock
+from repro.tracking.diff import identity_differences
+from repro.tracking.index import Entry, Index
+from repro.tracking.paths import HOLDER_FILE, Paths
+from repro.tracking.record import Damage, read
+from repro.tracking.stage import Stage
+
+STATES = ("done", "stale", "failed", "missing", "running", "interrupted", "damaged")
+# Overrides of a job -> the stages it consists of by the present defaults and code, the run itself last.
+Expected = Callable[[Sequence[str]], Sequence[Stage]]
+
+
+@dataclass(frozen=True)
+class Item:
+    """State of one stage, with the reasons as readable lines and the command that makes it."""
+
+    id: str
+    kind: str
+    name: str
+    state: str
+    why: tuple[str, ...] = ()
+    command: str = ""
+    experiments: tuple[str, ...] = ()
+
+
+@dataclass
+class _Listing:
+    """One run as the experiments list it."""
+
+    command: str
+    overrides: Sequence[str]
+    experiments: list[str] = field(default_factory=list)
+
+
+def survey(paths: Paths, *, verify: bool = False, expected: Expected | None = None) -> list[Item]:
+    """The state of every stage in the store and of every run that an experiment lists.
+
+    A finished stage is stale when the code, the libraries or an upstream stage no longer give its identity; with
+    `expected`, also when the defaults no longer do. `verify` reads every byte of every finished stage.
+    """
+    stored = index.load(paths)
+    judge = _Judge(paths, stored)
+    listed = _listed(paths)
+    items = {entry.id: judge.finished(entry) for entry in stored.finished().values()}
+    for entry in stored.entries:
+        if entry.outcome == "damaged" or (entry.outcome == "failed" and entry.id not in items):
+            items[entry.id] = Item(entry.id, entry.kind, entry.name, entry.outcome, (entry.error,), entry.command)
+    for item in _being_made(paths):
+        if items.get(item.id, item).state in ("failed", item.state):
+            items[item.id] = item
+    for id, listing in listed.items():
+        absent = Item(id, "runs", id, "missing", ("not made yet",), listing.command)
+        item = items.get(id, absent)
+        outdated = _outdated(item, listing, stored, paths, expected) if expected else ()
+        state = "stale" if outdated and item.state == "done" else item.state
+        experiments = tuple(sorted(set(listing.experiments)))
+        items[id] = Item(id, item.kind, item.name, state, item.why + outdated, item.command, experiments)
+    if verify:
+        items = {id: _verified(item, paths) for id, item in items.items()}
+    return sorted(items.values(), key=lambda item: (item.kind, STATES.index(item.state), item.id))
+
+
+class _Judge:
+    """Says whether a finished stage still agrees with the present code, libraries and upstream stages."""
+
+    def __init__(self, paths: Paths, stored: Index) -> None:
+        self.paths = paths
+        self.stored = stored
+        self.entries = stored.finished()
+        self.code_reasons: dict[str, tuple[str, ...]] = {}
+        self.reasons: dict[str, tuple[str, ...]] = {}
+
+    def finished(self, entry: Entry) -> Item:
+        why = self.why(entry)
+        return Item(entry.id, entry.kind, entry.name, "stale" if why else "done", why, entry.command)
+
+    def why(self, entry: Entry) -> tuple[str, ...]:
+        if entry.id not in self.reasons:
+            self.reasons[entry.id] = self._changed_code(entry.code) + self._changed_upstream(entry)
+        return self.reasons[entry.id]
+
+    def _changed_upstream(self, entry: Entry) -> tuple[str, ...]:
+        # A source that was removed is no reason: its id says what it was, and it can be made again.
+        return tuple(
+            f"upstream {role} {id}: {reason}"
+            for role, id in entry.upstream.items()
+            if id in self.entries
+            for reason in self.why(self.entries[id])
+        )
+
+    def _changed_code(self, key: str) -> tuple[str, ...]:
+        if key not in self.code_reasons:
+            self.code_reasons[key] = _code_reasons(self.stored.codes[key])
+        return self.code_reasons[key]
+
+
+def _code_reasons(before: Mapping[str, Any]) -> tuple[str, ...]:
+    try:
+        now = code.closure(tuple(before["modules"]))
+    except UserError as error:
+        return (str(error),)
+    after = {"code": now.modules, "libraries": now.libraries}
+    return tuple(str(difference) for difference in identity_differences({**before, "config": {}}, after))
+
+
+def _being_made(paths: Paths) -> list[Item]:
+    found = []
+    for kind in paths.kinds():
+        for id in paths.ids(kind, ".work"):
+            holder = paths.work(kind, id) / HOLDER_FILE
+            try:
+                content = json.loads(holder.read_bytes())
+            except (OSError, ValueError):
+                content = {}
+            running = lock.is_held(paths.lock(kind, id))
+            who = lock.holder_text(holder)
+            why = f"{who} is making it" if running else f"{who} was ended; the same command goes on"
+            state = "running" if running else "interrupted"
+            found.append(Item(id, kind, content.get("name", id), state, (why,), content.get("command", "")))
+    return found
+
+
+def _listed(paths: Paths) -> dict[str, _Listing]:
+    """Every run that an experiment lists, by id."""
+    listed: dict[str, _Listing] = {}
+    for file in sorted(paths.experiments.glob("*/*.json")):
+        try:
+            content = json.loads(file.read_bytes())
+            for job in content["jobs"]:
+                if job["run"]:
+                    listing = listed.setdefault(job["run"], _Listing(job["command"], job["overrides"]))
+                    listing.experiments.append(f"{content['scale']}/{content['experiment']}")
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise UserError(f"{file} cannot be read ({error!r}): delete it and run the experiment again") from error
+    return listed
+
+
+def _outdated(item: Item, listing: _Listing, stored: Index, paths: Paths, expected: Expected | None) -> tuple[str, ...]:
+    """How the run that the present defaults give differs from the listed one."""
+    stages = expected(listing.overrides) if expected else ()
+    if not stages or stages[-1].id == item.id:
+        return ()
+    reasons: list[str] = []
+    finished = stored.finished()
+    wanted = {stage.id: stage for stage in stages}
+    pairs = [(item.id, stages[-1])]
+    while pairs:
+        id, stage = pairs.pop()
+        if id == stage.id or id not in finished:
+            continue
+        before = read(paths.folder(finished[id].kind, id)).identity
+        differences = identity_differences(before, stage.identity)
+        reasons += [str(one) for one in differences if one.area == "config"]
+        upstream = [(before["upstream"].get(role), id) for role, id in stage.upstream.items()]
+        pairs += [(old, wanted[new]) for old, new in upstream if old is not None and new in wanted]
+    return tuple(reasons)
+
+
+def _verified(item: Item, paths: Paths) -> Item:
+    if item.state not in ("done", "stale"):
+        return item
+    try:
+        read(paths.folder(item.kind, item.id), verify=True)
+    except (Damage, FileNotFoundError) as error:
+        why = (f"{error}; the same command makes it again",)
+        return Item(item.id, item.kind, item.name, "damaged", why, item.command, item.experiments)
+    return item
+
+
+def resolve(paths: Paths, text: str) -> Path:
+    """The folder of the stage that a full id, the start of one or the digits at its end name.
+
+    Looks among finished stages first, then among failures. Raises UserError when none or several fit.
+    """
+    for shelf in ("", ".failed"):
+        places = {id: paths.root / kind / shelf / id for kind in paths.kinds() for id in paths.ids(kind, shelf)}
+        fitting = [id for id in places if id == text] or [
+            id for id in places if id.startswith(text) or id.rpartition("-")[2].startswith(text)
+        ]
+        if len(fitting) == 1:
+            return places[fitting[0]]
+        if fitting:
+            some = ", ".join(fitting[:5]) + (", ..." if len(fitting) > 5 else "")
+            raise UserError(f"{text} fits {len(fitting)} stages: {some}; give more of the id")
+    raise UserError(f"no stage {text} under {paths.root}; `repro runs` lists the ids")
