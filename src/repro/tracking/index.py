@@ -10,7 +10,7 @@ import json
 import os
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,8 @@ from repro.tracking.files import digest, write_atomically
 from repro.tracking.paths import RUN_FILE, Paths
 
 _FORMAT = 1
+_READERS = 8
+_BATCH = 64
 _SHELVES = {"": "ok", ".failed": "failed"}
 
 
@@ -27,6 +29,7 @@ class Entry:
 
     outcome  "ok", "failed" or "damaged" (run.json cannot be read)
     code     key into Index.codes
+    card     what the work calls its card: plain entries to list and filter by
     """
 
     id: str
@@ -42,9 +45,13 @@ class Entry:
     error: str = ""
 
 
+# A row of the index is the stamp of its file, then the fields of an Entry.
+_CODE_PLACE = 1 + [field.name for field in fields(Entry)].index("code")
+
+
 @dataclass
 class Index:
-    """All entries by (kind, outcome, id), and each distinct code identity once."""
+    """All entries, by kind, outcome and id, and each distinct code identity once."""
 
     entries: list[Entry] = field(default_factory=list)
     codes: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -56,38 +63,40 @@ class Index:
 
 def load(paths: Paths) -> Index:
     """The index, brought up to date with the store; saved when anything changed and the store can be written."""
-    known = _stored(paths.index)
-    fresh: dict[str, list[Any]] = {}
-    codes: dict[str, dict[str, Any]] = {}
-    changed = False
+    known_rows, codes = _stored(paths.index)
+    rows: dict[str, list[Any]] = {}
+    unread: list[tuple[str, list[int], str, str, str]] = []
     for kind in paths.kinds():
         for shelf, outcome in _SHELVES.items():
             for id in paths.ids(kind, shelf):
-                file = os.path.join(paths.root, kind, shelf, id, RUN_FILE)  # noqa: PTH118 - ten thousand at a time
-                stamp = _stamp(file)
                 key = f"{kind}/{shelf}/{id}"
-                row = known["rows"].get(key)
-                if row is None or row[0] != stamp:
-                    row = [stamp, *_read(Path(file), id, kind, outcome, known["codes"])]
-                    changed = True
-                fresh[key] = row
-                codes[row[1]["code"]] = known["codes"].get(row[1]["code"], {})
-    if changed or len(fresh) != len(known["rows"]):
+                stamp = _stamp(f"{paths.root}/{key}/{RUN_FILE}")
+                row = known_rows.get(key)
+                if row is not None and row[0] == stamp:
+                    rows[key] = row
+                else:
+                    unread.append((key, stamp, id, kind, outcome))
+    contents = _contents([paths.root / key / RUN_FILE for key, *_ in unread])
+    for (key, stamp, id, kind, outcome), content in zip(unread, contents, strict=True):
+        rows[key] = [stamp, *_row(content, id, kind, outcome, codes)]
+    if unread or len(rows) != len(known_rows):
+        used = {row[_CODE_PLACE] for row in rows.values()}
+        kept = {key: code for key, code in codes.items() if key in used}
         # A cache that cannot be written (read-only results) costs time, nothing else.
         with suppress(OSError):
-            content = {"format": _FORMAT, "rows": fresh, "codes": codes}
-            write_atomically(paths.index, json.dumps(content, separators=(",", ":")).encode())
-    return Index([Entry(**row[1]) for row in fresh.values()], codes)
+            stored = {"format": _FORMAT, "rows": rows, "codes": kept}
+            write_atomically(paths.index, json.dumps(stored, separators=(",", ":")).encode())
+    return Index([Entry(*row[1:]) for _, row in sorted(rows.items())], codes)
 
 
-def _stored(file: Path) -> dict[str, Any]:
+def _stored(file: Path) -> tuple[dict[str, list[Any]], dict[str, dict[str, Any]]]:
     try:
         stored = json.loads(file.read_bytes())
         if stored["format"] == _FORMAT:
-            return dict(stored)
+            return stored["rows"], stored["codes"]
     except (OSError, ValueError, KeyError, TypeError):
-        return {"rows": {}, "codes": {}}
-    return {"rows": {}, "codes": {}}
+        return {}, {}
+    return {}, {}
 
 
 def _stamp(file: str) -> list[int]:
@@ -98,28 +107,40 @@ def _stamp(file: str) -> list[int]:
     return [stat.st_mtime_ns, stat.st_size]
 
 
-def _read(file: Path, id: str, kind: str, outcome: str, codes: dict[str, dict[str, Any]]) -> list[dict[str, Any]]:
+def _contents(files: list[Path]) -> list[bytes | OSError]:
+    """Reading waits for the disk, so several files are asked for at once."""
+    if not files:
+        return []
+    from concurrent.futures import ThreadPoolExecutor
+
+    batches = [files[start : start + _BATCH] for start in range(0, len(files), _BATCH)]
+    with ThreadPoolExecutor(_READERS) as readers:
+        return [content for batch in readers.map(_read_batch, batches) for content in batch]
+
+
+def _read_batch(files: list[Path]) -> list[bytes | OSError]:
+    contents: list[bytes | OSError] = []
+    for file in files:
+        try:
+            contents.append(file.read_bytes())
+        except OSError as error:
+            contents.append(error)
+    return contents
+
+
+def _row(content: bytes | OSError, id: str, kind: str, outcome: str, codes: dict[str, dict[str, Any]]) -> list[Any]:
+    """The fields of an Entry, in its order."""
     try:
-        run = json.loads(file.read_bytes())
-        identity = run["identity"]
+        if isinstance(content, OSError):
+            raise content
+        run = json.loads(content)
+        identity, origin, error = run["identity"], run["provenance"], run["error"]
         code = {part: identity[part] for part in ("modules", "code", "libraries")}
         key = digest(code)[:16]
         codes[key] = code
+        times = (origin["finished"], origin["wall_s"])
+        reason = f"{error['type']}: {error['message']}" if error else ""
         card = run["summary"].get("card", {})
-        error = run["error"]
-        row = {
-            "id": id,
-            "kind": kind,
-            "name": run["name"],
-            "outcome": outcome,
-            "finished": run["provenance"]["finished"],
-            "wall_s": run["provenance"]["wall_s"],
-            "command": run["provenance"]["command"],
-            "code": key,
-            "upstream": identity["upstream"],
-            "card": card,
-            "error": f"{error['type']}: {error['message']}" if error else "",
-        }
+        return [id, kind, run["name"], outcome, *times, origin["command"], key, identity["upstream"], card, reason]
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as trouble:
-        row = {"id": id, "kind": kind, "name": id, "outcome": "damaged", "code": "", "error": f"{RUN_FILE}: {trouble}"}
-    return [row]
+        return [id, kind, id, "damaged", "", 0.0, "", "", {}, {}, f"{RUN_FILE} cannot be read ({trouble})"]
