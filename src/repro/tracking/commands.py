@@ -31,7 +31,9 @@ def status(argv: Sequence[str]) -> int:
     parser.add_argument("--why", metavar="ID", help="name every input of this stage that changed (the id may be cut)")
     parser.add_argument("--all", action="store_true", help="list every stage, not the first few of each state")
     parser.add_argument("--json", action="store_true", help="for other programs")
-    parser.add_argument("--verify", action="store_true", help="read every byte of every result and check it")
+    parser.add_argument(
+        "--verify", action="store_true", help="read every byte of every result; move damaged ones aside"
+    )
     options = parser.parse_args(argv)
     paths = Paths(outputs_root())
     items = states.survey(paths, verify=options.verify, expected=_expected())

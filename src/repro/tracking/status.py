@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +13,9 @@ from repro.tracking import code, index, lock
 from repro.tracking.diff import identity_differences
 from repro.tracking.index import Entry, Index
 from repro.tracking.paths import HOLDER_FILE, Paths
-from repro.tracking.record import Damage, read
+from repro.tracking.record import read
 from repro.tracking.stage import Stage
+from repro.tracking.store import Store
 
 STATES = ("done", "stale", "failed", "missing", "running", "interrupted", "damaged")
 # Overrides of a job -> the stages it consists of by the present defaults and code, the run itself last.
@@ -47,7 +48,8 @@ def survey(paths: Paths, *, verify: bool = False, expected: Expected | None = No
     """The state of every stage in the store and of every run that an experiment lists.
 
     A finished stage is stale when the code, the libraries or an upstream stage no longer give its identity; with
-    `expected`, also when the defaults no longer do. `verify` reads every byte of every finished stage.
+    `expected`, also when the defaults no longer do. `verify` reads every byte of every finished stage and moves
+    damaged ones aside.
     """
     stored = index.load(paths)
     judge = _Judge(paths, stored)
@@ -65,9 +67,9 @@ def survey(paths: Paths, *, verify: bool = False, expected: Expected | None = No
         outdated = _outdated(item, listing, stored, paths, expected) if expected else ()
         state = "stale" if outdated and item.state == "done" else item.state
         experiments = tuple(sorted(set(listing.experiments)))
-        items[id] = Item(id, item.kind, item.name, state, item.why + outdated, item.command, experiments)
+        items[id] = replace(item, state=state, why=item.why + outdated, experiments=experiments)
     if verify:
-        items = {id: _verified(item, paths) for id, item in items.items()}
+        items = {id: _verified(item, Store(paths.root)) for id, item in items.items()}
     return sorted(items.values(), key=lambda item: (item.kind, STATES.index(item.state), item.id))
 
 
@@ -167,15 +169,11 @@ def _outdated(item: Item, listing: _Listing, stored: Index, paths: Paths, expect
     return tuple(reasons)
 
 
-def _verified(item: Item, paths: Paths) -> Item:
-    if item.state not in ("done", "stale"):
+def _verified(item: Item, store: Store) -> Item:
+    damage = store.verify(item.kind, item.id) if item.state in ("done", "stale") else None
+    if damage is None:
         return item
-    try:
-        read(paths.folder(item.kind, item.id), verify=True)
-    except (Damage, FileNotFoundError) as error:
-        why = (f"{error}; the same command makes it again",)
-        return Item(item.id, item.kind, item.name, "damaged", why, item.command, item.experiments)
-    return item
+    return replace(item, state="damaged", why=(f"{damage}; moved aside, its command makes it again",))
 
 
 def resolve(paths: Paths, text: str) -> Path:

@@ -78,23 +78,38 @@ class Store:
             disk_errors_explained(self.paths.root),
             lock.held(self.paths.lock(stage.kind, stage.id), folder / HOLDER_FILE, stage.id),
         ):
-            found = self._find_or_move_aside(stage)
+            self._move_aside_if_damaged(stage.kind, stage.id)
+            found = self.find(stage.id, kind=stage.kind)
             return found if found is not None else self._make(stage, work, folder)
 
-    def _find_or_move_aside(self, stage: Stage) -> Record | None:
+    def verify(self, kind: str, id: str) -> Damage | None:
+        """Check every byte of a finished stage; a damaged one is moved aside, so that its command makes it again."""
+        holder = self.paths.work(kind, id) / HOLDER_FILE
+        with disk_errors_explained(self.paths.root):
+            try:
+                record.read(self.paths.folder(kind, id), verify=True)
+            except FileNotFoundError:
+                return None
+            except Damage:
+                with lock.held(self.paths.lock(kind, id), holder, id):
+                    return self._move_aside_if_damaged(kind, id, verify=True)
+        return None
+
+    def _move_aside_if_damaged(self, kind: str, id: str, *, verify: bool = False) -> Damage | None:
         """Under the lock, so that nobody else moves or makes this stage meanwhile."""
-        place = self.paths.folder(stage.kind, stage.id)
+        place = self.paths.folder(kind, id)
         try:
-            return record.read(place)
+            record.read(place, verify)
         except FileNotFoundError:
             return None
         except Damage as damage:
-            shelf = self.paths.damaged(stage.kind)
+            shelf = self.paths.damaged(kind)
             shelf.mkdir(parents=True, exist_ok=True)
-            target = next(name for number in range(1, 10**6) if not (name := shelf / f"{stage.id}-{number}").exists())
+            target = next(name for number in range(1, 10**6) if not (name := shelf / f"{id}-{number}").exists())
             place.rename(target)
-            progress.notice(f"{stage.id} was damaged ({damage}); it is kept in {target} and made again")
-            return None
+            progress.notice(f"{id} was damaged ({damage}); it is kept in {target}")
+            return damage
+        return None
 
     def _make(self, stage: Stage, work: Callable[[Path], dict[str, Any]], folder: Path) -> Record:
         folder.mkdir(parents=True, exist_ok=True)
