@@ -142,6 +142,10 @@ class Lagrangian(Model):
             potential = casadi.dot(parameters[self.potential_slice], self.potential_features.expression(q, qd))
         return Energies(kinetic, potential)
 
+    def transformed_momentum(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
+        """p_tran = M_hat(q) qd, eq. (8), as a CasADi expression; only with a momentum transform."""
+        return self.transform.expression(q, qd, parameters[self.transform_slice])
+
     def _pairs(self, mass: bool) -> list[tuple[int, int]]:
         return self._tangent_pairs + (self._mass_pairs if mass else [])
 

@@ -56,7 +56,7 @@ class Model(ABC):
 
     @abstractmethod
     def pull(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
-        """Gradients (member, row, sample, n_parameters) from the outputs' cotangents, (member, row, sample, ...) each."""
+        """Gradients (member, row, sample, n_parameters) from cotangents (member, row, sample, ...) of the outputs."""
 
     @abstractmethod
     def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:

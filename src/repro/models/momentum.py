@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import casadi
 import numpy as np
 import torch
 from torch import Tensor
@@ -35,6 +36,14 @@ class MomentumTransform:
     def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
         """The position features as one-row jets, (..., 1, n_features)."""
         return self.features.jets(q, qd, qdd)[..., :1, :]
+
+    def expression(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
+        """p_tran as a CasADi expression."""
+        entries = self.network.expression(parameters, self.features.expression(q, qd))
+        matrix = casadi.SX(self.n_q, self.n_q)
+        for number, (row, column) in enumerate(self.features.mass_pairs):
+            matrix[row, column] = matrix[column, row] = entries[number]
+        return matrix @ qd
 
     def momentum(self, entries: Tensor, qd: Tensor) -> Tensor:
         """p_tran = M_hat qd, (member, sample, n_q), from the network's output (member, sample, 1, n_entries)."""

@@ -1,0 +1,122 @@
+"""Adam as the paper's Keras runs it: plain, or with a cosine schedule."""
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from repro.learning.native import NativeProblem, native
+from repro.learning.optimiser import Optimiser
+from repro.learning.problem import Problem
+from repro.learning.result import Checkpoint, Fitted, Progress
+
+BETA_1, BETA_2 = 0.9, 0.999
+
+
+@dataclass(frozen=True)
+class Adam(Optimiser):
+    """Kingma and Ba (2015) in the form of legacy Keras: step lr sqrt(1 - b2^k) / (1 - b1^k) m / (sqrt(v) + epsilon).
+
+    schedule `keras`: lr / (1 + decay k); `cosine`: lr down to lr * 1e-4 along half a cosine. A member whose loss is no
+    longer finite is put back to its last finite weights and left there. engine `auto` takes generated code for small
+    models in float64 where a compiler is there, and torch otherwise.
+    """
+
+    epochs: int = 1000
+    learning_rate: float = 0.01
+    decay: float = 1e-6
+    schedule: Literal["keras", "cosine"] = "keras"
+    batch_size: int = 2048
+    epsilon: float = 1e-7
+    curve_points: int = 200
+    engine: Literal["auto", "torch"] = "auto"
+
+    def fit(self, problem: Problem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
+        """Train from `parameters` (member, n_parameters)."""
+        state = checkpoint.load() or _start(parameters)
+        compiled = native(problem) if self.engine == "auto" and parameters.dtype == torch.float64 else None
+        batches = math.ceil(problem.samples / self.batch_size)
+        every = max(1, self.epochs // self.curve_points)
+        for epoch in range(state["epoch"], self.epochs):
+            rates = self._rates(epoch * batches, batches)
+            if compiled is None:
+                losses = self._torch_epoch(problem, state, rates, epoch)
+            else:
+                losses = self._native_epoch(compiled, problem.seeds, state, rates, epoch)
+            _watch(state, losses, epoch)
+            state["epoch"] = epoch + 1
+            if epoch % every == 0 or epoch == self.epochs - 1:
+                state["curves"].append((epoch + 1, "loss", losses.double().numpy().copy()))
+            checkpoint.save(state)
+            progress((epoch + 1) / self.epochs, f"epoch {epoch + 1} of {self.epochs}, loss {losses.nanmedian():.2e}")
+        return Fitted(state["parameters"], state["curves"], state["status"], {"epochs": self.epochs})
+
+    def rate(self, step: int, total: int) -> float:
+        """Learning rate at step 0, 1, ... of `total`, without the bias correction."""
+        if self.schedule == "keras":
+            return self.learning_rate / (1 + self.decay * step)
+        return self.learning_rate * (1e-4 + (1 - 1e-4) * 0.5 * (1 + math.cos(math.pi * step / total)))
+
+    def _rates(self, first: int, count: int) -> np.ndarray:
+        total = self.epochs * count
+        correction = [math.sqrt(1 - BETA_2 ** (k + 1)) / (1 - BETA_1 ** (k + 1)) for k in range(first, first + count)]
+        return np.array([self.rate(first + k, total) * factor for k, factor in enumerate(correction)])
+
+    def _native_epoch(
+        self, compiled: NativeProblem, seeds: list[int], state: dict, rates: np.ndarray, epoch: int
+    ) -> Tensor:
+        losses = torch.full((len(seeds),), float("nan"), dtype=torch.float64)
+        arrays = [state[name].numpy() for name in ("parameters", "first", "second")]
+        for member in state["alive"].nonzero().flatten().tolist():
+            order = _shuffled(seeds[member], int(compiled.counts[0]), epoch)
+            rows = [array[member] for array in arrays]
+            losses[member] = compiled.adam_epoch(
+                member, order, self.batch_size, rates, (BETA_1, BETA_2, self.epsilon), rows
+            )
+        return losses
+
+    def _torch_epoch(self, problem: Problem, state: dict, rates: np.ndarray, epoch: int) -> Tensor:
+        order = torch.from_numpy(np.stack([_shuffled(seed, problem.samples, epoch) for seed in problem.seeds]))
+        losses = torch.zeros(problem.members, dtype=state["parameters"].dtype)
+        for batch, rate in enumerate(rates):
+            index = order[:, batch * self.batch_size : (batch + 1) * self.batch_size]
+            parameters = state["parameters"].requires_grad_()
+            loss = problem.loss(parameters, index)
+            (gradient,) = torch.autograd.grad(loss.sum(), parameters)
+            state["first"].mul_(BETA_1).add_(gradient, alpha=1 - BETA_1)
+            state["second"].mul_(BETA_2).addcmul_(gradient, gradient, value=1 - BETA_2)
+            update = float(rate) * state["first"] / (state["second"].sqrt() + self.epsilon)
+            parameters = parameters.detach()
+            state["parameters"] = torch.where(state["alive"].unsqueeze(1), parameters - update, parameters)
+            losses += loss.detach() * index.shape[1] / problem.samples
+        return losses
+
+
+def _start(parameters: Tensor) -> dict:
+    return {
+        "parameters": parameters.clone(),
+        "finite": parameters.clone(),
+        "first": torch.zeros_like(parameters),
+        "second": torch.zeros_like(parameters),
+        "alive": torch.ones(len(parameters), dtype=torch.bool),
+        "status": ["ok"] * len(parameters),
+        "epoch": 0,
+        "curves": [],
+    }
+
+
+def _shuffled(seed: int, samples: int, epoch: int) -> np.ndarray:
+    """A fresh order of the samples from (seed, epoch) alone, so that a resumed run sees the same batches."""
+    return np.random.default_rng([seed, 11, epoch]).permutation(samples)
+
+
+def _watch(state: dict, losses: Tensor, epoch: int) -> None:
+    finite = losses.isfinite() & state["parameters"].isfinite().all(1)
+    for member in (state["alive"] & ~finite).nonzero().flatten().tolist():
+        state["status"][member] = f"diverged at epoch {epoch + 1}"
+        state["parameters"][member] = state["finite"][member]
+    state["alive"] &= finite
+    state["finite"] = torch.where(state["alive"].unsqueeze(1), state["parameters"], state["finite"])

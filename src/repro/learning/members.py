@@ -1,0 +1,38 @@
+"""One member's loss, gradient and Jacobian in float64: generated code where it pays, torch otherwise."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import torch
+
+from repro.learning.native import NativeProblem, native
+from repro.learning.problem import Problem
+
+
+@dataclass(frozen=True)
+class MemberProblem:
+    """The problem of one member as functions of its weights (n_parameters,)."""
+
+    problem: Problem  # of this member alone
+
+    @cached_property
+    def compiled(self) -> NativeProblem | None:
+        """The generated code, where it applies."""
+        return native(self.problem)
+
+    def loss_and_gradient(self, parameters: np.ndarray) -> tuple[float, np.ndarray]:
+        """The loss and its gradient (n_parameters,); not finite where the model is singular."""
+        if self.compiled is not None:
+            return self.compiled.loss_and_gradient(0, parameters)
+        weights = torch.from_numpy(parameters.copy()).unsqueeze(0).requires_grad_()
+        loss = self.problem.loss(weights)[0]
+        (gradient,) = torch.autograd.grad(loss, weights)
+        return loss.item(), gradient[0].numpy()
+
+    def linearise(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Residual rows (n_rows,) and their Jacobian (n_rows, n_parameters)."""
+        if self.compiled is not None:
+            return self.compiled.linearise(0, parameters)
+        rows, jacobian = self.problem.linearise(torch.from_numpy(parameters.copy()).unsqueeze(0))
+        return rows[0].numpy(), jacobian[0].numpy()

@@ -1,0 +1,43 @@
+"""Losses (7a), (8) and l_H as rows of residuals: the loss of a sample is the weighted sum of its squared rows."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import torch
+from torch import Tensor
+
+from repro.models.terms import Terms
+
+
+@dataclass(frozen=True)
+class Objective:
+    """What is asked of the model on one dataset.
+
+    equation: `inverse` asks for tau (PLNN), `forward` for qdd (LNN), None for neither. transform_weight: of
+    Omega_tran, eq. (8). energy_weight: of the squared energy error where the energy is known (III-A.1), with H_hat the
+    `legendre` transform p.qd - L or the printed `sum` T + V.
+    """
+
+    equation: Literal["inverse", "forward"] | None = "inverse"
+    transform_weight: float = 0.0
+    energy_weight: float = 0.0
+    energy_form: Literal["legendre", "sum"] = "legendre"
+
+    @property
+    def mass(self) -> bool:
+        """Whether the mass matrix is needed."""
+        return self.equation == "forward"
+
+    def rows(self, terms: Terms, measured: dict[str, Tensor]) -> Tensor:
+        """Weighted residual rows (member, sample, row); measured: qd, qdd, tau (member, sample, n_q) and energy."""
+        rows = []
+        if self.equation == "inverse":
+            rows.append(terms.tau - measured["tau"])
+        elif self.equation == "forward":
+            rows.append(terms.acceleration_error(measured["qdd"], measured["tau"]))
+        if self.transform_weight:
+            rows.append(self.transform_weight**0.5 * (terms.transformed_momentum - terms.momentum))
+        if self.energy_weight:
+            energy = terms.energy_sum if self.energy_form == "sum" else terms.hamiltonian(measured["qd"])
+            rows.append(self.energy_weight**0.5 * (energy - measured["energy"]).unsqueeze(-1))
+        return torch.cat(rows, dim=-1)

@@ -1,0 +1,19 @@
+"""What every optimiser offers."""
+
+from abc import ABC, abstractmethod
+from typing import ClassVar
+
+from torch import Tensor
+
+from repro.learning.problem import Problem
+from repro.learning.result import Checkpoint, Fitted, Progress
+
+
+class Optimiser(ABC):
+    """A way to fit all members of a problem; its settings are the fields of a frozen dataclass."""
+
+    linear_only: ClassVar[bool] = False  # needs a model that is linear in its parameters, and the inverse equation
+
+    @abstractmethod
+    def fit(self, problem: Problem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
+        """Start from `parameters` (member, n_parameters) and return the fitted ones."""

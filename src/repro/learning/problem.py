@@ -1,0 +1,109 @@
+"""A fitting problem: one model, one or more datasets with an objective each, and the l1 terms of (7a)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from repro.learning.objective import Objective
+from repro.models.model import Model
+
+
+@dataclass(frozen=True)
+class Task:
+    """A prepared dataset and what is asked of the model there; every tensor is (member, sample, ...)."""
+
+    objective: Objective
+    prepared: dict[str, Tensor]
+    measured: dict[str, Tensor]
+    sample_weight: Tensor | None = None
+
+    @property
+    def samples(self) -> int:
+        """Number of samples a member."""
+        return self.measured["qd"].shape[1]
+
+    def select(self, index: Tensor) -> "Task":
+        """The samples `index` (member, batch) of each member."""
+        members = torch.arange(len(index)).unsqueeze(1)
+        pick = {
+            name: {k: v[members, index] for k, v in getattr(self, name).items()} for name in ("prepared", "measured")
+        }
+        weight = None if self.sample_weight is None else self.sample_weight[members, index]
+        return Task(self.objective, **pick, sample_weight=weight)
+
+    def member(self, index: int) -> "Task":
+        """The same task for one member alone."""
+        one = slice(index, index + 1)
+        parts = {name: {k: v[one] for k, v in getattr(self, name).items()} for name in ("prepared", "measured")}
+        return Task(
+            self.objective, **parts, sample_weight=None if self.sample_weight is None else self.sample_weight[one]
+        )
+
+    def weighted(self, rows: Tensor) -> Tensor:
+        """Rows (member, sample, row) scaled so that the sum of their squares is the mean loss over samples."""
+        if self.sample_weight is not None:
+            rows = rows * self.sample_weight.sqrt().unsqueeze(-1)
+        return rows / self.samples**0.5
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Minimise, for every member, the sum of its tasks' mean squared rows + l1 |coefficients|.
+
+    l1: (n_parameters,) weights of the absolute values; seeds: one a member, for the batch order.
+    """
+
+    model: Model
+    tasks: Sequence[Task]
+    seeds: Sequence[int]
+    l1: Tensor | None = None
+
+    @property
+    def members(self) -> int:
+        """Number of members."""
+        return len(self.seeds)
+
+    @property
+    def samples(self) -> int:
+        """Samples of the first task: an epoch goes once over these."""
+        return self.tasks[0].samples
+
+    def loss(self, parameters: Tensor, index: Tensor | None = None) -> Tensor:
+        """Loss (member,); `index` (member, batch) picks a mini-batch of the first task, the others are used whole."""
+        total = torch.zeros(len(parameters), dtype=parameters.dtype)
+        for number, task in enumerate(self.tasks):
+            part = task if number or index is None else task.select(index)
+            terms = self.model.evaluate(parameters, part.prepared, part.objective.mass)
+            total = total + part.weighted(part.objective.rows(terms, part.measured)).square().sum((1, 2))
+        if self.l1 is not None:
+            total = total + parameters.abs() @ self.l1
+        return total
+
+    def member(self, index: int) -> "Problem":
+        """The problem of one member alone."""
+        return Problem(self.model, [task.member(index) for task in self.tasks], [self.seeds[index]], self.l1)
+
+    def linearise(self, parameters: Tensor) -> tuple[Tensor, Tensor]:
+        """All rows (member, n_rows) and their Jacobian (member, n_rows, n_parameters); l1 terms are left out."""
+        values, jacobians = [], []
+        for task in self.tasks:
+            rows, jacobian = self.model.rows(
+                parameters,
+                task.prepared,
+                lambda terms, task=task: task.weighted(task.objective.rows(terms, task.measured)),
+                task.objective.mass,
+            )
+            values.append(rows.transpose(1, 2).flatten(1))
+            jacobians.append(jacobian.flatten(1, 2))
+        return torch.cat(values, dim=1), torch.cat(jacobians, dim=1)
+
+    def subsample(self, samples: int | None) -> "Problem":
+        """The same problem with at most `samples` random samples in the first task (drawn by each member's seed)."""
+        if samples is None or samples >= self.samples:
+            return self
+        draws = [np.random.default_rng([seed, 77]).permutation(self.samples)[:samples] for seed in self.seeds]
+        first = self.tasks[0].select(torch.from_numpy(np.stack(draws)))
+        return Problem(self.model, [first, *self.tasks[1:]], self.seeds, self.l1)

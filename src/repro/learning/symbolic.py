@@ -1,0 +1,63 @@
+"""Objectives as CasADi expressions: the same rows as `Objective.rows`, for code generation."""
+
+from dataclasses import dataclass
+
+import casadi
+
+from repro.learning.objective import Objective
+from repro.mechanics.derive import euler_lagrange
+from repro.models.model import Model
+
+COLUMNS = ("q", "qd", "qdd", "tau", "energy", "weight")
+
+
+@dataclass(frozen=True)
+class Symbols:
+    """One sample's symbols: q, qd, qdd, tau (n_q,), known energy, sample weight; and one member's parameters."""
+
+    q: casadi.SX
+    qd: casadi.SX
+    qdd: casadi.SX
+    tau: casadi.SX
+    energy: casadi.SX
+    weight: casadi.SX
+    parameters: casadi.SX
+
+    @property
+    def inputs(self) -> list[casadi.SX]:
+        """The symbols in the order of COLUMNS, then the parameters."""
+        return [self.q, self.qd, self.qdd, self.tau, self.energy, self.weight, self.parameters]
+
+
+def symbols(model: Model) -> Symbols:
+    """Fresh symbols for a model."""
+    vectors = [casadi.SX.sym(name, model.n_q) for name in COLUMNS[:4]]
+    scalars = [casadi.SX.sym(name) for name in COLUMNS[4:]]
+    return Symbols(*vectors, *scalars, casadi.SX.sym("parameters", model.n_parameters))
+
+
+def residual(model: Model, objective: Objective, s: Symbols) -> casadi.SX:
+    """Residual rows (n_rows,) of one sample, weighted, for any model with energies; a black box has qdd rows only."""
+    if not model.energetic:
+        return casadi.sqrt(s.weight) * (model.acceleration(s.q, s.qd, s.tau, s.parameters) - s.qdd)
+    energies = model.energies(s.q, s.qd, s.parameters)
+    lagrangian = energies.kinetic - energies.potential
+    momentum = casadi.gradient(lagrangian, s.qd)
+    rows = []
+    if objective.equation is not None:
+        error = euler_lagrange(lagrangian, s.q, s.qd, s.qdd) - s.tau
+        rows.append(error if objective.equation == "inverse" else -_solve(casadi.jacobian(momentum, s.qd), error))
+    if objective.transform_weight:
+        transformed = model.transformed_momentum(s.q, s.qd, s.parameters)
+        rows.append(objective.transform_weight**0.5 * (transformed - momentum))
+    if objective.energy_weight:
+        legendre = casadi.dot(momentum, s.qd) - lagrangian
+        energy = energies.kinetic + energies.potential if objective.energy_form == "sum" else legendre
+        rows.append(objective.energy_weight**0.5 * (energy - s.energy))
+    return casadi.sqrt(s.weight) * casadi.vertcat(*rows)
+
+
+def _solve(matrix: casadi.SX, right: casadi.SX) -> casadi.SX:
+    if matrix.shape[0] <= 3:
+        return casadi.mtimes(casadi.inv_minor(matrix), right)
+    return casadi.ldl_solve(right, *casadi.ldl(matrix))

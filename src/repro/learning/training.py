@@ -1,0 +1,95 @@
+"""A fit in phases: each starts where the last one ended (curricula, pretraining and fine-tuning)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import torch
+from torch import Tensor
+
+from repro.data.dataset import Dataset
+from repro.learning.objective import Objective
+from repro.learning.optimiser import Optimiser
+from repro.learning.problem import Problem, Task
+from repro.learning.result import Checkpoint, Fitted, Progress
+from repro.models.model import Model
+
+
+@dataclass(frozen=True)
+class Phase:
+    """One problem to solve, with a name for the learning curves."""
+
+    name: str
+    problem: Problem
+
+
+def train(
+    phases: Sequence[Phase], optimiser: Optimiser, parameters: Tensor, progress: Progress, checkpoint: Checkpoint
+) -> Fitted:
+    """Solve the phases in turn. A member that diverges keeps its last finite weights and its status; the others go on."""
+    untouched = Fitted(parameters, status=["ok"] * len(parameters))
+    state = checkpoint.load() or {"phase": 0, "fitted": untouched, "inner": None}
+    for number in range(state["phase"], len(phases)):
+        phase, before = phases[number], state["fitted"]
+        told = _told(progress, number, phases)
+        fitted = optimiser.fit(phase.problem, before.parameters, told, _Inner(checkpoint, state))
+        state = {"phase": number + 1, "fitted": _chain(before, fitted, phase.name), "inner": None}
+        checkpoint.save(state)
+    return state["fitted"]
+
+
+def make_task(
+    model: Model,
+    dataset: Dataset,
+    objective: Objective,
+    dtype: torch.dtype = torch.float64,
+    error_scale: float | None = None,
+) -> Task:
+    """Prepare a dataset's samples for a model.
+
+    error_scale s (m/s^2 and rad/s^2 together) weighs each sample by 1 / (1 + |qdd|^2 / s^2): where the motion is
+    violent a small relative error of M is a large error of tau.
+    """
+    prepared = model.prepare(dataset.q, dataset.qd, dataset.qdd, dataset.tau)
+    measured = {"q": dataset.q, "qd": dataset.qd, "qdd": dataset.qdd, "tau": dataset.tau}
+    if dataset.energy is not None:
+        measured["energy"] = dataset.energy
+    weight = None
+    if error_scale is not None:
+        weight = torch.from_numpy(1 / (1 + (dataset.qdd**2).sum(-1) / error_scale**2)).to(dtype)
+    return Task(
+        objective,
+        {name: torch.from_numpy(array).to(dtype) for name, array in prepared.items()},
+        {name: torch.from_numpy(array).to(dtype) for name, array in measured.items()},
+        weight,
+    )
+
+
+class _Inner:
+    """The optimiser's own state, kept inside the training's checkpoint."""
+
+    def __init__(self, outer: Checkpoint, state: dict) -> None:
+        self.outer, self.state = outer, state
+
+    def load(self) -> dict | None:
+        return self.state["inner"]
+
+    def save(self, state: dict) -> None:
+        self.outer.save(self.state | {"inner": state})
+
+
+def _told(progress: Progress, number: int, phases: Sequence[Phase]) -> Progress:
+    def shared(fraction: float, text: str) -> None:
+        label = f"{phases[number].name}: {text}" if len(phases) > 1 else text
+        progress((number + fraction) / len(phases), label)
+
+    return shared
+
+
+def _chain(before: Fitted, after: Fitted, name: str) -> Fitted:
+    offset = before.curves[-1][0] if before.curves else 0
+    curves = before.curves + [(offset + step, key, values) for step, key, values in after.curves]
+    status = [
+        old if old != "ok" else new if new == "ok" else f"{new} of {name}"
+        for old, new in zip(before.status, after.status, strict=True)
+    ]
+    return replace(after, curves=curves, status=status, notes=before.notes | after.notes)

@@ -1,0 +1,85 @@
+"""Generated C, compiled once with the machine's compiler and kept on disk."""
+
+import ctypes
+import hashlib
+import os
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+
+
+class CompilerError(Exception):
+    """No C compiler is there, or it refused the source."""
+
+
+@lru_cache(maxsize=1)
+def compiler() -> str:
+    """Path of the C compiler: $CC, cc, gcc or clang; CompilerError where there is none."""
+    for name in (os.environ.get("CC"), "cc", "gcc", "clang"):
+        if name and (path := shutil.which(name)):
+            return path
+    raise CompilerError("no C compiler (cc, gcc or clang) was found")
+
+
+def has_compiler() -> bool:
+    """Whether generated C can be compiled here."""
+    try:
+        return bool(compiler())
+    except CompilerError:
+        return False
+
+
+def load_library(source: str, flags: Sequence[str]) -> ctypes.CDLL:
+    """The shared library of this source, compiled unless it is there; CompilerError with the compiler's words."""
+    identity = [source, *flags, _version(), _processor()]
+    library = cache_folder() / f"{hashlib.sha256(chr(10).join(identity).encode()).hexdigest()[:32]}.so"
+    if not library.exists():
+        _compile(source, flags, library)
+    return ctypes.CDLL(str(library))
+
+
+def cache_folder() -> Path:
+    """Where compiled libraries are kept: $XDG_CACHE_HOME/repro, ~/.cache/repro, or the temporary folder."""
+    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    folder = home / "repro"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        folder = Path(tempfile.gettempdir()) / f"repro-{os.getuid()}"
+        folder.mkdir(mode=0o700, exist_ok=True)
+    return folder
+
+
+@lru_cache(maxsize=1)
+def _version() -> str:
+    return subprocess.run([compiler(), "--version"], capture_output=True, text=True, check=False).stdout
+
+
+@lru_cache(maxsize=1)
+def _processor() -> str:
+    # code for the instruction set of one processor may stop another one that shares the cache folder
+    information = Path("/proc/cpuinfo")
+    flags = (
+        [line for line in information.read_text().splitlines() if line.startswith("flags")]
+        if information.exists()
+        else []
+    )
+    return os.uname().machine + "".join(flags[:1])
+
+
+def _compile(source: str, flags: Sequence[str], library: Path) -> None:
+    with tempfile.TemporaryDirectory(dir=library.parent) as folder:
+        text, unit, built = (Path(folder) / f"generated.{suffix}" for suffix in ("c", "o", "so"))
+        text.write_text(source)
+        # linked without the flags: -ffast-math at link time would change the rounding mode of the whole process
+        for command in (
+            [compiler(), *flags, "-fPIC", "-c", str(text), "-o", str(unit)],
+            [compiler(), "-shared", str(unit), "-o", str(built), "-lm"],
+        ):
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            if done.returncode:
+                raise CompilerError(f"{' '.join(command)} failed:\n{done.stderr.strip()}")
+        built.replace(library)
