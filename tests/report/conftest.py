@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -58,7 +59,7 @@ class SyntheticStore:
         seeds = list(range(n)) if seeds is None else list(seeds)
         self.count += 1
         name = f"sip-run-{self.count:010x}"
-        folder = self.outputs / "runs" / name
+        folder = self.outputs / "runs" / ("" if outcome == "ok" else ".failed") / name
         folder.mkdir(parents=True)
         full = {**BASE_CARD, **card, "seeds": seeds, "member_status": list(status or ["ok"] * n)}
         rows = [
@@ -79,14 +80,15 @@ class SyntheticStore:
             "name": "sip-run",
             "outcome": outcome,
             "identity": {"config": {}, "upstream": {}, "code": {"repro.models": "1"}, "libraries": {}},
-            "summary": {"card": full},
+            "summary": {"card": full} if outcome == "ok" else {},
             "provenance": {},
             "files": {},
             "error": None if outcome == "ok" else {"type": "MemoryError", "message": "no room", "command": ""},
         }
         (folder / "run.json").write_text(json.dumps(record), encoding="utf-8")
         overrides = [f"{key}={value}" for key, value in card.items()] + [f"seeds={seeds}"]
-        self.list_job(experiment, {"overrides": overrides, "run": name, "command": f"repro run {' '.join(overrides)}"})
+        job = {"overrides": overrides, "run": name, "command": f"repro run {' '.join(overrides)}"}
+        self.list_job(experiment, job if outcome == "ok" else {**job, "card": full})
         return name
 
     def anchors(self, experiment: str, *, trivial: Mapping[str, float], degenerate: Mapping[str, float]) -> None:
@@ -127,3 +129,136 @@ def store(tmp_path: Path) -> SyntheticStore:
 @pytest.fixture
 def quick_store(tmp_path: Path) -> SyntheticStore:
     return SyntheticStore(tmp_path / "outputs", "quick")
+
+
+def errors(rng: np.random.Generator, centre: float, n: int = 5, spread: float = 0.3) -> list[float]:
+    return list(centre * rng.lognormal(sigma=spread, size=n))
+
+
+def learned(rng: np.random.Generator, tau: float, n: int = 5) -> dict[str, list[float]]:
+    """Draw a plausible set of metrics for one fit, all tied to its force error."""
+    factors = {
+        "mae_tau": 1.0,
+        "mae_qdd": 9.0,
+        "median_ae_qdd": 4.0,
+        "mae_L_raw": 150.0,
+        "mae_L_relative": 20.0,
+        "mae_L_canonical": 0.4,
+        "mae_H_legendre": 5.0,
+        "mae_H_centred": 3.0,
+        "mae_H_sum": 60.0,
+        "min_T": -50.0,
+        "momentum_transform": 15.0,
+        "onestep_euler_qd[0]": 0.0,
+        "onestep_euler_qd[1]": 0.0,
+        "rollout_qd[0]": 2.0,
+        "rollout_qd[1]": 5.0,
+        "fit_seconds": 12.0,
+    }
+    drawn = {metric: errors(rng, abs(factor) * tau, n) for metric, factor in factors.items()}
+    drawn["min_T"] = [-value for value in drawn["min_T"]]
+    drawn["onestep_euler_qd[0]"] = errors(rng, 0.05, n, 0.1)
+    drawn["onestep_euler_qd[1]"] = errors(rng, 0.12, n, 0.1)
+    drawn["min_eig_M"] = errors(rng, 0.02, n)
+    return drawn
+
+
+def learning_curve(rng: np.random.Generator, end: float, n: int = 5, steps: int = 600) -> pd.DataFrame:
+    step = np.arange(steps)
+    frames = []
+    for member in range(n):
+        value = end * (1 + 300 / (1 + step)) * rng.lognormal(sigma=0.15, size=steps)
+        frames += [
+            pd.DataFrame({"member": member, "step": step, "name": name, "value": value}) for name in ("mae_tau", "loss")
+        ]
+    return pd.concat(frames, ignore_index=True)
+
+
+def trajectory(rng: np.random.Generator, n: int = 5, points: int = 300) -> pd.DataFrame:
+    t = 0.04 * np.arange(points)
+    frames = []
+    for member in range(n):
+        for velocity, size in {"xd": 2.0, "thetad": 8.0}.items():
+            plant = size * np.cumsum(rng.normal(size=points)) / np.sqrt(points)
+            lines = {
+                "plant": plant,
+                "onestep_euler": plant + 0.02 * size * rng.normal(size=points),
+                "model": plant + size * 0.002 * np.arange(points) ** 1.2 * rng.normal(),
+            }
+            frames += [
+                pd.DataFrame({"member": member, "name": f"{source}.{velocity}", "t": t, "value": value})
+                for source, value in lines.items()
+            ]
+    return pd.concat(frames, ignore_index=True)
+
+
+def fill(store: SyntheticStore) -> None:
+    """Run every experiment of the single pendulum, synthetically."""
+    rng = np.random.default_rng(0)
+    anchors = {"mae_tau": 1.4, "mae_qdd": 11.0, "onestep_euler_qd[0]": 0.05, "onestep_euler_qd[1]": 0.12}
+    floor = {**anchors, "mae_tau": 0.12, "mae_qdd": 10.0}
+    for experiment in ("sip_basis", "sip_forward_inverse", "sip_optimisers", "sip_energies"):
+        store.anchors(experiment, trivial=anchors, degenerate=floor)
+    for basis, hidden, objective, tau in (
+        ("raw", "10", "inverse", 1.0),
+        ("engineered", "10", "inverse", 0.4),
+        ("t1", "", "inverse", 0.01),
+        ("t1", "", "forward", 8.0),
+        ("t2", "10", "inverse", 0.24),
+        ("t2", "10", "forward", 2.2),
+    ):
+        store.run("sip_basis", learned(rng, tau), basis=basis, hidden=hidden, objective=objective)
+    for basis, hidden, optimiser in (
+        ("t1", "", "adam"),
+        ("t2", "10", "adam"),
+        ("t2", "2x32", "adam"),
+        ("t2", "10", "levenberg_marquardt"),
+    ):
+        for objective, tau in (("inverse", 0.05), ("forward", 1.5)):
+            bad = objective == "forward"
+            status = ["ok"] * 4 + ["diverged at step 40" if bad else "ok"]
+            card = {"basis": basis, "hidden": hidden, "optimiser": optimiser, "objective": objective}
+            curves = learning_curve(rng, tau)
+            store.run("sip_forward_inverse", learned(rng, tau), status=status, curves=curves, literal=False, **card)
+    for regime, steps, labels, noise, tau in (
+        ("episodes", 1000, "exact", 0.0, 0.25),
+        ("episodes", 100, "exact", 0.0, 0.04),
+        ("long", 1000, "exact", 0.0, 6.0),
+        ("episodes", 1000, "differenced", 0.0, 0.9),
+        ("episodes", 1000, "exact", 0.1, 0.3),
+    ):
+        place = {"regime": regime, "episode_steps": steps, "labels": labels, "tau_noise": noise}
+        store.run("sip_regimes", learned(rng, tau), trajectories=trajectory(rng), **place)
+        least = {**place, "basis": "t1", "optimiser": "least_squares", "literal": False, "hidden": "", "epochs": 0}
+        store.run("sip_regimes", learned(rng, 1e-13 if labels == "exact" else 0.3), **least)
+    for optimiser, curriculum, tau in (
+        ("adam", "", 0.24),
+        ("adam_cosine", "", 0.2),
+        ("lbfgs", "", 0.05),
+        ("levenberg_marquardt", "", 0.004),
+        ("levenberg_marquardt", "100, 1000", 0.002),
+    ):
+        card = {"optimiser": optimiser, "curriculum": curriculum, "literal": False}
+        store.run("sip_optimisers", learned(rng, tau), curves=learning_curve(rng, tau), **card)
+    for sequence in ("d_only", "anchor", "d_h_only", "d_h_then_d", "joint"):
+        store.run("sip_energies", learned(rng, 0.02), sequence=sequence, literal=False)
+    store.run("sip_energies", learned(rng, 1e-4), energies="canonical", literal=False)
+    support = {"support_exact": [1, 1, 1, 1, 0], "false_terms": [0, 0, 0, 0, 2], "coefficient_error": errors(rng, 1e-4)}
+    for optimiser in ("lasso", "adam_l1", "thresholded_least_squares"):
+        store.run("sip_selection", support, optimiser=optimiser, tau_noise=0.1, qdd_noise=0.5, literal=False)
+    row = {"name": "forward_vs_inverse", "ours": "inverse", "other": "forward", "threads": 1, "protocol": "paired, 30"}
+    sizes = {"1x10": 1.07, "2x32": 1.6}
+    store.bench(
+        [
+            {**row, "size": s, "members": 5, "ratio_median": r, "ratio_q25": 0.98 * r, "ratio_q75": 1.02 * r}
+            | {"ours_ms": 1.4, "other_ms": 1.4 * r}
+            for s, r in sizes.items()
+        ]
+    )
+    store.run("sip_basis", {}, seeds=[0, 1], outcome="failed", basis="t2", hidden="2x500", objective="forward")
+
+
+@pytest.fixture
+def full_store(store: SyntheticStore) -> SyntheticStore:
+    fill(store)
+    return store

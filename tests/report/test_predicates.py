@@ -63,9 +63,10 @@ def test_a_fit_fails_in_any_of_three_ways(store):
     assert "1 diverged, 1 worse than the trivial model, 1 with an indefinite mass matrix" in found.note
 
 
-def test_a_run_that_died_is_a_failed_fit(store):
+def test_a_run_that_died_is_no_failed_fit(store):
     store.run("e", {}, seeds=[0, 1], outcome="failed", objective="forward")
-    assert outcome(store, "share_of_failures_at_least", share_of_members=1.0, where=FORWARD).estimate.n == 2
+    with pytest.raises(NotRunError, match="failed: MemoryError: no room"):
+        outcome(store, "share_of_failures_at_least", share_of_members=1.0, where=FORWARD)
 
 
 def test_pairs_are_compared_member_by_member_in_every_metric(store):

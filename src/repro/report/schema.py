@@ -97,6 +97,15 @@ def as_text(value: Any) -> str:
     return json.dumps(value)
 
 
+def plain(value: Any) -> Any:
+    """Take one cell out of a table: a Python value, None where it is missing."""
+    import pandas as pd
+
+    if pd.api.types.is_scalar(value) and pd.isna(value):
+        return None
+    return value.item() if hasattr(value, "item") else value
+
+
 def as_card_value(column: str, value: Any) -> Any:
     """Bring one card value to its column's type; None stays None for numbers and becomes empty text."""
     kind = CARD[column]

@@ -1,13 +1,16 @@
 """From a selector to the settings it means; which settings may be compared; the anchors of a test set."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from repro.report.results import Results
-from repro.report.schema import CARD, TEST_SET, as_text
+from repro.report.schema import CARD, TEST_SET, as_text, plain
 from repro.report.setting import Setting
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Where = Mapping[str, Any]
 
@@ -25,17 +28,11 @@ class NotRunError(Exception):
 
 def settings(results: Results, experiment: str | None, where: Where | None = None) -> list[Setting]:
     """List the settings of an experiment (None: of all) whose card agrees with `where` (a list: any of it)."""
-    chosen = results.runs[results.runs["setting"] != ""]
-    if experiment is not None:
-        chosen = chosen[chosen["experiment"] == experiment]
-    for column, wanted in (where or {}).items():
-        accepted = wanted if isinstance(wanted, list) else [wanted]
-        texts = {as_text(value) for value in accepted}
-        agrees = np.array([as_text(_plain(value)) in texts for value in chosen[column]], dtype=bool)
-        chosen = chosen[agrees]
+    chosen = _runs_with(results, experiment, where or {})
+    chosen = chosen[chosen["outcome"] == "ok"]
     found = []
     for _, group in chosen.groupby(["setting", "experiment"], sort=False):
-        runs = tuple({str(key): _plain(value) for key, value in row.items()} for row in group.to_dict("records"))
+        runs = tuple({str(key): plain(value) for key, value in row.items()} for row in group.to_dict("records"))
         of = (results.metrics["setting"] == runs[0]["setting"]) & (
             results.metrics["experiment"] == runs[0]["experiment"]
         )
@@ -49,7 +46,7 @@ def one_setting(results: Results, experiment: str, where: Where) -> Setting:
     if len(found) > 1:
         found = [setting for setting in found if setting.literal] or found
     if not found:
-        raise NotRunError(f"no run of {experiment} with {_spelled(where)}")
+        raise NotRunError(_why_not_run(results, experiment, where))
     if len(found) > 1:
         raise NotRunError(f"{_spelled(where)} in {experiment} is ambiguous: its settings differ in {_varying(found)}")
     return found[0]
@@ -63,7 +60,7 @@ def like_for_like(results: Results, experiment: str, where: Where, against: Wher
     """
     ours, others = settings(results, experiment, where), settings(results, experiment, against)
     if not ours or not others:
-        raise NotRunError(f"no run of {experiment} with {_spelled(where if not ours else against)}")
+        raise NotRunError(_why_not_run(results, experiment, where if not ours else against))
     shared = [column for column in CARD if column not in {*where, *against, "literal"}]
     pairs = [(a, b) for a in ours for b in others if all(_same(a, b, column) for column in shared)]
     if not pairs:
@@ -111,6 +108,24 @@ def varying_columns(found: Sequence[Setting]) -> list[str]:
     return [column for column in CARD if len({as_text(setting.card[column]) for setting in found}) > 1]
 
 
+def _runs_with(results: Results, experiment: str | None, where: Where) -> "pd.DataFrame":
+    chosen = results.runs[results.runs["setting"] != ""]
+    if experiment is not None:
+        chosen = chosen[chosen["experiment"] == experiment]
+    for column, wanted in where.items():
+        texts = {as_text(value) for value in (wanted if isinstance(wanted, list) else [wanted])}
+        agrees = np.array([as_text(plain(value)) in texts for value in chosen[column]], dtype=bool)
+        chosen = chosen[agrees]
+    return chosen
+
+
+def _why_not_run(results: Results, experiment: str, where: Where) -> str:
+    died = _runs_with(results, experiment, where)
+    if len(died):
+        return f"{died['run'].iloc[0]} {died['outcome'].iloc[0]}: {died['error'].iloc[0]}"
+    return f"no run of {experiment} with {_spelled(where)}"
+
+
 def _budget(setting: Setting) -> int:
     return setting.card["epochs"] or 0
 
@@ -134,11 +149,3 @@ def _varying(found: Sequence[Setting]) -> str:
 
 def _spelled(where: Where) -> str:
     return ", ".join(f"{column}={as_text(value)}" for column, value in where.items()) or "any card"
-
-
-def _plain(value: Any) -> Any:
-    import pandas as pd
-
-    if pd.api.types.is_scalar(value) and pd.isna(value):
-        return None
-    return value.item() if isinstance(value, np.generic) else value

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from repro.report.schema import as_text
 from repro.report.statistics import Estimate, estimate, share
-from repro.report.vocabulary import metric_named
+from repro.report.vocabulary import metric_named, written
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -16,7 +17,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Setting:
-    """One setting with its pooled members; `card` holds the card columns, `runs` its rows of the runs table."""
+    """One setting with its pooled members: `card` holds the card columns, `runs` its finished rows of the runs table.
+
+    A member that diverged is a result, and counts; a run that died (no memory, no time) is none, and does not.
+    """
 
     card: Mapping[str, Any]
     runs: tuple[Mapping[str, Any], ...]
@@ -26,12 +30,11 @@ class Setting:
     def members(self) -> Mapping[int, tuple[str, int, str]]:
         """Each seed once, with the run and member that stand for it and that member's status."""
         found: dict[int, tuple[str, int, str]] = {}
-        # Of two runs of the same seed the finished one stands for it.
-        for run in sorted(self.runs, key=lambda run: (run["outcome"] != "ok", run["run"])):
+        for run in sorted(self.runs, key=lambda run: run["run"]):
             statuses = run["member_status"]
             for member, seed in enumerate(run["seeds"] or self._members_without_seeds(run["run"])):
                 status = statuses[member] if member < len(statuses) else "ok"
-                found.setdefault(int(seed), (run["run"], member, status if run["outcome"] == "ok" else "run failed"))
+                found.setdefault(int(seed), (run["run"], member, status))
         return dict(sorted(found.items()))
 
     @property
@@ -41,7 +44,7 @@ class Setting:
 
     @property
     def failed(self) -> int:
-        """Number of members that diverged or whose run failed."""
+        """Number of members that diverged."""
         return sum(status != "ok" for _, _, status in self.members.values())
 
     @property
@@ -63,6 +66,11 @@ class Setting:
     def literal(self) -> bool:
         """Whether the paper's own protocol was followed to its end."""
         return self.card.get("literal") is True
+
+    def title(self, *columns: str) -> str:
+        """Name the setting by some card columns, as people write them."""
+        texts = [written(column, as_text(self.card[column])) for column in columns]
+        return ", ".join(text for text in texts if text)
 
     def values(self, metric: str, split: str = "test") -> np.ndarray:
         """Return the members' values, (member,) by seed; nan for a failed one, empty where none was measured."""

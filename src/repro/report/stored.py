@@ -14,13 +14,17 @@ Staleness = Callable[[Mapping[str, Any]], bool]
 
 @dataclass(frozen=True)
 class StoredRun:
-    """One run as one experiment lists it; `record` is its run.json, empty where the run never came to be."""
+    """One run as one experiment lists it; `record` is its run.json, of the last failed attempt where there is no other.
+
+    `listed_card` is what the experiment's list says of the card: all that is known of a run that failed.
+    """
 
     id: str
     experiment: str
     scale: str
     folder: Path
     record: Mapping[str, Any]
+    listed_card: Mapping[str, Any]
     command: str
     overrides: tuple[str, ...]
     error: str
@@ -33,9 +37,8 @@ class StoredRun:
 
     @property
     def card(self) -> Mapping[str, Any]:
-        """The run card; empty where the run failed before it was written."""
-        card = (self.record.get("summary") or {}).get("card")
-        return card or {}
+        """The run card; empty where the run failed and nothing else tells it."""
+        return (self.record.get("summary") or {}).get("card") or self.listed_card
 
     @property
     def other_than_seeds(self) -> tuple[str, ...]:
@@ -103,9 +106,9 @@ def read_json(path: Path) -> dict[str, Any]:
 
 def _stored(outputs: Path, job: Mapping[str, Any], experiment: str, scale: str, stale: Staleness) -> StoredRun:
     name = str(job.get("run") or "")
-    folder = outputs / "runs" / name
-    path = folder / "run.json"
-    record = read_json(path) if name and path.is_file() else {}
+    finished, failed = outputs / "runs" / name, outputs / "runs" / ".failed" / name
+    folder = failed if name and not finished.is_dir() and failed.is_dir() else finished
+    record = read_json(folder / "run.json") if name and (folder / "run.json").is_file() else {}
     error = record.get("error") or job.get("error") or {}
     message = f"{error.get('type', 'error')}: {error.get('message', '')}" if isinstance(error, dict) else str(error)
     return StoredRun(
@@ -114,6 +117,7 @@ def _stored(outputs: Path, job: Mapping[str, Any], experiment: str, scale: str, 
         scale=scale,
         folder=folder,
         record=record,
+        listed_card=job.get("card") or {},
         command=str(job.get("command") or (record.get("provenance") or {}).get("command") or ""),
         overrides=tuple(str(override) for override in job.get("overrides") or ()),
         error=message if error else "",

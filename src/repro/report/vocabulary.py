@@ -16,6 +16,27 @@ class Metric:
     lower_is_better: bool = True
 
 
+# Card values as people write them; any other stands as it is, with dashes for underscores.
+NAMES = {
+    "t1": "T1/V1",
+    "t2": "T2/V1",
+    "10": "1x10",
+    "adam": "Adam",
+    "adam_cosine": "Adam, cosine decay",
+    "adam_l1": "Adam + L1",
+    "lasso": "Lasso",
+    "lbfgs": "L-BFGS",
+    "levenberg_marquardt": "Levenberg-Marquardt",
+    "least_squares": "least squares",
+    "thresholded_least_squares": "thresholded least squares",
+    "blackbox": "black box",
+    "d_only": "D",
+    "d_h_only": "D_H",
+    "d_h_then_d": "D_H, then D",
+    "joint": "D and D_H",
+}
+TEXT_COLUMNS = ("model", "basis", "hidden", "optimiser", "sequence", "objective", "energies", "curriculum")
+
 METRICS: dict[str, Metric] = {
     "mae_tau": Metric("MAE τ", r"MAE$_\tau$", "mean absolute error of the generalised force"),
     "mae_qdd": Metric("MAE q̈", r"MAE$_{\ddot q}$", "mean absolute error of the acceleration"),
@@ -72,6 +93,11 @@ def metric_named(name: str) -> Metric:
     return Metric(
         f"{known.label}{component}", f"{known.latex}{component}", known.meaning, known.scale, known.lower_is_better
     )
+
+
+def written(column: str, value: str) -> str:
+    """Write a card value, as text, for people."""
+    return NAMES.get(value, value.replace("_", " ")) if column in TEXT_COLUMNS else value
 
 
 def _split(name: str) -> tuple[str, str]:

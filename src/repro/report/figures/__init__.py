@@ -1,0 +1,1 @@
+"""One file a figure: drawn from the result tables alone."""

@@ -1,0 +1,102 @@
+"""Dot plots: one row a setting, one dot a member, a bar at the median; failed members are counted, not hidden."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from repro.report import style
+from repro.report.figures.figure import new_canvas
+from repro.report.setting import Setting
+from repro.report.style import TEXT_WIDTH, Role
+from repro.report.vocabulary import metric_named
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+Group = tuple[str, Sequence[tuple[Setting, Role]]]
+
+
+def dot_plot(
+    groups: Sequence[Group],
+    metrics: Mapping[str, str],
+    *,
+    legend: Mapping[str, Role],
+    printed: Mapping[str, float] | None = None,
+    reference: Callable[[str], float | None] = lambda _metric: None,
+) -> "Canvas":
+    """Draw groups of settings, one group a row; `metrics` maps each metric, one panel each, to its unit.
+
+    `printed` gives the paper's value of a metric, `reference` that of the trivial model; both become vertical lines.
+    """
+    canvas = new_canvas(TEXT_WIDTH, 1.1 + 0.36 * len(groups))
+    panels = np.atleast_1d(canvas.subplots(1, len(metrics), sharey=True))
+    for panel, (metric, unit) in zip(panels, metrics.items(), strict=True):
+        for row, (_, members) in enumerate(groups):
+            for offset, (setting, role) in zip(_offsets(len(members)), members, strict=True):
+                _dots(panel, row + offset, setting.values(metric), role)
+                if setting.failed and panel is panels[-1]:
+                    _count_failed(panel, row + offset, setting, role)
+        _line(panel, (printed or {}).get(metric), style.PAPER)
+        _line(panel, reference(metric), style.ANCHOR)
+        _scale(panel)
+        panel.set_xlabel(f"{metric_named(metric).label} [{unit}]")
+        panel.grid(visible=False, axis="y")
+    panels[0].set_yticks(range(len(groups)), [title for title, _ in groups])
+    panels[0].set_ylim(len(groups) - 0.5, -0.5)
+    _legend(canvas, panels[0], legend, printed, metrics, reference)
+    return canvas
+
+
+def _dots(panel: Any, height: float, values: np.ndarray, role: Role) -> None:
+    finished = values[np.isfinite(values) & (values > 0)]
+    panel.plot(finished, np.full(finished.size, height), alpha=0.6, **role.marker_style)
+    if finished.size:
+        median = [np.median(finished)] * 2
+        ends = [height - 0.2, height + 0.2]
+        panel.plot(median, ends, color="white", linewidth=4)
+        panel.plot(median, ends, color=role.colour, linewidth=2.2)
+
+
+def _count_failed(panel: Any, height: float, setting: Setting, role: Role) -> None:
+    panel.annotate(
+        f"{setting.failed} of {setting.n} failed",
+        (1.02, height),
+        xycoords=("axes fraction", "data"),
+        va="center",
+        fontsize=7,
+        color=role.colour,
+    )
+
+
+def _scale(panel: Any) -> None:
+    # A logarithmic axis of less than a decade has no readable ticks.
+    low, high = panel.dataLim.intervalx
+    panel.set_xscale("log" if low > 0 and high > 6 * low else "linear")
+
+
+def _line(panel: Any, value: float | None, role: Role) -> None:
+    if value is not None and np.isfinite(value) and value > 0:
+        panel.axvline(value, linewidth=1.2, zorder=0.5, **role.line_style)
+
+
+def _legend(
+    canvas: "Canvas",
+    panel: Any,
+    legend: Mapping[str, Role],
+    printed: Mapping[str, float] | None,
+    metrics: Mapping[str, str],
+    reference: Callable[[str], float | None],
+) -> None:
+    entries = [panel.plot([], [], label=label, **role.marker_style)[0] for label, role in legend.items()]
+    lines = {}
+    if any(metric in (printed or {}) for metric in metrics):
+        lines["printed in the paper"] = style.PAPER
+    if any(reference(metric) is not None for metric in metrics):
+        lines["trivial model"] = style.ANCHOR
+    entries += [panel.plot([], [], label=label, **role.line_style)[0] for label, role in lines.items()]
+    canvas.legend(handles=entries, loc="outside upper left", ncols=len(entries))
+
+
+def _offsets(count: int) -> np.ndarray:
+    return np.linspace(-0.2, 0.2, count) if count > 1 else np.zeros(1)

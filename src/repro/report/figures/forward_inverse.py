@@ -1,0 +1,47 @@
+"""Forward against inverse on identical nets, every member shown."""
+
+from typing import TYPE_CHECKING
+
+from repro.report import style
+from repro.report.figures.dots import dot_plot
+from repro.report.figures.figure import Figure
+from repro.report.results import Results
+from repro.report.selection import TRIVIAL, anchor, anchor_name, settings, test_set_of
+from repro.report.setting import Setting
+from repro.report.style import Role
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+EXPERIMENT = "sip_forward_inverse"
+ROLES = {"inverse": style.INVERSE, "forward": style.FORWARD}
+METRICS = {"mae_tau": "N, N m", "mae_qdd": "m/s², rad/s²"}
+
+
+def draw(results: Results) -> "Canvas | None":
+    """Draw one row a net and optimiser, both objectives in it."""
+    found = [setting for setting in settings(results, EXPERIMENT) if anchor_name(setting) is None]
+    rows: dict[str, list[tuple[Setting, Role]]] = {}
+    for setting in found:
+        if setting.card["objective"] in ROLES:
+            rows.setdefault(setting.title("basis", "hidden", "optimiser"), []).append(
+                (setting, ROLES[setting.card["objective"]])
+            )
+    if not rows:
+        return None
+    trivial = anchor(results, EXPERIMENT, TRIVIAL, test_set_of(found[0].card))
+    return dot_plot(
+        list(rows.items()),
+        METRICS,
+        legend={f"{name} objective": role for name, role in ROLES.items()},
+        reference=lambda metric: trivial.estimate(metric).median if trivial else None,
+    )
+
+
+FIGURE = Figure(
+    "forward_inverse",
+    "Forward against inverse",
+    "Each dot is a member, each bar the median of those that finished; failed members are counted at the right. Same "
+    "nets, data, initialisation and budget.",
+    draw,
+)

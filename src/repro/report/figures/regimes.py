@@ -1,0 +1,52 @@
+"""What the way of collecting data does to the errors."""
+
+from typing import TYPE_CHECKING
+
+from repro.report import style
+from repro.report.figures.dots import dot_plot
+from repro.report.figures.figure import Figure
+from repro.report.results import Results
+from repro.report.selection import DEGENERATE, ORACLE, TRIVIAL, anchor_name, settings
+from repro.report.setting import Setting
+from repro.report.style import Role
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+EXPERIMENT = "sip_regimes"
+METRICS = {"mae_tau": "N, N m", "mae_qdd": "m/s², rad/s²", "onestep_euler_qd[0]": "m/s"}
+PRINTED = {"mae_tau": 0.26, "onestep_euler_qd[0]": 0.05}
+
+
+def draw(results: Results) -> "Canvas | None":
+    """Draw one row a way of collecting data; learned models and the closed form beside each other."""
+    rows: dict[str, list[tuple[Setting, Role]]] = {}
+    for setting in settings(results, EXPERIMENT):
+        if anchor_name(setting) in (TRIVIAL, DEGENERATE):
+            continue
+        role = style.ANCHOR_DOT if anchor_name(setting) == ORACLE else style.MODEL
+        rows.setdefault(_title(setting), []).append((setting, role))
+    if not rows:
+        return None
+    legend = {"learned model": style.MODEL, "least squares on T1/V1": style.ANCHOR_DOT}
+    return dot_plot(list(rows.items()), METRICS, legend=legend, printed=PRINTED)
+
+
+def _title(setting: Setting) -> str:
+    card = setting.card
+    title = "one long run" if card["regime"] == "long" else f"episodes of {card['episode_steps']} steps"
+    parts = [title]
+    if card["labels"] != "exact":
+        parts.append(f"{card['labels']} labels")
+    if card["tau_noise"]:
+        parts.append(f"noise {card['tau_noise']:g}")
+    return ", ".join(parts)
+
+
+FIGURE = Figure(
+    "regimes",
+    "Data regimes",
+    "Each dot is a member, each bar the median. The Euler error of the closed form is that of the integrator alone: "
+    "where it equals the printed value, the printed value says nothing about a learned model.",
+    draw,
+)

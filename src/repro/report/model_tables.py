@@ -1,0 +1,161 @@
+"""Tables of models: one row a setting, and the trivial, degenerate and oracle rows of every test set beside them."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from repro.report.results import Results
+from repro.report.schema import as_text
+from repro.report.selection import (
+    ANCHORS,
+    DEGENERATE,
+    ORACLE,
+    TRIVIAL,
+    anchor,
+    anchor_name,
+    settings,
+    test_set_of,
+    varying_columns,
+)
+from repro.report.setting import Setting
+from repro.report.statistics import Estimate
+from repro.report.table import Column, Row, Table
+from repro.report.vocabulary import metric_named, written
+from repro.report.writing import ABSENT, interval, number
+
+# Never one error alone: force, acceleration (mean and median), energy, Lagrangian (raw, relative, canonical), inertia.
+CORE = (
+    *("mae_tau", "mae_qdd", "median_ae_qdd", "mae_H_legendre", "mae_H_centred"),
+    *("mae_L_raw", "mae_L_relative", "mae_L_canonical", "min_eig_M"),
+)
+SKILLS = ("mae_tau", "mae_qdd")
+ANCHOR_TITLES = {
+    TRIVIAL: "trivial (τ = 0)",
+    DEGENERATE: "degenerate (L = pₓ²/2m)",
+    ORACLE: "oracle (least squares on T1/V1)",
+}
+READING = (
+    "Median over members with the 95 % Student-t interval of those that finished; failed members count as infinitely "
+    "wrong in the median. Skill is 1 - error / error of the trivial model. Energies in J."
+)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One table of models: the experiment it shows and the metrics beside the core ones."""
+
+    name: str
+    experiment: str
+    title: str
+    extra: tuple[str, ...] = ()
+
+
+COMPARISONS = (
+    Comparison("bases", "sip_basis", "Bases: raw, engineered, T1 and T2"),
+    Comparison("forward_inverse", "sip_forward_inverse", "Forward against inverse objective on identical nets"),
+    Comparison(
+        "regimes",
+        "sip_regimes",
+        "Data regimes, labels and noise",
+        ("onestep_euler_qd[0]", "onestep_euler_qd[1]", "rollout_qd[0]", "rollout_qd[1]"),
+    ),
+    Comparison("optimisers", "sip_optimisers", "Optimisers and architectures", ("fit_seconds",)),
+    Comparison("energies", "sip_energies", "Energies", ("mae_H_sum", "min_T", "momentum_transform")),
+    Comparison("selection", "sip_selection", "Basis selection", ("support_exact", "false_terms", "coefficient_error")),
+)
+
+
+def model_tables(results: Results) -> list[Table]:
+    """Make the table of every comparison that has been run."""
+    tables = [model_table(results, comparison) for comparison in COMPARISONS]
+    return [table for table in tables if table.rows]
+
+
+def model_table(results: Results, comparison: Comparison) -> Table:
+    """Make one comparison's table; without runs it has no rows."""
+    found = [s for s in settings(results, comparison.experiment) if anchor_name(s) not in (TRIVIAL, DEGENERATE)]
+    layout = _Layout(
+        card=[column for column in varying_columns(found) if column not in ("literal", "model")],
+        metrics=[m for m in (*comparison.extra, *CORE) if any(setting.values(m).size for setting in found)],
+    )
+    rows: list[Row] = []
+    for test_set in _test_sets(found):
+        anchors = {name: anchor(results, comparison.experiment, name, test_set) for name in ANCHORS}
+        oracle = anchors[ORACLE]
+        for setting in found:
+            if test_set_of(setting.card) == test_set and not (oracle and setting.runs == oracle.runs):
+                rows.append(layout.row(setting, anchors[TRIVIAL]))
+        for name, reference in anchors.items():
+            if reference is None:
+                rows.append(layout.absent_row(f"{ANCHOR_TITLES[name]}: not run", test_set))
+            else:
+                rows.append(layout.row(reference, anchors[TRIVIAL], anchor_as=name))
+    return Table(comparison.name, comparison.title, READING, layout.columns, tuple(rows))
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Which card columns and metrics a table shows."""
+
+    card: Sequence[str]
+    metrics: Sequence[str]
+
+    @property
+    def skills(self) -> list[str]:
+        return [metric for metric in SKILLS if metric in self.metrics]
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        named = [metric_named(metric) for metric in self.metrics]
+        skills = [metric_named(metric) for metric in self.skills]
+        return (
+            Column("model"),
+            *(Column(column.replace("_", " ")) for column in self.card),
+            *(Column(metric.label, metric.latex) for metric in named),
+            *(Column(f"skill {metric.label}", f"skill {metric.latex}") for metric in skills),
+            *(Column(title) for title in ("members", "failed", "stale")),
+        )
+
+    def row(self, setting: Setting, trivial: Setting | None, *, anchor_as: str = "") -> Row:
+        # Of an anchor only what places it is said: it has no optimiser or width to compare.
+        shown = test_set_of(setting.card) if anchor_as else self.card
+        card = {column: as_text(setting.card[column]) if column in shown else "" for column in self.card}
+        title = ANCHOR_TITLES[anchor_as] if anchor_as else setting.title("model")
+        found = {metric: setting.estimate(metric) for metric in self.metrics}
+        skill = {m: _skill(found[m], trivial.estimate(m)) if trivial else math.nan for m in self.skills}
+        data: dict[str, Any] = {"model": title, **card}
+        for metric, one in found.items():
+            data |= {metric: one.median, f"{metric}_low": one.low, f"{metric}_high": one.high}
+        data |= {f"skill_{metric}": value for metric, value in skill.items()}
+        data |= {"n": setting.n, "failed": setting.failed, "stale": setting.stale}
+        return Row(
+            cells=(
+                title,
+                *(written(column, value) for column, value in card.items()),
+                *(interval(one) for one in found.values()),
+                *(number(value) for value in skill.values()),
+                *(str(setting.n), str(setting.failed), "stale" if setting.stale else ""),
+            ),
+            data=data,
+            runs=setting.run_ids,
+            commands=(setting.command,) if setting.command else (),
+            anchor=bool(anchor_as),
+        )
+
+    def absent_row(self, title: str, test_set: Mapping[str, Any]) -> Row:
+        card = {column: as_text(test_set.get(column)) for column in self.card}
+        absent = [ABSENT] * (len(self.metrics) + len(self.skills))
+        return Row((title, *card.values(), *absent, "0", "0", ""), {"model": title, **card, "n": 0}, anchor=True)
+
+
+def _test_sets(found: Sequence[Setting]) -> list[dict[str, Any]]:
+    distinct: list[dict[str, Any]] = []
+    for setting in found:
+        if test_set_of(setting.card) not in distinct:
+            distinct.append(test_set_of(setting.card))
+    return distinct
+
+
+def _skill(error: Estimate, trivial: Estimate) -> float:
+    return 1 - error.median / trivial.median if trivial.median > 0 else math.nan

@@ -1,0 +1,86 @@
+"""One look for every figure: colours by role, told apart in grey by lightness, line style and marker, units on axes."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+TEXT_WIDTH = 7.0  # inches
+
+
+@dataclass(frozen=True)
+class Role:
+    """How one role is drawn; colours (after Okabe and Ito) differ in lightness too."""
+
+    colour: str
+    line: Any
+    marker: str
+    filled: bool = True
+
+    @property
+    def line_style(self) -> dict[str, Any]:
+        """Arguments of a line."""
+        return {"color": self.colour, "linestyle": self.line}
+
+    @property
+    def marker_style(self) -> dict[str, Any]:
+        """Arguments of a marker without a line."""
+        face = self.colour if self.filled else "white"
+        return {"linestyle": "none", "marker": self.marker, "color": self.colour, "markerfacecolor": face}
+
+
+PLANT = Role("#10305c", "-", "o")
+MODEL = Role("#e2680a", (0, (4, 1.5)), "s")
+ROLLOUT = Role("#2aa784", (0, (1, 1)), "D")
+PAPER = Role("#6b6b6b", (0, (6, 2, 1, 2)), "x")
+ANCHOR = Role("#8c8c8c", ":", "|")
+
+ANCHOR_DOT = Role("#8c8c8c", ":", "D", filled=False)
+
+INVERSE = Role("#10305c", "-", "o")
+FORWARD = Role("#e2680a", (0, (4, 1.5)), "s", filled=False)
+
+# For what has no role of its own, such as one optimiser among several.
+SERIES = (
+    Role("#10305c", "-", "o"),
+    Role("#e2680a", (0, (4, 1.5)), "s", filled=False),
+    Role("#2aa784", (0, (1, 1)), "D"),
+    Role("#b0478f", (0, (6, 2, 1, 2)), "^", filled=False),
+    Role("#5aa9e0", (0, (2, 1)), "v"),
+    Role("#8a7000", (0, (8, 2)), "P", filled=False),
+)
+
+SETTINGS: Any = {
+    "font.family": "DejaVu Sans",
+    "font.size": 8.5,
+    "axes.titlesize": 9,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 8.5,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.7,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e3e3e3",
+    "grid.linewidth": 0.6,
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "lines.linewidth": 1.3,
+    "lines.markersize": 4,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "figure.constrained_layout.use": True,
+    "figure.dpi": 100,
+    "savefig.dpi": 200,
+    "pdf.fonttype": 42,
+}
+
+
+@contextmanager
+def applied() -> Iterator[None]:
+    """Draw in this style and leave the user's own settings alone."""
+    import matplotlib as mpl
+
+    with mpl.rc_context(SETTINGS):
+        yield
