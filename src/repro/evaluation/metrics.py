@@ -1,0 +1,97 @@
+"""The errors of a fitted ensemble, a value a member: pointwise, gauge-aware, and structural."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from torch import Tensor
+
+from repro.data.dataset import Dataset
+from repro.evaluation.canonical import Gauge, Reading
+from repro.evaluation.predictions import Predictions, predict, truth
+from repro.mechanics.system import System
+from repro.models.model import Model
+
+FORCE, ACCELERATION, MOMENTUM = "N, N m", "m/s^2, rad/s^2", "kg m/s, kg m^2/s"
+
+
+@dataclass(frozen=True)
+class Metric:
+    """One named error: values (member,) with its unit and the split it was taken on."""
+
+    split: str
+    name: str
+    values: np.ndarray
+    unit: str
+
+
+def pointwise(
+    model: Model, parameters: Tensor, part: Dataset, system: System | None, split: str, reading: Reading
+) -> Iterator[Metric]:
+    """All errors that need single samples only; the true energies are compared where the true system is known."""
+    arrays = (part.q, part.qd, part.qdd, part.tau)
+    said = predict(model, parameters, *arrays)
+    yield from _equation_errors(said, part, split)
+    if said.mass is not None and model.energetic:
+        smallest = np.linalg.eigvalsh(np.where(np.isfinite(said.mass), said.mass, 0.0)).min((1, 2))
+        yield Metric(split, "min_eig_M", smallest, "kg, kg m^2")
+    if said.transformed_momentum is not None:
+        gap = np.abs(said.transformed_momentum - said.momentum).mean((1, 2))
+        yield Metric(split, "momentum_transform", gap, MOMENTUM)
+    if system is not None and model.energetic:
+        true = truth(system, *arrays)
+        yield from _energy_errors(said, true, part.qd, split)
+        yield from _gauge_errors(said, true, part, Gauge(model, parameters, system, reading), split)
+        if said.transformed_momentum is not None:
+            error = np.abs(said.transformed_momentum - true.momentum).mean((1, 2))
+            yield Metric(split, "mae_p_transformed", error, MOMENTUM)
+
+
+def _equation_errors(said: Predictions, part: Dataset, split: str) -> Iterator[Metric]:
+    for name, ours, measured, unit in (
+        ("tau", said.tau, part.tau, FORCE),
+        ("qdd", said.qdd, part.qdd, ACCELERATION),
+    ):
+        if ours is None:
+            continue
+        error = _finite_or_infinite(np.abs(ours - measured))
+        yield Metric(split, f"mae_{name}", error.mean((1, 2)), unit)
+        for component, coordinate in enumerate(part.coordinates):
+            own_unit = _component_unit(name, coordinate.is_angle)
+            yield Metric(split, f"mae_{name}[{component}]", error[..., component].mean(1), own_unit)
+        yield Metric(split, f"median_ae_{name}", np.median(error, axis=(1, 2)), unit)
+        with np.errstate(divide="ignore"):
+            skill = 1 - error.mean((1, 2)) / np.abs(measured).mean((1, 2))
+        yield Metric(split, f"skill_{name}", skill, "1")
+
+
+def _energy_errors(said: Predictions, true: Predictions, qd: np.ndarray, split: str) -> Iterator[Metric]:
+    lagrangian = np.abs(said.lagrangian - true.lagrangian).mean(1)
+    yield Metric(split, "mae_L_raw", lagrangian, "J")
+    yield Metric(split, "mae_L_relative", lagrangian / np.abs(true.lagrangian).mean(1), "1")
+    error = said.hamiltonian(qd) - true.hamiltonian(qd)
+    yield Metric(split, "mae_H_legendre", np.abs(error).mean(1), "J")
+    yield Metric(split, "mae_H_centred", np.abs(error - error.mean(1, keepdims=True)).mean(1), "J")
+    yield Metric(split, "mae_p", np.abs(said.momentum - true.momentum).mean((1, 2)), MOMENTUM)
+
+
+def _gauge_errors(said: Predictions, true: Predictions, part: Dataset, gauge: Gauge, split: str) -> Iterator[Metric]:
+    read = gauge.apply(said, part.q, part.qd)
+    energy = true.kinetic + true.potential
+    yield Metric(split, "mae_H_sum", np.abs(read.kinetic + read.potential - energy).mean(1), "J")
+    yield Metric(split, "mae_T", np.abs(read.kinetic - true.kinetic).mean(1), "J")
+    yield Metric(split, "mae_V", np.abs(read.potential - true.potential).mean(1), "J")
+    yield Metric(split, "min_T", read.kinetic.min(1), "J")
+    canonical = Gauge(gauge.model, gauge.parameters, gauge.system, "canonical_anchor").apply(said, part.q, part.qd)
+    yield Metric(split, "mae_L_canonical", np.abs(canonical.lagrangian - true.lagrangian).mean(1), "J")
+    yield Metric(split, "gyroscopic_remainder", gauge.remainder(part.q), MOMENTUM)
+
+
+def _component_unit(name: str, is_angle: bool) -> str:
+    if name == "tau":
+        return "N m" if is_angle else "N"
+    return "rad/s^2" if is_angle else "m/s^2"
+
+
+def _finite_or_infinite(error: np.ndarray) -> np.ndarray:
+    return np.where(np.isfinite(error), error, np.inf)

@@ -1,0 +1,137 @@
+"""Predictions over time: one step and many steps, from the states of the test data, under the recorded forces."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
+
+import casadi
+import numpy as np
+from torch import Tensor
+
+from repro.data.dataset import Dataset
+from repro.evaluation.metrics import Metric
+from repro.evaluation.predictions import predict
+from repro.mechanics.derive import derive
+from repro.mechanics.simulate import simulate
+from repro.models.model import Model
+
+LARGEST = 2000  # weights: above this the generated simulator takes longer to compile than it saves
+POINTS = 300  # the test points that Fig. 4 shows
+WINDOW_SECONDS = 2.0
+WINDOWS = 20
+
+
+@dataclass(frozen=True)
+class Rollout:
+    """Model states along the first test points: (member, point, 2 n_q), restarted from the data at every episode."""
+
+    time: np.ndarray
+    plant: np.ndarray
+    model: np.ndarray
+    one_step_euler: np.ndarray
+
+
+def can_simulate(model: Model) -> bool:
+    """Whether the model has an equation of motion that is worth compiling."""
+    return 0 < model.n_parameters <= LARGEST
+
+
+@lru_cache(maxsize=16)
+def acceleration(model: Model) -> casadi.Function:
+    """qdd = f(q, qd, tau, parameters) of a model, as a CasADi function."""
+    q, qd, tau = (casadi.SX.sym(name, model.n_q) for name in ("q", "qd", "tau"))
+    parameters = casadi.SX.sym("parameters", model.n_parameters)
+    if not model.energetic:
+        return casadi.Function(
+            "acceleration", [q, qd, tau, parameters], [model.acceleration(q, qd, tau, parameters)], {"cse": True}
+        )
+    energies = model.energies(q, qd, parameters)
+    return derive(energies.kinetic, energies.potential, casadi.SX(0), q, qd, parameters).acceleration
+
+
+def first_points(model: Model, parameters: Tensor, part: Dataset) -> Rollout:
+    """Roll the model out over the first test points, as in Fig. 4."""
+    points = min(POINTS, part.samples)
+    plant = np.concatenate([part.q, part.qd], axis=-1)[:, :points]
+    states = plant.copy()
+    for start, stop in _segments(part.episode[:points]):
+        rolled = _simulate(model, parameters, plant[:, start], part.tau[:, start : stop - 1], part.time_step)
+        states[:, start:stop] = rolled
+    euler = plant.copy()
+    said = predict(model, parameters, *(array[:, :points] for array in (part.q, part.qd, part.qdd, part.tau)))
+    inside = np.flatnonzero(np.diff(part.episode[:points]) == 0)
+    n_q = part.n_q
+    euler[:, inside + 1, :n_q] = plant[:, inside, :n_q] + part.time_step * plant[:, inside, n_q:]
+    euler[:, inside + 1, n_q:] = plant[:, inside, n_q:] + part.time_step * said.qdd[:, inside]
+    return Rollout(part.time[:points] - part.time[0], plant, states, euler)
+
+
+def rollout_errors(rollout: Rollout, split: str, part: Dataset) -> Iterator[Metric]:
+    """Mean errors of velocities over the first test points: open loop, and one explicit Euler step (C5)."""
+    for component, coordinate in enumerate(part.coordinates):
+        column = part.n_q + component
+        unit = "rad/s" if coordinate.is_angle else "m/s"
+        for name, states in (("rollout_qd", rollout.model), ("onestep_euler_qd", rollout.one_step_euler)):
+            error = np.abs(states[..., column] - rollout.plant[..., column])
+            values = np.where(np.isfinite(error), error, np.inf).mean(1)
+            yield Metric(split, f"{name}[{component}]", values, unit)
+
+
+def one_step_errors(model: Model, parameters: Tensor, part: Dataset, split: str) -> Iterator[Metric]:
+    """Mean errors of velocities after one sample time of the model's exact flow, over the first test points."""
+    inside = np.flatnonzero(np.diff(part.episode[: min(POINTS, part.samples)]) == 0)
+    states = np.concatenate([part.q, part.qd], axis=-1)
+    flat = states[:, inside].reshape(-1, states.shape[-1])
+    tau = part.tau[:, inside].reshape(-1, 1, part.n_q)
+    weights = np.repeat(parameters.double().numpy(), len(inside), axis=0)
+    following = simulate(acceleration(model), flat, tau, part.time_step, parameters=weights)[:, 1]
+    error = np.abs(following.reshape(part.members, len(inside), -1) - states[:, inside + 1])
+    error = np.where(np.isfinite(error), error, np.inf)
+    for component, coordinate in enumerate(part.coordinates):
+        unit = "rad/s" if coordinate.is_angle else "m/s"
+        yield Metric(split, f"onestep_exact_qd[{component}]", error[..., part.n_q + component].mean(1), unit)
+
+
+def window_error(model: Model, parameters: Tensor, part: Dataset, split: str) -> Iterator[Metric]:
+    """Relative error over 2 s windows, as Finzi et al. (2020): the geometric mean of |z - z'| / (|z| + |z'|).
+
+    z = (x - x0, cos theta, sin theta, qd).
+    """
+    steps = round(WINDOW_SECONDS / part.time_step)
+    fits = np.flatnonzero(part.episode[: part.samples - steps] == part.episode[steps:])
+    if not len(fits):
+        return
+    starts = fits[np.linspace(0, len(fits) - 1, min(WINDOWS, len(fits))).astype(int)]
+    states = np.concatenate([part.q, part.qd], axis=-1)
+    true = np.stack([states[:, s : s + steps + 1] for s in starts], axis=1)
+    tau = np.stack([part.tau[:, s : s + steps] for s in starts], axis=1)
+    shape = true.shape
+    weights = np.repeat(parameters.double().numpy(), len(starts), axis=0)
+    rolled = simulate(
+        acceleration(model), true[:, :, 0].reshape(-1, shape[-1]), tau.reshape(-1, *tau.shape[2:]), part.time_step,
+        parameters=weights,
+    ).reshape(shape)  # fmt: skip
+    z, z_hat = (_embedded(array, true[:, :, :1], part)[:, :, 1:] for array in (true, rolled))
+    distance = np.linalg.norm(z - z_hat, axis=-1)
+    relative = distance / (np.linalg.norm(z, axis=-1) + np.linalg.norm(z_hat, axis=-1))
+    relative = np.where(np.isfinite(relative), np.maximum(relative, 1e-16), 1.0)
+    yield Metric(split, "rollout_error", np.exp(np.log(relative).mean((1, 2))), "1")
+
+
+def _simulate(model: Model, parameters: Tensor, initial: np.ndarray, tau: np.ndarray, time_step: float) -> np.ndarray:
+    weights = parameters.double().numpy()
+    return simulate(acceleration(model), initial, tau, time_step, parameters=weights)
+
+
+def _segments(episode: np.ndarray) -> Iterator[tuple[int, int]]:
+    edges = [0, *(np.flatnonzero(np.diff(episode)) + 1).tolist(), len(episode)]
+    return pairwise(edges)
+
+
+def _embedded(states: np.ndarray, start: np.ndarray, part: Dataset) -> np.ndarray:
+    columns = []
+    for index, coordinate in enumerate(part.coordinates):
+        value = states[..., index]
+        columns += [np.cos(value), np.sin(value)] if coordinate.is_angle else [value - start[..., index]]
+    return np.concatenate([np.stack(columns, axis=-1), states[..., part.n_q :]], axis=-1)
