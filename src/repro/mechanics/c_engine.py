@@ -1,20 +1,13 @@
 """The simulator as C: written around the straight-line acceleration, compiled once, kept on disk."""
 
 import ctypes
-import hashlib
-import os
-import shutil
-import subprocess
-import tempfile
 from collections.abc import Sequence
-from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 
+from repro.mechanics.c_library import load_library
 from repro.mechanics.pace import Pace
-
-LARGE = 3000  # statements above which an optimising compiler takes longer than it saves
+from repro.mechanics.straight_line import parts
 
 _TEMPLATE = """
 #include <math.h>
@@ -36,10 +29,12 @@ static inline double negation(double a) {{ return a == 0.0; }}
 static inline double if_else_zero(double a, double b) {{ return a != 0.0 ? b : 0.0; }}
 static inline double sign(double a) {{ return (a > 0.0) - (a < 0.0); }}
 
+{parts}
+
 static void accelerate(const double *q, const double *qd, const double *tau, const double *parameters,
                        double *restrict qdd) {{
-{variables}
-{statements}
+    double w[{n_work}];
+{calls}
 }}
 
 static void derivative(const double *x, const double *tau, const double *parameters, double *slope) {{
@@ -95,20 +90,32 @@ void simulate(int64_t batch, int64_t steps, double time_step, const double *tau,
 """
 
 
-class CompilerError(Exception):
-    """No C compiler is there, or it refused the source."""
+_PART = """
+static {inline} void part{i}(const double *q, const double *qd, const double *tau, const double *parameters,
+                  double *restrict qdd, double *restrict w) {{
+{statements}
+}}
+"""
 
 
 class Integrator:
     """One compiled acceleration; see `simulate` for what the arguments mean."""
 
     def __init__(self, statements: Sequence[str], n_work: int, n_q: int) -> None:
+        divided = parts(statements)
+        inline = "inline" if len(divided) == 1 else "__attribute__((noinline))"
         source = _TEMPLATE.format(
             n_q=n_q,
-            variables="".join(f"    double w{i};\n" for i in range(n_work)),
-            statements="\n".join(f"    {statement};" for statement in statements),
+            n_work=max(1, n_work),
+            parts="".join(
+                _PART.format(inline=inline, i=i, statements="\n".join(f"    {line};" for line in lines))
+                for i, lines in enumerate(divided)
+            ),
+            calls="\n".join(f"    part{i}(q, qd, tau, parameters, qdd, w);" for i in range(len(divided))),
         )
-        self._simulate = ctypes.CDLL(str(_library(source, "-O2" if len(statements) < LARGE else "-O1"))).simulate
+        # no contraction to fused multiply-add: the result is then the same on every machine and in every engine
+        flags = ["-O2" if len(divided) == 1 else "-O1", "-ffp-contract=off", "-fno-math-errno"]
+        self._simulate = load_library(source, flags).simulate
         whole, real, array = ctypes.c_int64, ctypes.c_double, ctypes.c_void_p
         self._simulate.argtypes = [whole, whole, real, array, array, whole, array, whole, real, real, real, array]
         self._simulate.restype = None
@@ -129,49 +136,3 @@ class Integrator:
             pace.per_rate,
             states.ctypes.data,
         )
-
-
-@lru_cache(maxsize=1)
-def compiler() -> str:
-    """Path of the C compiler: $CC, cc, gcc or clang; CompilerError where there is none."""
-    for name in (os.environ.get("CC"), "cc", "gcc", "clang"):
-        if name and (path := shutil.which(name)):
-            return path
-    raise CompilerError("no C compiler (cc, gcc or clang) was found")
-
-
-@lru_cache(maxsize=1)
-def _compiler_version() -> str:
-    return subprocess.run([compiler(), "--version"], capture_output=True, text=True, check=False).stdout
-
-
-def _library(source: str, optimise: str) -> Path:
-    # no contraction to fused multiply-add: the result is then the same on every machine and in every engine
-    flags = [optimise, "-ffp-contract=off", "-fno-math-errno", "-shared", "-fPIC"]
-    digest = hashlib.sha256("\n".join([source, *flags, _compiler_version(), os.uname().machine]).encode()).hexdigest()
-    library = _cache_folder() / f"{digest[:32]}.so"
-    if not library.exists():
-        _compile(source, flags, library)
-    return library
-
-
-def _compile(source: str, flags: Sequence[str], library: Path) -> None:
-    with tempfile.TemporaryDirectory(dir=library.parent) as folder:
-        text, built = Path(folder) / "simulate.c", Path(folder) / "simulate.so"
-        text.write_text(source)
-        command = [compiler(), *flags, str(text), "-o", str(built), "-lm"]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        if done.returncode:
-            raise CompilerError(f"{' '.join(command)} failed:\n{done.stderr.strip()}")
-        built.replace(library)
-
-
-def _cache_folder() -> Path:
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    folder = home / "repro"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        folder = Path(tempfile.gettempdir()) / f"repro-{os.getuid()}"
-        folder.mkdir(mode=0o700, exist_ok=True)
-    return folder

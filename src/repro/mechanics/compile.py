@@ -9,6 +9,7 @@ import numpy as np
 
 from repro.errors import UserError
 from repro.mechanics import c_engine, numba_engine
+from repro.mechanics.c_library import CompilerError
 from repro.mechanics.pace import Pace
 from repro.mechanics.straight_line import statements
 
@@ -27,7 +28,7 @@ def active_engine() -> str:
     """Return what engine="auto" means on this machine: "c", or "numba" where nothing compiles C."""
     try:
         c_engine.Integrator(["qdd[0] = tau[0]"], 0, 1)
-    except (c_engine.CompilerError, OSError) as error:
+    except (CompilerError, OSError) as error:
         logging.getLogger("repro").warning("simulating with numba, more slowly: %s", error)
         return "numba"
     return "c"
@@ -44,5 +45,5 @@ def compiled(acceleration: ca.Function, engine: str = "auto") -> Integrator:
         return numba_engine.Integrator(lines, n_work, n_q)
     try:
         return c_engine.Integrator(lines, n_work, n_q)
-    except c_engine.CompilerError as error:
+    except CompilerError as error:
         raise UserError(f"engine 'c' cannot be used ({error}): choose 'numba' or 'auto'") from error

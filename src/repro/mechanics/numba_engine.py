@@ -8,16 +8,14 @@ from typing import Any
 import numpy as np
 
 from repro.mechanics.pace import Pace
+from repro.mechanics.straight_line import parts
 
 
 class Integrator:
     """One compiled acceleration; see `simulate` for what the arguments mean."""
 
     def __init__(self, statements: Sequence[str], n_work: int, n_q: int) -> None:
-        source = "\n    ".join(["def accelerate(q, qd, tau, parameters, qdd):", *statements])
-        namespace = dict(_functions())
-        exec(source, namespace)  # the text comes from `statements` alone
-        self._simulate = _simulator(_jit(namespace["accelerate"]), n_q)
+        self._simulate = _simulator(_accelerate(statements), n_work, n_q)
 
     def __call__(self, pace: Pace, tau: np.ndarray, parameters: np.ndarray, states: np.ndarray) -> None:
         """Fill states[:, 1:] from states[:, 0]."""
@@ -55,34 +53,49 @@ def _functions() -> dict[str, Any]:
     return known | {name: _jit(rule) for name, rule in logic.items()}
 
 
-def _simulator(accelerate: Callable[..., Any], n_q: int) -> Callable[..., Any]:
+def _accelerate(statements: Sequence[str]) -> Callable[..., Any]:
+    namespace = dict(_functions())
+    calls = []
+    for i, lines in enumerate(parts(statements)):
+        _define(f"part{i}", lines, namespace)
+        calls.append(f"part{i}(q, qd, tau, parameters, qdd, w)")
+    _define("accelerate", calls, namespace)
+    return namespace["accelerate"]
+
+
+def _define(name: str, lines: Sequence[str], namespace: dict[str, Any]) -> None:
+    exec("\n    ".join([f"def {name}(q, qd, tau, parameters, qdd, w):", *lines]), namespace)
+    namespace[name] = _jit(namespace[name])
+
+
+def _simulator(accelerate: Callable[..., Any], n_work: int, n_q: int) -> Callable[..., Any]:
     n_x = 2 * n_q
 
     @_jit
-    def derivative(x: Any, tau: Any, parameters: Any, slope: Any) -> None:
+    def derivative(x: Any, tau: Any, parameters: Any, slope: Any, w: Any) -> None:
         slope[:n_q] = x[n_q:]
-        accelerate(x[:n_q], x[n_q:], tau, parameters, slope[n_q:])
+        accelerate(x[:n_q], x[n_q:], tau, parameters, slope[n_q:], w)
 
     @_jit
     def rk4(x: Any, tau: Any, parameters: Any, h: float, work: Any) -> None:
-        k1, k2, k3, k4, at = work
-        derivative(x, tau, parameters, k1)
+        k1, k2, k3, k4, at, w = work
+        derivative(x, tau, parameters, k1, w)
         for i in range(n_x):
             at[i] = x[i] + 0.5 * h * k1[i]
-        derivative(at, tau, parameters, k2)
+        derivative(at, tau, parameters, k2, w)
         for i in range(n_x):
             at[i] = x[i] + 0.5 * h * k2[i]
-        derivative(at, tau, parameters, k3)
+        derivative(at, tau, parameters, k3, w)
         for i in range(n_x):
             at[i] = x[i] + h * k3[i]
-        derivative(at, tau, parameters, k4)
+        derivative(at, tau, parameters, k4, w)
         for i in range(n_x):
             x[i] += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i])
 
     @_jit
     def simulate(pace: Any, angles: Any, tau: Any, parameters: Any, states: Any) -> None:
         time_step, least, most, per_rate = pace
-        work = (np.empty(n_x), np.empty(n_x), np.empty(n_x), np.empty(n_x), np.empty(n_x))
+        work = (np.empty(n_x), np.empty(n_x), np.empty(n_x), np.empty(n_x), np.empty(n_x), np.empty(n_work))
         for b in range(tau.shape[0]):
             own = parameters[b if len(parameters) > 1 else 0]
             for k in range(tau.shape[1]):

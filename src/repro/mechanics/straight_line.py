@@ -1,7 +1,10 @@
 """An SX function as straight-line statements that read the same in C and in Python."""
 
+from collections.abc import Sequence
+
 import casadi as ca
 
+PART = 500
 INPUTS = ("q", "qd", "tau", "parameters")
 OUTPUT = "qdd"
 
@@ -48,28 +51,33 @@ _UNARY = {
 _NAMES = {getattr(ca, name): name[3:].lower() for name in dir(ca) if name.startswith("OP_")}
 
 
-def statements(acceleration: ca.Function) -> tuple[list[str], int]:
-    """Return (statements, number of work variables w0, w1, ...) of qdd = acceleration(q, qd, tau, parameters).
+def statements(function: ca.Function, inputs: Sequence[str] = INPUTS, output: str = OUTPUT) -> tuple[list[str], int]:
+    """Return (statements, length of the work array w) of output = function(*inputs).
 
-    A statement is `w3 = sin(w1)`, without a terminator; inputs read as q[0], the output is written to qdd[0].
+    A statement is `w[3] = sin(w[1])`, without a terminator; inputs read as q[0], the output is written to qdd[0].
     ValueError for a function that is not a scalar expression graph, or that uses an operation without a translation.
     """
-    if not acceleration.is_a("SXFunction"):
-        raise ValueError(f"{acceleration.name()} is not an SX function: expand() it first")
+    if not function.is_a("SXFunction"):
+        raise ValueError(f"{function.name()} is not an SX function: expand() it first")
     lines = []
-    for k in range(acceleration.n_instructions()):
-        operation = acceleration.instruction_id(k)
-        sources, targets = acceleration.instruction_input(k), acceleration.instruction_output(k)
+    for k in range(function.n_instructions()):
+        operation = function.instruction_id(k)
+        sources, targets = function.instruction_input(k), function.instruction_output(k)
         if operation == ca.OP_INPUT:
-            lines.append(f"w{targets[0]} = {INPUTS[sources[0]]}[{sources[1]}]")
+            lines.append(f"w[{targets[0]}] = {inputs[sources[0]]}[{sources[1]}]")
         elif operation == ca.OP_OUTPUT:
-            lines.append(f"{OUTPUT}[{targets[1]}] = w{sources[0]}")
+            lines.append(f"{output}[{targets[1]}] = w[{sources[0]}]")
         elif operation == ca.OP_CONST:
-            lines.append(f"w{targets[0]} = {float(acceleration.instruction_constant(k))!r}")
+            lines.append(f"w[{targets[0]}] = {float(function.instruction_constant(k))!r}")
         elif operation in _BINARY:
-            lines.append(f"w{targets[0]} = " + _BINARY[operation].format(a=f"w{sources[0]}", b=f"w{sources[1]}"))
+            lines.append(f"w[{targets[0]}] = " + _BINARY[operation].format(a=f"w[{sources[0]}]", b=f"w[{sources[1]}]"))
         elif operation in _UNARY:
-            lines.append(f"w{targets[0]} = " + _UNARY[operation].format(a=f"w{sources[0]}"))
+            lines.append(f"w[{targets[0]}] = " + _UNARY[operation].format(a=f"w[{sources[0]}]"))
         else:
-            raise ValueError(f"operation {_NAMES[operation]!r} of {acceleration.name()} has no translation")
-    return lines, acceleration.sz_w()
+            raise ValueError(f"operation {_NAMES[operation]!r} of {function.name()} has no translation")
+    return lines, function.sz_w()
+
+
+def parts(lines: Sequence[str]) -> list[Sequence[str]]:
+    """Split statements into parts short enough that a compiler's time stays proportional to their number."""
+    return [lines[start : start + PART] for start in range(0, len(lines), PART)]

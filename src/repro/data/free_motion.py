@@ -1,0 +1,79 @@
+"""D_H: motion without force from rest, whose energy is therefore known."""
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+
+from repro.data.checks import check_positive, check_seeds, training_size
+from repro.data.dataset import Dataset
+from repro.errors import UserError
+from repro.mechanics.compile import active_engine
+from repro.mechanics.derive import dynamics_of, evaluate
+from repro.mechanics.simulate import simulate
+from repro.mechanics.system import System
+
+FIRST_ANGLE = 0.03  # rad
+LAST_ANGLE = 3.11  # rad
+
+
+def free_motion(
+    system: System,
+    *,
+    seeds: Sequence[int],
+    starts: int = 100,
+    steps: int = 10,
+    time_step: float = 0.04,
+    train_fraction: float = 0.8,
+) -> Dataset:
+    """Simulate free motion from rest at each point of a uniform grid of angles, `starts` an angle, for `steps` samples.
+
+    Every member has the same trajectories; its seed shuffles which whole ones are for training. The energy of all
+    samples of a trajectory is that of its start, V there. UserError for a damped system or an argument out of range.
+    """
+    check_seeds(seeds)
+    check_positive(starts=starts, steps=steps, time_step=time_step)
+    if any(system.damping):
+        raise UserError(f"damping = {list(system.damping)}: free motion keeps its energy only without damping")
+    q_start = _grid(system, starts)
+    n_train = training_size(len(q_start), train_fraction, "starts") * steps
+    dynamics = dynamics_of(system)
+    at_rest = np.zeros_like(q_start)
+    force = np.zeros((len(q_start), steps - 1, system.n_q))
+    initial = np.concatenate([q_start, at_rest], axis=1)
+    states = simulate(dynamics.acceleration, initial, force, time_step, angles=system.angles)
+    energy = np.repeat(evaluate(dynamics.hamiltonian, q_start, at_rest), steps, axis=1)
+    order = np.stack([np.random.default_rng(seed).permutation(len(q_start)) for seed in seeds])
+    samples = len(q_start) * steps
+    x = states[order].reshape(len(seeds), samples, 2 * system.n_q)
+    q, qd = x[..., : system.n_q].copy(), x[..., system.n_q :].copy()
+    tau = np.zeros_like(q)
+    return Dataset(
+        q=q,
+        qd=qd,
+        qdd=evaluate(dynamics.acceleration, q, qd, tau),
+        tau=tau,
+        time=np.arange(samples) * time_step,
+        episode=np.arange(samples) // steps,
+        n_train=n_train,
+        coordinates=system.coordinates,
+        time_step=time_step,
+        energy=energy[order].reshape(len(seeds), samples),
+        provenance={
+            "source": "free_motion",
+            "system": system.describe(),
+            "seeds": [int(seed) for seed in seeds],
+            "starts": starts,
+            "steps": steps,
+            "engine": active_engine(),
+        },
+    )
+
+
+def _grid(system: System, starts: int) -> np.ndarray:
+    """Return (starts ** number of angles, n_q) coordinates."""
+    grid = np.linspace(FIRST_ANGLE, LAST_ANGLE, starts)
+    combinations = np.array(list(itertools.product(grid, repeat=len(system.angles))))
+    q = np.zeros((len(combinations), system.n_q))
+    q[:, system.angles] = combinations
+    return q
