@@ -93,19 +93,22 @@ def _within(module: str, package: str) -> bool:
 
 
 @cache
-def _package_folder(root: str) -> Path | None:
-    spec = find_spec(root)
-    places = spec.submodule_search_locations if spec else None
-    return Path(next(iter(places))) if places else None
+def _root(name: str) -> Path | None:
+    """Folder of a top-level package or file of a top-level module."""
+    spec = find_spec(name)
+    if spec is None or spec.origin is None or not spec.has_location:
+        return None
+    origin = Path(spec.origin)
+    return origin.parent if spec.submodule_search_locations else origin
 
 
 @cache
 def _file(module: str) -> Path | None:
-    root, *rest = module.split(".")
-    folder = _package_folder(root)
-    if folder is None:
-        return None
-    place = folder.joinpath(*rest)
+    name, *rest = module.split(".")
+    root = _root(name)
+    if root is None or not root.is_dir():
+        return None if rest else root
+    place = root.joinpath(*rest)
     if rest and place.with_suffix(".py").is_file():
         return place.with_suffix(".py")
     return place / "__init__.py" if (place / "__init__.py").is_file() else None

@@ -10,7 +10,7 @@ from typing import Any
 
 from repro.tracking import lock, progress, provenance, record
 from repro.tracking.files import disk_errors_explained, disk_trouble, file_digest, plain_copy, sync, write_json
-from repro.tracking.paths import CHECKPOINT_PREFIX, HOLDER_FILE, RUN_FILE, TEMPORARY_SUFFIX, Paths
+from repro.tracking.paths import CHECKPOINT_PREFIX, HOLDER_FILE, TEMPORARY_SUFFIX, Paths
 from repro.tracking.record import Damage, Record
 from repro.tracking.stage import Stage
 
@@ -31,7 +31,7 @@ class Store:
     """All stages under one outputs root; safe to use from many processes and machines at once.
 
     A stage is made in a working folder that survives a kill: whatever `work` leaves there under a name that begins with
-    "checkpoint" is found again by the next attempt, and dropped once the stage is finished.
+    "checkpoint" is found again by the next attempt, and dropped once the stage is finished; all else starts anew.
     """
 
     def __init__(self, root: Path, overrides: Sequence[str] = ()) -> None:
@@ -113,7 +113,7 @@ class Store:
 
     def _make(self, stage: Stage, work: Callable[[Path], dict[str, Any]], folder: Path) -> Record:
         folder.mkdir(parents=True, exist_ok=True)
-        _drop(folder, lambda name: name in (RUN_FILE, HOLDER_FILE) or name.endswith(TEMPORARY_SUFFIX))
+        _drop(folder, lambda name: not _is_checkpoint(name))
         write_json(folder / HOLDER_FILE, {**lock.holder(), "name": stage.name, "command": stage.command})
         meter = provenance.Meter()
         try:
@@ -121,15 +121,13 @@ class Store:
         except Exception as error:
             trouble = disk_trouble(error, self.paths.root)
             if trouble is not None:
+                _drop(folder, lambda name: not _is_checkpoint(name))
                 raise trouble from error
             raise StageFailed(self._keep_failure(stage, folder, meter, error)) from error
         return self._keep(stage, folder, meter, summary)
 
     def _keep(self, stage: Stage, folder: Path, meter: provenance.Meter, summary: dict[str, Any]) -> Record:
-        _drop(
-            folder,
-            lambda name: name == HOLDER_FILE or name.startswith(CHECKPOINT_PREFIX) or name.endswith(TEMPORARY_SUFFIX),
-        )
+        _drop(folder, lambda name: name == HOLDER_FILE or _is_checkpoint(name) or name.endswith(TEMPORARY_SUFFIX))
         files = {}
         for path in sorted(path for path in folder.rglob("*") if path.is_file()):
             sync(path)
@@ -177,3 +175,7 @@ def _drop(folder: Path, unwanted: Callable[[str], bool]) -> None:
     for path in folder.rglob("*"):
         if path.is_file() and unwanted(path.name):
             path.unlink()
+
+
+def _is_checkpoint(name: str) -> bool:
+    return name.startswith(CHECKPOINT_PREFIX) and not name.endswith(TEMPORARY_SUFFIX)
