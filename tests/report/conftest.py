@@ -159,6 +159,7 @@ def learned(rng: np.random.Generator, tau: float, n: int = 5) -> dict[str, list[
     drawn["min_T"] = [-value for value in drawn["min_T"]]
     drawn["onestep_euler_qd[0]"] = errors(rng, 0.05, n, 0.1)
     drawn["onestep_euler_qd[1]"] = errors(rng, 0.12, n, 0.1)
+    drawn["skill_tau"] = [1 - value / 1.4 for value in drawn["mae_tau"]]
     drawn["min_eig_M"] = errors(rng, 0.02, n)
     return drawn
 

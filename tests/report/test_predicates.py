@@ -106,14 +106,6 @@ def test_unpaired_medians_may_have_unlike_budgets(store):
     assert not outcome(store, "ratio_at_least", ratio=3.6, **asked).holds
 
 
-def test_skill_is_measured_against_the_trivial_model(store):
-    store.run("e", {"mae_qdd": [2.0]}, model="trivial", basis="", optimiser="")
-    store.run("e", {"mae_qdd": [0.02, 0.02]})
-    asked = {"metric": "mae_qdd", "where": {"model": "lagrangian"}}
-    assert outcome(store, "skill_at_least", skill=0.989, **asked).holds
-    assert not outcome(store, "skill_at_least", skill=0.991, **asked).holds
-
-
 def test_every_timing_must_win_with_its_lower_quartile(store):
     row = {"name": "forward_vs_inverse", "size": "1x10", "ratio_median": 1.2, "ratio_q25": 1.1, "ratio_q75": 1.3}
     store.bench([row, {**row, "size": "2x32", "ratio_median": 1.05, "ratio_q25": 0.99}])

@@ -19,7 +19,6 @@ PREDICATES: Mapping[str, Callable[..., predicates.Outcome]] = {
         predicates.share_of_failures_at_least,
         predicates.paired_ratio_below,
         predicates.ratio_at_least,
-        predicates.skill_at_least,
         predicates.bench_ratio_above,
     )
 }

@@ -1,6 +1,5 @@
 """Tables of models: one row a setting, and the trivial, degenerate and oracle rows of every test set beside them."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -19,17 +18,15 @@ from repro.report.selection import (
     varying_columns,
 )
 from repro.report.setting import Setting
-from repro.report.statistics import Estimate
 from repro.report.table import Column, Row, Table
 from repro.report.vocabulary import metric_named, written
-from repro.report.writing import ABSENT, interval, number
+from repro.report.writing import ABSENT, interval
 
 # Never one error alone: force, acceleration (mean and median), energy, Lagrangian (raw, relative, canonical), inertia.
 CORE = (
     *("mae_tau", "mae_qdd", "median_ae_qdd", "mae_H_legendre", "mae_H_centred"),
-    *("mae_L_raw", "mae_L_relative", "mae_L_canonical", "min_eig_M"),
+    *("mae_L_raw", "mae_L_relative", "mae_L_canonical", "min_eig_M", "skill_tau", "skill_qdd"),
 )
-SKILLS = ("mae_tau", "mae_qdd")
 ANCHOR_TITLES = {
     TRIVIAL: "trivial (τ = 0)",
     DEGENERATE: "degenerate (L = pₓ²/2m)",
@@ -37,7 +34,7 @@ ANCHOR_TITLES = {
 }
 READING = (
     "Median over members with the 95 % Student-t interval of those that finished; failed members count as infinitely "
-    "wrong in the median. Skill is 1 - error / error of the trivial model. Energies in J."
+    "wrong in the median. Skill is 1 - error / error of the trivial model. Forces in N and N m, accelerations in m/s² and rad/s², energies in J."
 )
 
 
@@ -85,12 +82,12 @@ def model_table(results: Results, comparison: Comparison) -> Table:
         oracle = anchors[ORACLE]
         for setting in found:
             if test_set_of(setting.card) == test_set and not (oracle and setting.runs == oracle.runs):
-                rows.append(layout.row(setting, anchors[TRIVIAL]))
+                rows.append(layout.row(setting))
         for name, reference in anchors.items():
             if reference is None:
                 rows.append(layout.absent_row(f"{ANCHOR_TITLES[name]}: not run", test_set))
             else:
-                rows.append(layout.row(reference, anchors[TRIVIAL], anchor_as=name))
+                rows.append(layout.row(reference, anchor_as=name))
     return Table(comparison.name, comparison.title, READING, layout.columns, tuple(rows))
 
 
@@ -102,39 +99,30 @@ class _Layout:
     metrics: Sequence[str]
 
     @property
-    def skills(self) -> list[str]:
-        return [metric for metric in SKILLS if metric in self.metrics]
-
-    @property
     def columns(self) -> tuple[Column, ...]:
         named = [metric_named(metric) for metric in self.metrics]
-        skills = [metric_named(metric) for metric in self.skills]
         return (
             Column("model"),
             *(Column(column.replace("_", " ")) for column in self.card),
             *(Column(metric.label, metric.latex) for metric in named),
-            *(Column(f"skill {metric.label}", f"skill {metric.latex}") for metric in skills),
             *(Column(title) for title in ("members", "failed", "stale")),
         )
 
-    def row(self, setting: Setting, trivial: Setting | None, *, anchor_as: str = "") -> Row:
+    def row(self, setting: Setting, *, anchor_as: str = "") -> Row:
         # Of an anchor only what places it is said: it has no optimiser or width to compare.
         shown = test_set_of(setting.card) if anchor_as else self.card
         card = {column: as_text(setting.card[column]) if column in shown else "" for column in self.card}
         title = ANCHOR_TITLES[anchor_as] if anchor_as else setting.title("model")
         found = {metric: setting.estimate(metric) for metric in self.metrics}
-        skill = {m: _skill(found[m], trivial.estimate(m)) if trivial else math.nan for m in self.skills}
         data: dict[str, Any] = {"model": title, **card}
         for metric, one in found.items():
             data |= {metric: one.median, f"{metric}_low": one.low, f"{metric}_high": one.high}
-        data |= {f"skill_{metric}": value for metric, value in skill.items()}
         data |= {"n": setting.n, "failed": setting.failed, "stale": setting.stale}
         return Row(
             cells=(
                 title,
                 *(written(column, value) for column, value in card.items()),
                 *(interval(one) for one in found.values()),
-                *(number(value) for value in skill.values()),
                 *(str(setting.n), str(setting.failed), "stale" if setting.stale else ""),
             ),
             data=data,
@@ -145,7 +133,7 @@ class _Layout:
 
     def absent_row(self, title: str, test_set: Mapping[str, Any]) -> Row:
         card = {column: as_text(test_set.get(column)) for column in self.card}
-        absent = [ABSENT] * (len(self.metrics) + len(self.skills))
+        absent = [ABSENT] * len(self.metrics)
         return Row((title, *card.values(), *absent, "0", "0", ""), {"model": title, **card, "n": 0}, anchor=True)
 
 
@@ -155,7 +143,3 @@ def _test_sets(found: Sequence[Setting]) -> list[dict[str, Any]]:
         if test_set_of(setting.card) not in distinct:
             distinct.append(test_set_of(setting.card))
     return distinct
-
-
-def _skill(error: Estimate, trivial: Estimate) -> float:
-    return 1 - error.median / trivial.median if trivial.median > 0 else math.nan

@@ -1,7 +1,7 @@
 """The vocabulary in which a statement of the paper is asked of stored runs: true is matched, false not reproduced."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -98,7 +98,7 @@ def share_of_failures_at_least(evidence: Evidence, *, share_of_members: float, w
         f"{int(np.sum(least <= 0))} with an indefinite mass matrix" if least.size else "min eig M not measured",
     ]
     note = f"asked: at least {share_of_members:g}; of {setting.n} members: " + ", ".join(causes)
-    return Outcome(found.median >= share_of_members, "share of failed fits", "-", found, note, (setting,))
+    return Outcome(found.median >= share_of_members, "share of failed fits", "1", found, note, (setting,))
 
 
 def paired_ratio_below(
@@ -121,7 +121,7 @@ def paired_ratio_below(
     if other.failed:
         note += f"; {other.failed} of {other.n} opponents failed"
     worst = max((pairs for pairs, _ in found.values()), key=lambda pairs: pairs.median)
-    return Outcome(holds, "paired ratio of " + ", ".join(metrics), "-", worst, note, (ours, other))
+    return Outcome(holds, "paired ratio of " + ", ".join(metrics), "1", worst, note, (ours, other))
 
 
 def ratio_at_least(evidence: Evidence, *, metric: str, where: Where, against: Where, ratio: float) -> Outcome:
@@ -131,18 +131,7 @@ def ratio_at_least(evidence: Evidence, *, metric: str, where: Where, against: Wh
     value = math.inf if not math.isfinite(first.median) else first.median / second.median
     found = Estimate(value, math.nan, math.nan, min(first.n, second.n), first.failed + second.failed)
     note = f"asked: at least {ratio:g}; medians {first.median:.3g} and {second.median:.3g}"
-    return Outcome(value >= ratio, f"ratio of {metric}", "-", found, note, (ours, other))
-
-
-def skill_at_least(evidence: Evidence, *, metric: str, skill: float, where: Where) -> Outcome:
-    """Hold when 1 - error / error of the trivial model, of the median member, is at least `skill`."""
-    setting, found = _measured(evidence, where, metric)
-    trivial = anchor(evidence.results, evidence.experiment, TRIVIAL, test_set_of(setting.card))
-    if trivial is None:
-        raise NotRunError(f"the trivial model was not run for {evidence.experiment}")
-    base = trivial.estimate(metric).median
-    of = replace(found, median=1 - found.median / base, low=1 - found.high / base, high=1 - found.low / base)
-    return Outcome(of.median >= skill, f"skill in {metric}", "-", of, f"asked: at least {skill:g}", (setting,))
+    return Outcome(value >= ratio, f"ratio of {metric}", "1", found, note, (ours, other))
 
 
 def bench_ratio_above(evidence: Evidence, *, ratio: float, bench: Where) -> Outcome:
@@ -159,7 +148,7 @@ def bench_ratio_above(evidence: Evidence, *, ratio: float, bench: Where) -> Outc
     return Outcome(
         bool((rows["ratio_q25"] > ratio).all()),
         "time ratio (other / ours)",
-        "-",
+        "1",
         found,
         note,
         runs=tuple(dict.fromkeys(rows["run"])),

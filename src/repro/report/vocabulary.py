@@ -47,7 +47,12 @@ METRICS: dict[str, Metric] = {
     "mae_H_legendre": Metric("MAE H Legendre", r"MAE$_H$ Leg.", "absolute error of p.qd - L"),
     "mae_H_centred": Metric("MAE H centred", r"MAE$_H$ cent.", "error of p.qd - L after one constant"),
     "mae_H_sum": Metric("MAE T + V", r"MAE$_{T+V}$", "error of the sum of the learned energies"),
+    "mae_T": Metric("MAE T", r"MAE$_T$", "error of the kinetic energy"),
+    "mae_V": Metric("MAE V", r"MAE$_V$", "error of the potential energy"),
+    "gyroscopic_remainder": Metric("gauge remainder", "gauge remainder", "what of p(q, 0) is no gradient dF/dq"),
     "mae_p": Metric("MAE p", r"MAE$_p$", "mean absolute error of the momentum"),
+    "mae_p_transformed": Metric("MAE M̂q̇", r"MAE$_{\hat M\dot q}$", "mean absolute error of M(q) qd as momentum"),
+    "median_ae_tau": Metric("median AE τ", r"median AE$_\tau$", "median absolute error of the force"),
     "min_eig_M": Metric(
         "min eig M",
         r"$\min \lambda(\hat M)$",
@@ -65,6 +70,7 @@ METRICS: dict[str, Metric] = {
     "coefficient_error": Metric("coefficient error", "coefficient error", "greatest error of a coefficient"),
     "rollout_error": Metric("rollout error", "rollout error", "relative error of a rollout, geometric mean"),
     "onestep_euler_qd": Metric("one-step q̇", r"one-step $\dot q$", "velocity error of one explicit Euler step"),
+    "onestep_exact_qd": Metric("one exact step q̇", r"one exact step $\dot q$", "velocity error of one exact step"),
     "rollout_qd": Metric("rollout q̇", r"rollout $\dot q$", "velocity error of a 300-step rollout"),
     "momentum_transform": Metric("|M̂q̇ - p̂|", r"$|\hat M\dot q-\hat p|$", "mean gap between the two momenta"),
     "support_exact": Metric(
@@ -78,7 +84,20 @@ METRICS: dict[str, Metric] = {
         "success", "success", "share of closed loops that reach the goal", scale="share", lower_is_better=False
     ),
     "passivity_margin": Metric("passivity margin", "passivity margin", "greatest violation", scale="linear"),
-    "skill": Metric("skill", "skill", "1 - error / error of the trivial model", scale="linear", lower_is_better=False),
+    "skill_tau": Metric(
+        "skill τ",
+        r"skill $\tau$",
+        "1 - error of the force / that of the trivial model",
+        scale="linear",
+        lower_is_better=False,
+    ),
+    "skill_qdd": Metric(
+        "skill q̈",
+        r"skill $\ddot q$",
+        "1 - error of the acceleration / that of the trivial model",
+        scale="linear",
+        lower_is_better=False,
+    ),
 }
 
 

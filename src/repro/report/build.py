@@ -1,0 +1,77 @@
+"""From stored runs, or from results alone, to the whole report."""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from repro.errors import UserError
+from repro.report.assumptions import load_assumptions
+from repro.report.claims import load_claims
+from repro.report.drawing import draw_all
+from repro.report.files import project_folder, write_text
+from repro.report.gather import gather_runs
+from repro.report.page import page
+from repro.report.results import Results
+from repro.report.stored import Staleness, StoredRun, never_stale, stored_benches, stored_runs
+from repro.report.summary import Summary, keep, kept, summarise
+from repro.report.tables import all_tables
+from repro.report.verdicts import Verdict, judge_all
+
+
+def build(outputs: Path, scale: str, *, stale: Staleness = never_stale) -> Summary:
+    """Gather a scale's runs and make its report under outputs/report/<scale>; nothing is made twice from the same.
+
+    Raises UserError where nothing of this scale has been run.
+    """
+    runs, benches = stored_runs(outputs, scale, stale), stored_benches(outputs, scale)
+    if not runs and not benches:
+        present = sorted(path.name for path in (outputs / "experiments").glob("*"))
+        hint = f"; run so far: {', '.join(present)}" if present else ""
+        message = f"nothing of scale {scale} has been run in {outputs}{hint}. Start with: make reproduce SCALE={scale}"
+        raise UserError(message)
+    folder, recordings = outputs / "report" / scale, outputs / "recordings"
+    fingerprint = _fingerprint(runs, benches)
+    found = kept(folder, recordings, fingerprint)
+    if found is not None:
+        return found
+    results = gather_runs(runs, benches)
+    results.save(folder / "results")
+    summary = summarise(results, render(results, folder), folder, recordings)
+    keep(summary, fingerprint)
+    return summary
+
+
+def redraw(source: Path, folder: Path) -> Summary:
+    """Make the report from a folder of results alone, such as paper/results: nothing is run, no store is needed."""
+    results = Results.load(source)
+    return summarise(results, render(results, folder), folder, folder / "recordings")
+
+
+def render(results: Results, folder: Path) -> list[Verdict]:
+    """Judge the claims, and write results/claims.csv, tables, figures and report.html under a folder."""
+    paper = project_folder() / "paper"
+    verdicts = judge_all(load_claims(paper / "claims.yaml"), results)
+    tables = all_tables(results, verdicts)
+    for table in tables:
+        table.save(folder / "tables")
+    write_text(folder / "results" / "claims.csv", tables[0].csv())
+    figures = draw_all(results, folder / "figures")
+    assumptions = load_assumptions(paper / "assumptions.yaml")
+    write_text(
+        folder / "report.html",
+        page(results.scale, verdicts, tables, figures, folder / "figures", assumptions),
+    )
+    return verdicts
+
+
+def _fingerprint(runs: Sequence[StoredRun], benches: Sequence[Path]) -> str:
+    """Digest everything that a report is made from: the runs, the claims, and the code that draws."""
+    paper = project_folder() / "paper"
+    sources = [*sorted(Path(__file__).parent.rglob("*.py")), paper / "claims.yaml", paper / "assumptions.yaml"]
+    content = {
+        "runs": [[r.id, r.experiment, r.scale, r.command, r.overrides, r.stale, dict(r.record)] for r in runs],
+        "benches": [[folder.name, (folder / "run.json").stat().st_mtime_ns] for folder in benches],
+        "sources": [hashlib.sha256(path.read_bytes()).hexdigest() for path in sources],
+    }
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

@@ -1,0 +1,53 @@
+"""What is committed: results, tables, figures and the README's verdicts, of the full scale and a clean tree."""
+
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+from repro.errors import UserError
+from repro.report.build import render
+from repro.report.readme import write_verdicts
+from repro.report.results import Results
+from repro.report.verdicts import FULL_SCALE
+
+
+def publish(results: Results, root: Path) -> None:
+    """Write paper/results, paper/tables, paper/figures and the verdict table of README.md in the checkout `root`.
+
+    Raises UserError for another scale, an unclean git tree or results older than the code.
+    """
+    published = results.of_experiments()
+    if published.scale != FULL_SCALE:
+        message = (
+            f"only results of scale {FULL_SCALE} are published, these are of scale {published.scale or 'unknown'}; "
+            f"run: make reproduce SCALE={FULL_SCALE}"
+        )
+        raise UserError(message)
+    _refuse_unclean(root)
+    stale = published.runs.loc[published.runs["stale"].fillna(value=False), "run"]
+    if len(stale):
+        message = f"{stale.nunique()} runs are older than the code; run: make reproduce SCALE={FULL_SCALE}"
+        raise UserError(message)
+    published.save(root / "paper" / "results")
+    with tempfile.TemporaryDirectory() as temporary:
+        verdicts = render(published, Path(temporary))
+        shutil.copyfile(Path(temporary) / "results" / "claims.csv", root / "paper" / "results" / "claims.csv")
+        for name in ("tables", "figures"):
+            shutil.rmtree(root / "paper" / name, ignore_errors=True)
+            shutil.copytree(Path(temporary) / name, root / "paper" / name)
+    write_verdicts(root / "README.md", verdicts)
+
+
+def _refuse_unclean(root: Path) -> None:
+    try:
+        status = subprocess.run(
+            ["git", "-C", str(root), "status", "--porcelain"], check=True, capture_output=True, text=True
+        ).stdout
+    except (OSError, subprocess.CalledProcessError) as error:
+        message = f"{root} is no git checkout, or git is not installed: only a clean tree is published"
+        raise UserError(message) from error
+    if status.strip():
+        changed = ", ".join(line[3:] for line in status.splitlines()[:3])
+        message = f"the git tree is not clean ({changed}, ...): commit or remove the changes, then publish"
+        raise UserError(message)

@@ -1,0 +1,107 @@
+"""What a report comes to, in plain values: kept beside it, so that an unchanged report is not made again."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from repro.report import writing
+from repro.report.files import write_text
+from repro.report.results import Results
+from repro.report.verdict_table import mark
+from repro.report.verdicts import Verdict
+
+FILE = "summary.json"
+
+
+@dataclass(frozen=True)
+class VerdictLine:
+    """One verdict as it is shown in a terminal; `verdict` is the bare word, `marked` has the marks beside it."""
+
+    claim: str
+    about: str
+    printed: str
+    ours: str
+    members: str
+    verdict: str
+    marked: str
+    flag: str
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Where a report lies and what it says; `runs` counts finished ones, `absent` failed and missing ones."""
+
+    scale: str
+    folder: Path
+    recordings: Path
+    verdicts: tuple[VerdictLine, ...]
+    runs: int
+    absent: int
+    stale: int
+
+    @property
+    def page(self) -> Path:
+        """The report itself."""
+        return self.folder / "report.html"
+
+    @property
+    def results(self) -> Path:
+        """The result tables."""
+        return self.folder / "results"
+
+    @property
+    def tables(self) -> Path:
+        """The tables for people."""
+        return self.folder / "tables"
+
+    @property
+    def figures(self) -> Path:
+        """The figures."""
+        return self.folder / "figures"
+
+
+def summarise(results: Results, verdicts: Sequence[Verdict], folder: Path, recordings: Path) -> Summary:
+    """Sum a report up."""
+    runs = results.runs.drop_duplicates("run")
+    return Summary(
+        scale=results.scale,
+        folder=folder,
+        recordings=recordings,
+        verdicts=tuple(_line(verdict) for verdict in verdicts),
+        runs=int((runs["outcome"] == "ok").sum()),
+        absent=int((runs["outcome"] != "ok").sum()),
+        stale=int(runs["stale"].fillna(value=False).sum()),
+    )
+
+
+def keep(summary: Summary, fingerprint: str) -> None:
+    """Write the summary beside the report, with the fingerprint of what it was made from."""
+    content = {"fingerprint": fingerprint, **asdict(summary), "folder": "", "recordings": ""}
+    write_text(summary.folder / FILE, json.dumps(content, indent=1))
+
+
+def kept(folder: Path, recordings: Path, fingerprint: str) -> Summary | None:
+    """Return the summary of a report made from the same; None where there is none, or one made from something else."""
+    try:
+        content = json.loads((folder / FILE).read_text(encoding="utf-8"))
+        if content.pop("fingerprint") != fingerprint:
+            return None
+        lines = tuple(VerdictLine(**line) for line in content.pop("verdicts"))
+        found = Summary(**{**content, "folder": folder, "recordings": recordings}, verdicts=lines)
+    except (OSError, ValueError, TypeError, KeyError):
+        return None
+    return found if found.page.is_file() else None
+
+
+def _line(verdict: Verdict) -> VerdictLine:
+    return VerdictLine(
+        claim=verdict.claim.name,
+        about=verdict.claim.about,
+        printed=writing.number(verdict.claim.printed),
+        ours=writing.interval(verdict.estimate),
+        members=str(verdict.estimate.n or writing.ABSENT),
+        verdict=verdict.verdict,
+        marked=mark(verdict),
+        flag=verdict.flag,
+    )
