@@ -46,7 +46,7 @@ def canonical(value: Any) -> bytes:
 
 def plain_copy(value: Any) -> Any:
     """The value as it reads back from JSON."""
-    return json.loads(canonical(value))
+    return json.loads(json.dumps(value, default=plain))
 
 
 def flattened(value: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:

@@ -24,7 +24,7 @@ def source_tree() -> Path | None:
         return None
     try:
         _git(here.parent, "ls-files", "--error-unmatch", here.name)
-        return Path(_git(here.parent, "rev-parse", "--show-toplevel").strip())
+        return Path(_git(here.parent, "rev-parse", "--show-toplevel").strip()).resolve()
     except (subprocess.CalledProcessError, OSError):
         return None
 
@@ -40,7 +40,9 @@ def state(patches: Path) -> dict[str, Any]:
     status = _git(top, "status", "--porcelain=v2", "--branch", "--untracked-files=all", "-z").split("\0")
     header = dict(line[2:].split(" ", 1) for line in status if line.startswith("# "))
     untracked = [line[2:] for line in status if line.startswith("? ")]
-    untracked = [name for name in untracked if not (top / name).resolve().is_relative_to(patches.parent.resolve())]
+    results = patches.parent.resolve()
+    if results != top and results.is_relative_to(top):
+        untracked = [name for name in untracked if not (top / name).is_relative_to(results)]
     modified = any(line and line[0] in "12u" for line in status)
     record: dict[str, Any] = {
         "commit": header.get("branch.oid"),

@@ -87,12 +87,13 @@ def load_runs(*, root: Path | None = None, **filters: Any) -> pd.DataFrame:
     if not parts:
         return pd.DataFrame(columns=["run", "experiment", "scale", "member", "split", "metric", "value", "unit"])
     whole = pd.concat(parts, ignore_index=True)
+    first = ["run", "experiment", "scale"]
+    whole = whole[first + [name for name in whole.columns if name not in first]]
     for key, wish in filters.items():
         if key not in whole:
             raise UserError(f"no column {key} to filter by; there are: {', '.join(whole.columns)}")
         whole = whole[[_fits(value, wish) for value in whole[key]]]
-    order = ["run", "experiment", "scale"]
-    return whole[order + [name for name in whole.columns if name not in order]].reset_index(drop=True)
+    return whole.reset_index(drop=True)
 
 
 def _fits(value: Any, wish: Any) -> bool:

@@ -1,0 +1,86 @@
+"""The board counts, estimates the time left, and stays readable without a terminal."""
+
+from __future__ import annotations
+
+import pytest
+
+from repro.tracking import board
+from repro.tracking.board import Board, Clock
+from repro.tracking.jobs import Event, Job, JobResult
+from repro.tracking.text import duration, size, table
+
+JOBS = [Job(name, "m:f") for name in ("a", "b", "c", "d")]
+
+
+@pytest.fixture
+def now(monkeypatch):
+    """A clock that a test sets."""
+    time = [0.0]
+    monkeypatch.setattr(board.time, "monotonic", lambda: time[0])
+    return time
+
+
+def ended(index, outcome="ok", seconds=10.0, error=None):
+    result = JobResult(JOBS[index], outcome, seconds=seconds, error=error)
+    return Event("ended", index, JOBS[index], result=result)
+
+
+def test_time_left(now):
+    clock = Clock(JOBS, workers=2)
+    assert clock.seconds_left() is None
+    clock.take(Event("started", 0, JOBS[0]))
+    now[0] = 5.0
+    clock.take(Event("progress", 0, JOBS[0], fraction=0.25))
+    # One job takes 20 s: 15 s of it are left, and three whole ones, on two workers.
+    assert clock.seconds_left() == pytest.approx((15 + 3 * 20) / 2)
+    now[0] = 20.0
+    clock.take(ended(0, seconds=20.0))
+    assert clock.seconds_left() == pytest.approx(3 * 20 / 2)
+    for index in (1, 2):
+        clock.take(ended(index, seconds=20.0))
+    assert clock.seconds_left() == pytest.approx(20.0)
+
+
+def test_expected_times_are_used_before_any_job_has_ended(now):
+    clock = Clock([Job("a", "m:f", expected_s=30.0), Job("b", "m:f", expected_s=10.0)], workers=1)
+    assert clock.seconds_left() == pytest.approx(40.0)
+
+
+def test_plain_lines(now, capsys):
+    with Board(JOBS, workers=1, live=False) as shown:
+        shown(Event("started", 0, JOBS[0]))
+        shown(ended(0))
+        shown(Event("notice", 1, JOBS[1], text="look"))
+        shown(ended(1, "failed", 2.0, {"type": "ValueError", "message": "no\nmore"}))
+        now[0] = 60.0
+        shown(Event("started", 2, JOBS[2]))
+        shown(Event("progress", 2, JOBS[2], fraction=0.5, text="epoch 3"))
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == "[1/4] a: done (10 s); about 30 s left"
+    assert lines[1] == "b: look"
+    assert lines[2] == "[2/4] b: failed: ValueError: no (2.0 s); about 20 s left"
+    assert lines[3].startswith("2 of 4 done, 1 failed")
+    assert lines[3].endswith("now c 50% epoch 3")
+
+
+def test_live_display_takes_every_event(now, capsys):
+    with Board(JOBS, workers=2, live=True) as shown:
+        for index in (0, 1):
+            shown(Event("started", index, JOBS[index]))
+            shown(Event("progress", index, JOBS[index], fraction=0.5, text="[half]"))
+        shown(ended(0))
+        shown(ended(1, "killed", 1.0, {"message": "[SIGKILL]"}))
+    assert "b: killed: [SIGKILL]" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"), [(0.04, "0.0 s"), (9.94, "9.9 s"), (59.4, "59 s"), (200, "3 min 20 s"), (7500, "2 h 5 min")]
+)
+def test_durations(seconds, text):
+    assert duration(seconds) == text
+
+
+def test_sizes_and_tables():
+    assert [size(count) for count in (0, 1023, 2048, 5 * 1024**2)] == ["0 B", "1023 B", "2.0 KiB", "5.0 MiB"]
+    assert table([["a", 1], ["bcd", 22]], ["x", "y"]) == "x    y\na    1\nbcd  22"
+    assert table([]) == ""

@@ -1,0 +1,90 @@
+"""A result says where it comes from, exactly enough to go back there."""
+
+from __future__ import annotations
+
+import subprocess
+
+import pytest
+
+from repro.tracking import git, provenance
+
+
+def run(folder, *arguments):
+    return subprocess.run(
+        ["git", "-c", "user.name=A", "-c", "user.email=a@b.c", *arguments],
+        cwd=folder, check=True, capture_output=True, text=True,
+    ).stdout  # fmt: skip
+
+
+@pytest.fixture
+def tree(tmp_path, monkeypatch):
+    folder = tmp_path / "tree"
+    folder.mkdir()
+    run(folder, "init", "--quiet", "--initial-branch=main")
+    (folder / "model.py").write_text("a = 1\n")
+    (folder / "constraints.txt").write_text("numpy==2\n")
+    (folder / ".gitignore").write_text("ignored/\n")
+    run(folder, "add", ".")
+    run(folder, "commit", "--quiet", "-m", "first")
+    monkeypatch.setattr(git, "source_tree", lambda: folder)
+    provenance._source.cache_clear()
+    yield folder
+    provenance._source.cache_clear()
+
+
+def test_a_clean_tree_is_its_commit(tree, tmp_path):
+    state = git.state(tmp_path / "patches")
+    assert state["commit"] == run(tree, "rev-parse", "HEAD").strip()
+    assert state["branch"] == "main"
+    assert state["clean"]
+    assert state["patch"] is None
+
+
+def test_commit_and_patch_give_the_tree_back(tree, tmp_path):
+    (tree / "model.py").write_text("a = 2\n")
+    (tree / "new file.py").write_text("b = 3\n")
+    (tree / "image.bin").write_bytes(bytes(range(256)))
+    (tree / "huge.bin").write_bytes(bytes(1_100_000))
+    (tree / "ignored").mkdir()
+    (tree / "ignored" / "x").write_text("x")
+    index = (tree / ".git" / "index").read_bytes()
+    state = git.state(tmp_path / "patches")
+    assert (tree / ".git" / "index").read_bytes() == index
+    assert not state["clean"]
+    assert state["untracked"] == ["image.bin", "new file.py"]
+    assert state["untracked_not_stored"] == ["huge.bin"]
+    copy = tmp_path / "copy"
+    run(tmp_path, "clone", "--quiet", str(tree), str(copy))
+    run(copy, "checkout", "--quiet", state["commit"])
+    run(copy, "apply", str(tmp_path / state["patch"]))
+    for name in ("model.py", "new file.py", "image.bin"):
+        assert (copy / name).read_bytes() == (tree / name).read_bytes()
+    assert git.state(tmp_path / "patches") == state
+    assert len(list((tmp_path / "patches").iterdir())) == 1
+
+
+def test_results_inside_the_tree_are_no_source(tree):
+    patches = tree / "outputs" / "patches"
+    (tree / "outputs").mkdir()
+    (tree / "outputs" / "result.txt").write_text("x")
+    assert git.state(patches)["clean"]
+
+
+def test_description(tree, tmp_path):
+    import numpy  # noqa: F401
+
+    config = {"data": {"seeds": [0, 1], "samples": 5}, "fit": {"seed": 3}}
+    told = provenance.describe(config, "repro run", ["a=1"], tmp_path / "patches", provenance.Meter())
+    assert told["seeds"] == {"data.seeds": [0, 1], "fit.seed": 3}
+    assert told["command"] == "repro run"
+    assert len(told["git"]["constraints_sha256"]) == 64
+    assert told["machine"]["python"].startswith("3.")
+    assert told["machine"]["cores_allowed"] >= 1
+    assert any(pool["user_api"] == "blas" for pool in told["threads"]["pools"])
+
+
+def test_torch_is_described_when_it_is_loaded(monkeypatch):
+    import sys
+
+    monkeypatch.delitem(sys.modules, "torch", raising=False)
+    assert provenance._torch() is None
