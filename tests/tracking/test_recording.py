@@ -1,0 +1,234 @@
+import subprocess
+from dataclasses import replace
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rerun.chunk import RrdReader
+
+from repro.errors import UserError
+from repro.tracking import palette
+from repro.tracking.card import markdown
+from repro.tracking.chart import Chart
+from repro.tracking.recording import Curve, Rollout, RunRecording, read_recording, write_recording
+from repro.tracking.viewer import command_of, environment
+
+LENGTH, GRAVITY, MASS = 0.5, 9.8, 0.2
+
+
+def swing(time: np.ndarray, amplitude: float) -> Rollout:
+    """A cart to and fro, its link about the upright; all numbers irregular, so that equality means something."""
+    x, theta = amplitude * np.sin(1.3 * time), 2.0 * amplitude * np.cos(2.1 * time)
+    rates = 1.3 * amplitude * np.cos(1.3 * time), -4.2 * amplitude * np.sin(2.1 * time)
+    potential = MASS * GRAVITY * LENGTH * np.cos(theta)
+    kinetic = MASS * (LENGTH * rates[1]) ** 2 / 2
+    cart = np.stack([x, np.zeros_like(x)], axis=-1)
+    tip = cart + LENGTH * np.stack([np.sin(theta), np.cos(theta)], axis=-1)
+    energies = {"T": kinetic, "V": potential, "H": kinetic + potential}
+    return Rollout(np.stack([x, theta, *rates], axis=-1), energies, np.stack([cart, tip], axis=1))
+
+
+def example(steps: int = 50, models: int = 2) -> RunRecording:
+    time = np.arange(steps) * 0.04
+    rollouts = {f"seed {number}": swing(time, 0.5 + 0.01 * number) for number in range(1, models + 1)}
+    epochs = np.arange(0, 500, 7)
+    return RunRecording(
+        run="sip-lagrangian-9f3c2a81bd",
+        title="SIP, T2, 2 seeds",
+        card={"system": "sip", "Fit": {"rate": 0.01, "steps": {"first": 3}}, "Metrics": [{"member": 0, "mae": 1 / 3}]},
+        time=time,
+        coordinates=(("x", "m"), ("theta", "rad")),
+        plant=swing(time, 0.5),
+        models=rollouts,
+        force=np.sin(7.0 * time),
+        power={"supplied": np.cos(time), "dH/dt": np.cos(time) / 3},
+        curves={"log10 loss": Curve(epochs, {label: -np.log10(1.0 + epochs) for label in rollouts})},
+        obstacle=(0.6, 0.4, 0.1),
+    )
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[RunRecording, Path]:
+    path = tmp_path_factory.mktemp("recording") / "recording.rrd"
+    recording = example()
+    write_recording(path, recording)
+    return recording, path
+
+
+def chunks(path: Path) -> dict[str, list]:
+    found: dict[str, list] = {}
+    for chunk in RrdReader(path).stream().to_chunks():
+        found.setdefault(chunk.entity_path, []).append(chunk.to_record_batch())
+    return found
+
+
+def column(batches: list, name: str, width: int) -> np.ndarray:
+    batch = next(batch for batch in batches if name in batch.schema.names)
+    values = batch[name].flatten()
+    while hasattr(values, "flatten") and str(values.type).startswith("fixed_size_list"):
+        values = values.flatten()
+    return values.to_numpy().reshape(-1, width)
+
+
+def test_every_value_returns_to_the_last_bit_and_every_time_to_a_nanosecond(written):
+    recording, path = written
+    tracks = read_recording(path)
+    rollouts = [recording.plant, *recording.models.values()]
+    expected = {f"energy/{name}": [rollout.energies[name] for rollout in rollouts] for name in "TVH"}
+    for column_number, entity in enumerate(("state/x", "state/theta", "state/xd", "state/thetad")):
+        expected[entity] = [rollout.state[:, column_number] for rollout in rollouts]
+    expected |= {"force": [recording.force], "power": list(recording.power.values())}
+    for entity, lines in expected.items():
+        assert np.array_equal(tracks[entity].values, np.stack(lines, axis=-1)), entity
+        assert np.abs(tracks[entity].at - recording.time).max() < 1e-9
+    curve = recording.curves["log10 loss"]
+    assert np.array_equal(tracks["learning/log10_loss"].values, np.stack(list(curve.values.values()), axis=-1))
+    assert np.array_equal(tracks["learning/log10_loss"].at, curve.step)
+    assert tracks.keys() == {*expected, "learning/log10_loss"}
+
+
+def test_lines_are_named_with_their_unit(written):
+    tracks = read_recording(written[1])
+    assert tracks["energy/H"].names == ("H plant [J]", "H seed 1 [J]", "H seed 2 [J]")
+    assert tracks["state/thetad"].names[0] == "dθ/dt plant [rad/s]"
+    assert tracks["force"].names == ("force [N]",)
+
+
+def test_the_file_names_its_run_holds_its_layout_and_is_sound(written):
+    recording, path = written
+    reader = RrdReader(path)
+    assert [store.recording_id for store in reader.recordings()] == [recording.run]
+    assert {store.application_id for store in [*reader.recordings(), *reader.blueprints()]} == {"repro"}
+    assert len(reader.blueprints()) == 1
+    command = command_of("rrd", "verify", str(path))
+    verdict = subprocess.run(command, env=environment(), capture_output=True, text=True, timeout=60, check=True)
+    assert verdict.stdout + verdict.stderr == "1 file verified without error.\n"
+
+
+def test_the_drawing_ends_where_the_points_are_with_y_turned_down(written):
+    recording, path = written
+    found = chunks(path)
+    for name, rollout in {"plant": recording.plant, "seed_1": recording.models["seed 1"]}.items():
+        place = column(found[f"/scene/{name}/link1"], "Transform3D:translation", 3)
+        turn = column(found[f"/scene/{name}/link1"], "Transform3D:quaternion", 4)
+        angle = 2 * np.arctan2(turn[:, 2], turn[:, 3])
+        tip = place[:, :2] + LENGTH * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        assert np.allclose(tip, rollout.points[:, 1] * [1, -1], atol=1e-6)
+        cart = column(found[f"/scene/{name}/cart"], "Transform3D:translation", 3)
+        assert np.allclose(cart[:, :2], rollout.points[:, 0] * [1, -1], atol=1e-6)
+    upright = recording.plant.points[:, 1, 1].argmax()
+    assert column(found["/scene/plant/link1"], "Transform3D:quaternion", 4)[upright, 2] < 0
+
+
+def test_the_card_is_in_the_file_as_text_and_as_properties(written):
+    found = chunks(written[1])
+    text = found["/run_card"][0]["TextDocument:text"][0].as_py()[0]
+    assert "| steps.first | 3 |" in text
+    assert "| member | mae |\n| --- | --- |\n| 0 | 0.3333 |" in text
+    assert found["/__properties/run"][0]["Fit.rate"][0].as_py() == [0.01]
+
+
+def test_a_long_rollout_stays_small(tmp_path):
+    models = 2
+    write_recording(tmp_path / "long.rrd", example(steps=10_000, models=models))
+    assert (tmp_path / "long.rrd").stat().st_size < 2e6 * (1 + models)
+
+
+def test_a_model_that_diverges_is_a_gap_and_hides_nothing(tmp_path):
+    recording = example()
+    lost = recording.models["seed 1"]
+    for array in (lost.state, lost.points, *lost.energies.values()):
+        array[20:30], array[30:] = 1e300, np.nan
+    write_recording(tmp_path / "diverged.rrd", recording)
+    assert np.isnan(read_recording(tmp_path / "diverged.rrd")["energy/H"].values[30:, 1]).all()
+    turn = column(chunks(tmp_path / "diverged.rrd")["/scene/seed_1/link1"], "Transform3D:quaternion", 4)
+    assert np.allclose(np.linalg.norm(turn, axis=-1), 1.0)
+
+
+def test_a_view_opens_to_the_reference_however_far_another_line_runs():
+    lines = {"plant": np.array([0.0, 1.0]), "near": np.array([0.1, 1.2]), "lost": np.array([1e300, np.nan])}
+    chart = Chart("energy/H", "H", "H", "J", lines, dict.fromkeys(lines, palette.PLANT), reference="plant")
+    low, high = chart.opening_range()
+    assert low < 0.0
+    assert 1.2 < high < 2.0
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"time": np.array([])}, "time: at least 2 steps"),
+        ({"time": np.zeros(50)}, "increasing"),
+        ({"time": np.full(50, np.nan)}, "increasing"),
+        ({"force": np.zeros(49)}, r"force: shape \(49,\) instead of \(50,\)"),
+        ({"force": np.full(50, np.nan)}, "force of plant: not finite"),
+        ({"power": {"supplied": np.zeros(7)}}, "power supplied: shape"),
+        ({"coordinates": (("x", "m"),)}, r"state of plant: shape \(50, 4\) instead of \(50, 2\)"),
+        ({"models": {"short": swing(np.arange(9) * 0.04, 0.5)}}, "state of short: shape"),
+        ({"models": {"plant": swing(np.arange(50) * 0.04, 0.5)}}, "labels must differ"),
+        ({"models": {label: swing(np.arange(50) * 0.04, 0.5) for label in ("a b", "a_b")}}, "labels must differ"),
+        ({"curves": {"loss": Curve(np.arange(3), {"seed 1": np.zeros(2)})}}, "curve loss of seed 1"),
+    ],
+)
+def test_arrays_that_do_not_fit_are_named(change, message):
+    with pytest.raises(ValueError, match=message):
+        replace(example(), **change)
+
+
+def test_a_model_without_an_energy_is_named():
+    recording = example()
+    partial = replace(recording.plant, energies={"T": recording.plant.energies["T"]})
+    with pytest.raises(ValueError, match="energies of seed 1: V is missing"):
+        replace(recording, models={"seed 1": partial})
+
+
+@pytest.mark.parametrize("part", [0.0, 0.3, 0.999])
+def test_a_cut_file_is_refused_by_name(written, tmp_path, part):
+    whole = written[1].read_bytes()
+    cut = tmp_path / "cut.rrd"
+    cut.write_bytes(whole[: int(part * len(whole))])
+    with pytest.raises(UserError, match=r"cut\.rrd is not a whole recording"):
+        read_recording(cut)
+
+
+def test_a_missing_file_is_refused_by_name(tmp_path):
+    with pytest.raises(UserError, match=r"none\.rrd"):
+        read_recording(tmp_path / "none.rrd")
+
+
+def test_a_failed_write_leaves_neither_name_nor_litter(tmp_path, monkeypatch):
+    def fail(path: Path, recording: RunRecording) -> None:
+        raise OSError("the disk is gone")
+
+    write_recording(tmp_path / "recording.rrd", example())
+    before = (tmp_path / "recording.rrd").read_bytes()
+    monkeypatch.setattr("repro.tracking.recording._check", fail)
+    with pytest.raises(OSError, match="gone"):
+        write_recording(tmp_path / "recording.rrd", example())
+    assert [path.name for path in tmp_path.iterdir()] == ["recording.rrd"]
+    assert (tmp_path / "recording.rrd").read_bytes() == before
+
+
+def test_a_cell_cannot_break_its_table():
+    page = markdown("t", {"note": "a|b\nc", "nothing": None, "empty": [], "many": [1, 2.0]})
+    assert "| note | a\\|b c |\n| nothing | – |\n| empty |  |\n| many | 1, 2 |" in page
+
+
+def luminance(colour: palette.Colour) -> float:
+    """Relative luminance of sRGB, WCAG 2.2."""
+    parts = np.array(colour) / 255
+    linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+    return float(linear @ [0.2126, 0.7152, 0.0722])
+
+
+@pytest.mark.parametrize("colour", [palette.PLANT, palette.FORCE, palette.OBSTACLE, *palette.MODELS])
+@pytest.mark.parametrize("background", [(13, 16, 17), (255, 255, 255)])
+def test_every_colour_stands_out_on_the_dark_and_the_light_theme(colour, background):
+    dark, light = sorted((luminance(colour), luminance(background)))
+    assert (light + 0.05) / (dark + 0.05) > 3.0
+
+
+def test_roles_are_told_apart():
+    for one, other in combinations([palette.PLANT, *palette.MODELS[:4]], 2):
+        assert np.linalg.norm(np.subtract(one, other)) > 60
+    assert len(set(palette.colours([f"seed {number}" for number in range(10)]).values())) == 10
