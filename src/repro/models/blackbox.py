@@ -10,6 +10,7 @@ from repro.models.bases import position
 from repro.models.features import FeatureMap
 from repro.models.model import Energies, Model, Prepared
 from repro.models.network import Activation, Network
+from repro.models.setting import Setting
 from repro.models.terms import Terms
 
 
@@ -58,3 +59,8 @@ class BlackBox(Model):
         """qdd as a CasADi expression."""
         z = casadi.vertcat(qd, self.features.expression(q, qd), tau)
         return self.network.expression(parameters, z)
+
+
+def build(setting: Setting, *, hidden: list[int], activation: Activation = "softplus") -> BlackBox:
+    """The model of this file for a setting; the keywords are its options in conf/model."""
+    return BlackBox(setting.n_q, hidden=hidden, activation=activation)

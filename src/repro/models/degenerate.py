@@ -7,17 +7,19 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from repro.errors import UserError
 from repro.mechanics.derive import evaluate
 from repro.mechanics.system import System
 from repro.models.model import Energies, Model, Prepared
+from repro.models.setting import Setting
 from repro.models.terms import Terms
 
 
 class Degenerate(Model):
-    """The true cart momentum p_x alone: it knows nothing of the pendulum's inertia and weight, yet its MAE_tau is small.
+    """The true cart momentum p_x alone: it knows nothing of the pendulum, yet its MAE_tau is small.
 
-    p_x belongs to a cyclic coordinate, so d/dt p_x = f holds exactly: the first row of tau is right, and only small parts
-    of the others are left. A fit that stops here looks good by MAE_tau and is useless.
+    p_x belongs to a cyclic coordinate, so d/dt p_x = f holds exactly: the first row of tau is right, and only small
+    parts of the others are left. A fit that stops here looks good by MAE_tau and is useless.
     """
 
     n_parameters = 0
@@ -60,3 +62,10 @@ class Degenerate(Model):
         cart_momentum = casadi.gradient(kinetic, qd)[0]
         total_mass = casadi.jacobian(cart_momentum, qd)[0]
         return Energies(cart_momentum**2 / (2 * total_mass), casadi.SX(0))
+
+
+def build(setting: Setting) -> Degenerate:
+    """The model of this file for a setting; it has no options, and needs the true system."""
+    if setting.system is None:
+        raise UserError("model=degenerate is made from the true system: it cannot be used with data=file")
+    return Degenerate(setting.system)

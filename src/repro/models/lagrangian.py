@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from types import ModuleType
+from typing import Literal
 
 import casadi
 import numpy as np
@@ -12,6 +13,7 @@ from repro.models.features import FeatureMap
 from repro.models.model import Energies, Model, Prepared
 from repro.models.momentum import MomentumTransform
 from repro.models.network import Activation, Network
+from repro.models.setting import Setting
 from repro.models.terms import Terms, symmetric
 
 
@@ -153,3 +155,22 @@ class Lagrangian(Model):
 def _coefficients(n: int, generator: np.random.Generator) -> np.ndarray:
     limit = np.sqrt(6.0 / (n + 1))
     return generator.uniform(-limit, limit, n)
+
+
+def build(
+    setting: Setting,
+    *,
+    hidden: list[int],
+    activation: Activation = "softplus",
+    initialisation: Literal["glorot", "scaled"] = "glorot",
+    transform_hidden: list[int] | None = None,
+) -> Lagrangian:
+    """The model of this file for a setting; the keywords are its options in conf/model."""
+    return Lagrangian(
+        setting.basis,
+        setting.n_q,
+        hidden=hidden,
+        activation=activation,
+        input_scale=setting.feature_scale if initialisation == "scaled" else None,
+        transform_hidden=transform_hidden,
+    )

@@ -11,6 +11,7 @@ from repro.models.bases import position
 from repro.models.features import FeatureMap
 from repro.models.model import Energies, Model, Prepared
 from repro.models.network import Activation, Network
+from repro.models.setting import Setting
 from repro.models.terms import Terms
 
 
@@ -120,3 +121,15 @@ class Structured(Model):
             else:
                 arrays.append(generator.normal(0, 0.5, shape))
         return np.concatenate([array.ravel() for array in arrays])
+
+
+def build(
+    setting: Setting,
+    *,
+    hidden: list[int],
+    rank: int | None = None,
+    activation: Activation = "tanh",
+    skip: bool = True,
+) -> Structured:
+    """The model of this file for a setting; the keywords are its options in conf/model."""
+    return Structured(setting.n_q, setting.velocity_scale, hidden=hidden, rank=rank, activation=activation, skip=skip)

@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 from repro.models.model import Energies, Model, Prepared
+from repro.models.setting import Setting
 from repro.models.terms import Terms
 
 
@@ -44,3 +45,8 @@ class Trivial(Model):
     def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:
         """No energy."""
         return Energies(casadi.SX(0), casadi.SX(0))
+
+
+def build(setting: Setting) -> Trivial:
+    """The model of this file for a setting; it has no options."""
+    return Trivial(setting.n_q)

@@ -1,0 +1,43 @@
+"""What a model is built for: the coordinates, the basis, and the spread of the training data."""
+
+from dataclasses import dataclass
+from types import ModuleType
+
+import numpy as np
+
+from repro.mechanics.system import System
+from repro.models.features import FeatureMap
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Context of `build` in every model's file; q, qd: training samples (member, sample, n_q).
+
+    system: the true system, or None where it is not known (one's own recordings).
+    """
+
+    basis: ModuleType
+    q: np.ndarray
+    qd: np.ndarray
+    system: System | None
+
+    @property
+    def n_q(self) -> int:
+        """Number of generalised coordinates."""
+        return self.q.shape[-1]
+
+    @property
+    def velocity_scale(self) -> np.ndarray:
+        """Standard deviation of each velocity over all training samples (n_q,), 1 where it does not move."""
+        return _spread(self.qd)
+
+    @property
+    def feature_scale(self) -> np.ndarray:
+        """Standard deviation of each kinetic feature over all training samples, 1 where it is constant."""
+        features = FeatureMap(self.basis.kinetic, self.n_q)
+        return _spread(features.jets(self.q, self.qd, np.zeros_like(self.q))[..., 0, :])
+
+
+def _spread(values: np.ndarray) -> np.ndarray:
+    spread = values.reshape(-1, values.shape[-1]).std(axis=0)
+    return np.where(spread > 0, spread, 1.0)
