@@ -162,6 +162,7 @@ def test_a_view_opens_to_the_reference_however_far_another_line_runs():
         ({"time": np.full(50, np.nan)}, "increasing"),
         ({"force": np.zeros(49)}, r"force: shape \(49,\) instead of \(50,\)"),
         ({"force": np.full(50, np.nan)}, "force of plant: not finite"),
+        ({"power": {"supplied": np.full(50, np.inf)}}, "supplied of plant: not finite"),
         ({"power": {"supplied": np.zeros(7)}}, "power supplied: shape"),
         ({"coordinates": (("x", "m"),)}, r"state of plant: shape \(50, 4\) instead of \(50, 2\)"),
         ({"models": {"short": swing(np.arange(9) * 0.04, 0.5)}}, "state of short: shape"),

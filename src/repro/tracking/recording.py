@@ -54,7 +54,7 @@ class RunRecording:
     card         plain nested dictionary: settings, provenance, metrics
     time         (steps,), s, increasing
     coordinates  (name, unit) of each generalised coordinate
-    plant        the true rollout, finite
+    plant        the true rollout; it, the force and the power are finite
     models       label -> the model's rollout
     force        (steps,), N
     power        name -> (steps,), W; the first is the one that the others should add up to
@@ -93,8 +93,8 @@ class RunRecording:
         for what, (array, shape) in shapes.items():
             if array.shape != shape:
                 raise ValueError(f"{what}: shape {array.shape} instead of {shape}")
-        plant = {"force": self.force, "state": self.plant.state, "points": self.plant.points, **self.plant.energies}
-        for what, array in plant.items():
+        truth = {"state": self.plant.state, "points": self.plant.points, **self.plant.energies}
+        for what, array in {"force": self.force, **self.power, **truth}.items():
             if not np.isfinite(array).all():
                 raise ValueError(f"{what} of {PLANT}: not finite")
         if len({PLANT, *map(part, self.models)}) <= len(self.models):
