@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import time
 
 import pytest
@@ -134,10 +135,22 @@ def test_the_index_follows_the_store(store, stage):
     assert new in index.load(store.paths).finished()
     store.paths.index.write_text("rubbish")
     assert len(index.load(store.paths).finished()) == 4
-    import shutil
-
     shutil.rmtree(store.paths.folder("fits", new))
     assert sorted(index.load(store.paths).finished()) == sorted(ids)
+
+
+def test_expected_seconds(store, stage):
+    assert index.load(store.paths).expected_seconds("fits", "toy fit") is None
+    store.compute(stage(a=1), lambda folder: time.sleep(0.05) or {})
+    assert 0.05 <= index.load(store.paths).expected_seconds("fits", "toy fit") < 1.0
+    assert index.load(store.paths).expected_seconds("fits", "another") is not None
+    assert index.load(store.paths).expected_seconds("runs", "toy fit") is None
+
+
+def test_a_job_without_a_run_is_missing(store):
+    list_runs(store, [None])
+    (item,) = status.survey(store.paths)
+    assert (item.id, item.state) == ("repro run n=0", "missing")
 
 
 def test_ids_may_be_cut(store, stage):

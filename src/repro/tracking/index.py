@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 from repro.tracking.files import digest, write_atomically
@@ -60,6 +61,12 @@ class Index:
         """Entries of finished stages by id."""
         return {entry.id: entry for entry in self.entries if entry.outcome == "ok"}
 
+    def expected_seconds(self, kind: str, name: str) -> float | None:
+        """Median time of the finished stages of this name, else of this kind; None when there are none."""
+        finished = [entry for entry in self.entries if entry.outcome == "ok" and entry.kind == kind]
+        alike = [entry.wall_s for entry in finished if entry.name == name] or [entry.wall_s for entry in finished]
+        return median(alike) if alike else None
+
 
 def load(paths: Paths) -> Index:
     """The index, brought up to date with the store; saved when anything changed and the store can be written."""
@@ -74,7 +81,7 @@ def load(paths: Paths) -> Index:
                 row = known_rows.get(key)
                 if row is not None and row[0] == stamp:
                     rows[key] = row
-                else:
+                elif stamp is not None:
                     unread.append((key, stamp, id, kind, outcome))
     contents = _contents([paths.root / key / RUN_FILE for key, *_ in unread])
     for (key, stamp, id, kind, outcome), content in zip(unread, contents, strict=True):
@@ -99,11 +106,12 @@ def _stored(file: Path) -> tuple[dict[str, list[Any]], dict[str, dict[str, Any]]
     return {}, {}
 
 
-def _stamp(file: str) -> list[int]:
+def _stamp(file: str) -> list[int] | None:
+    """Time of change and size; None without a run.json, which alone makes a folder a stage."""
     try:
         stat = os.stat(file)  # noqa: PTH116 - ten thousand at a time
     except FileNotFoundError:
-        return [0, 0]
+        return None
     return [stat.st_mtime_ns, stat.st_size]
 
 

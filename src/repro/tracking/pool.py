@@ -77,6 +77,8 @@ class _Running:
     pipe: connection.Connection
     log: Path
     started: float = field(default_factory=time.monotonic)
+    ready: bool = False
+    interrupts: int = 0
     answer: tuple[str, Any] | None = None
     timed_out: bool = False
 
@@ -108,7 +110,7 @@ class _Launcher:
         self.running: list[_Running] = []
         self.results: dict[int, JobResult] = {}
         self.interrupts = 0
-        self.interrupts_passed_on = 0
+        self.announced = False
 
     def run(self) -> None:
         """Until every job has ended, or the running ones have after Ctrl-C."""
@@ -142,11 +144,13 @@ class _Launcher:
         self.on_progress(Event("started", index, job))
 
     def _pass_on_interrupts(self) -> None:
-        if self.interrupts > self.interrupts_passed_on:
-            self.interrupts_passed_on = self.interrupts
-            if self.interrupts == 1:
-                progress.notice("stopping: running jobs keep their checkpoints and end; Ctrl-C again kills them")
-            for job in self.running:
+        if self.interrupts and not self.announced:
+            self.announced = True
+            progress.notice("stopping: running jobs keep their checkpoints and end; Ctrl-C again kills them")
+        for job in self.running:
+            # A job that is not ready could not yet end gracefully.
+            if job.interrupts < self.interrupts and (job.ready or self.interrupts > 1):
+                job.interrupts = self.interrupts
                 job.signal(signal.SIGINT if self.interrupts == 1 else signal.SIGKILL)
 
     def _attend(self, job: _Running) -> None:
@@ -163,7 +167,9 @@ class _Launcher:
         try:
             while job.answer is None and job.pipe.poll():
                 what, content = job.pipe.recv()
-                if what == "progress":
+                if what == "ready":
+                    job.ready = True
+                elif what == "progress":
                     fraction, text = content
                     self.on_progress(Event("progress", job.index, job.job, fraction, text))
                 elif what == "notice":

@@ -127,7 +127,8 @@ def _being_made(paths: Paths) -> list[Item]:
                 content = {}
             running = lock.is_held(paths.lock(kind, id))
             who = lock.holder_text(holder)
-            why = f"{who} is making it" if running else f"{who} was ended; the same command goes on"
+            log = f"; log: {content['log']}" if content.get("log") else ""
+            why = (f"{who} is making it" if running else f"{who} was ended; its command goes on from there") + log
             state = "running" if running else "interrupted"
             found.append(Item(id, kind, content.get("name", id), state, (why,), content.get("command", "")))
     return found
@@ -140,9 +141,9 @@ def _listed(paths: Paths) -> dict[str, _Listing]:
         try:
             content = json.loads(file.read_bytes())
             for job in content["jobs"]:
-                if job["run"]:
-                    listing = listed.setdefault(job["run"], _Listing(job["command"], job["overrides"]))
-                    listing.experiments.append(f"{content['scale']}/{content['experiment']}")
+                # A job that never came to its run has no id yet; its command names it.
+                listing = listed.setdefault(job["run"] or job["command"], _Listing(job["command"], job["overrides"]))
+                listing.experiments.append(f"{content['scale']}/{content['experiment']}")
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise UserError(f"{file} cannot be read ({error!r}): delete it and run the experiment again") from error
     return listed

@@ -114,7 +114,8 @@ class Store:
     def _make(self, stage: Stage, work: Callable[[Path], dict[str, Any]], folder: Path) -> Record:
         folder.mkdir(parents=True, exist_ok=True)
         _drop(folder, lambda name: not _is_checkpoint(name))
-        write_json(folder / HOLDER_FILE, {**lock.holder(), "name": stage.name, "command": stage.command})
+        holder = {**lock.holder(), "name": stage.name, "command": stage.command, "log": progress.log_path()}
+        write_json(folder / HOLDER_FILE, holder)
         meter = provenance.Meter()
         try:
             summary = plain_copy(work(folder))

@@ -40,6 +40,7 @@ def main(pipe: connection.Connection, target: str, arguments: dict[str, Any], lo
     _print_into(log)
     progress.listen(_Channel(pipe), log)
     try:
+        pipe.send(("ready", None))
         module, _, name = target.partition(":")
         pipe.send(("ok", getattr(import_module(module), name)(**arguments)))
     except KeyboardInterrupt:
