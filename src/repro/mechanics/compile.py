@@ -1,4 +1,4 @@
-"""Which engine runs the straight-line code: C where a compiler is there, numba otherwise."""
+"""Which engine integrates: generated C where a compiler is there, an interpreter through numba otherwise."""
 
 import logging
 from functools import lru_cache
@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from repro.errors import UserError
-from repro.mechanics import c_engine, numba_engine
+from repro.mechanics import c_engine
 from repro.mechanics.c_library import CompilerError
 from repro.mechanics.pace import Pace
 from repro.mechanics.straight_line import statements
@@ -39,11 +39,11 @@ def compiled(acceleration: ca.Function, engine: str = "auto") -> Integrator:
     """Compile acceleration(q, qd, tau, parameters) for an engine; UserError for one that is unknown or not there."""
     if engine not in ENGINES:
         raise UserError(f"unknown engine {engine!r}: choose one of {', '.join(ENGINES)}")
-    lines, n_work = statements(acceleration)
-    n_q = acceleration.numel_out(0)
     if (active_engine() if engine == "auto" else engine) == "numba":
-        return numba_engine.Integrator(lines, n_work, n_q)
+        from repro.mechanics import numba_engine
+
+        return numba_engine.Integrator(acceleration)
     try:
-        return c_engine.Integrator(lines, n_work, n_q)
+        return c_engine.Integrator(*statements(acceleration), acceleration.numel_out(0))
     except CompilerError as error:
         raise UserError(f"engine 'c' cannot be used ({error}): choose 'numba' or 'auto'") from error

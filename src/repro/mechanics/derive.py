@@ -44,7 +44,7 @@ class Dynamics:
     dissipated_power: ca.Function
 
 
-def derive(  # noqa: PLR0917
+def derive(
     kinetic: ca.SX, potential: ca.SX, dissipation: ca.SX, q: ca.SX, qd: ca.SX, parameters: ca.SX | None = None
 ) -> Dynamics:
     """Derive the dynamics of d/dt(dL/dqd) - dL/dq + dR/dqd = tau with L = T - V and R the dissipation.

@@ -1,4 +1,4 @@
-"""An SX function as straight-line statements that read the same in C and in Python."""
+"""An SX function as straight-line C statements, and which operations the engines know."""
 
 from collections.abc import Sequence
 
@@ -8,7 +8,7 @@ PART = 500
 INPUTS = ("q", "qd", "tau", "parameters")
 OUTPUT = "qdd"
 
-_BINARY = {
+BINARY = {
     ca.OP_ADD: "{a} + {b}",
     ca.OP_SUB: "{a} - {b}",
     ca.OP_MUL: "{a} * {b}",
@@ -26,7 +26,7 @@ _BINARY = {
     ca.OP_OR: "either({a}, {b})",
     ca.OP_IF_ELSE_ZERO: "if_else_zero({a}, {b})",
 }
-_UNARY = {
+UNARY = {
     ca.OP_ASSIGN: "{a}",
     ca.OP_NEG: "-{a}",
     ca.OP_INV: "1.0 / {a}",
@@ -69,13 +69,18 @@ def statements(function: ca.Function, inputs: Sequence[str] = INPUTS, output: st
             lines.append(f"{output}[{targets[1]}] = w[{sources[0]}]")
         elif operation == ca.OP_CONST:
             lines.append(f"w[{targets[0]}] = {float(function.instruction_constant(k))!r}")
-        elif operation in _BINARY:
-            lines.append(f"w[{targets[0]}] = " + _BINARY[operation].format(a=f"w[{sources[0]}]", b=f"w[{sources[1]}]"))
-        elif operation in _UNARY:
-            lines.append(f"w[{targets[0]}] = " + _UNARY[operation].format(a=f"w[{sources[0]}]"))
+        elif operation in BINARY:
+            lines.append(f"w[{targets[0]}] = " + BINARY[operation].format(a=f"w[{sources[0]}]", b=f"w[{sources[1]}]"))
+        elif operation in UNARY:
+            lines.append(f"w[{targets[0]}] = " + UNARY[operation].format(a=f"w[{sources[0]}]"))
         else:
-            raise ValueError(f"operation {_NAMES[operation]!r} of {function.name()} has no translation")
+            raise untranslated(function, operation)
     return lines, function.sz_w()
+
+
+def untranslated(function: ca.Function, operation: int) -> ValueError:
+    """Return the error that names the operation of a function which the engines do not know."""
+    return ValueError(f"operation {_NAMES[operation]!r} of {function.name()} has no translation")
 
 
 def parts(lines: Sequence[str]) -> list[Sequence[str]]:
