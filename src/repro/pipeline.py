@@ -1,0 +1,177 @@
+"""One run from its configuration: the only place that knows the order of the stages."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from repro.config import Config, File, RandomForce, optimiser_class, scaled
+from repro.tracking import progress
+from repro.tracking.record import Record
+from repro.tracking.stage import Stage
+from repro.tracking.store import Store
+
+FREE_SEQUENCES = ("d_h_only", "d_h_then_d", "joint")
+FINAL_CURRICULUM = "data"
+
+
+@dataclass(frozen=True)
+class Pipeline:
+    """The stages of one run. Their ids follow from the configuration and the code alone; nothing is computed by asking."""
+
+    config: Config  # at its scale
+    command: str
+
+    @classmethod
+    def of(cls, config: Config, command: str) -> "Pipeline":
+        """The pipeline of a configuration at its scale."""
+        return cls(scaled(config), command)
+
+    @cached_property
+    def data_stages(self) -> dict[str, Stage]:
+        """Every dataset by its role: data, stage 1, stage 2, ... of the curriculum, and free (D_H)."""
+        config = self.config
+        stages = {}
+        if isinstance(config.data, RandomForce):
+            for number, steps in enumerate(config.curriculum.episodes, start=1):
+                shorter = {"regime": "episodes", "episode_steps": steps, "samples": config.curriculum.samples}
+                stages[f"stage_{number}"] = self._data_stage(config.data.model_copy(update=shorter))
+        stages["data"] = self._data_stage(config.data)
+        if config.sequence.kind in FREE_SEQUENCES and not self._without_fit:
+            free = {"starts": config.sequence.starts, "steps": config.sequence.steps, "time_step": _time_step(config)}
+            stages["free"] = self._stage(
+                "data",
+                f"{config.system.name}-free",
+                {"source": "free_motion", **free},
+                {},
+                ("repro.stages.dataset", self._system_module),
+            )
+        return stages
+
+    @cached_property
+    def fit_stage(self) -> Stage:
+        """The ensemble."""
+        config = self.config
+        parts: dict[str, Any] = {"model": config.model, "basis": config.basis.name}
+        modules = [
+            "repro.stages.fit",
+            f"repro.models.{config.model['kind']}",
+            f"repro.models.bases.{config.basis.name}",
+        ]
+        if self._without_fit:
+            parts.pop("basis")
+            modules.pop()
+        else:
+            settings = {key: value for key, value in config.optimiser.items() if key != "name"}
+            parts |= {
+                "objective": config.objective.model_dump(),
+                "optimiser": settings,
+                "sequence": config.sequence.model_dump() if config.sequence.kind != "d_only" else {"kind": "d_only"},
+            }
+            modules.append(optimiser_class(config.optimiser["kind"]).__module__)
+        upstream = {role: stage.id for role, stage in self.data_stages.items()}
+        return self._stage("fits", self.name, parts, upstream, (*modules, self._system_module))
+
+    @cached_property
+    def run_stage(self) -> Stage:
+        """The evaluation: what is called a run."""
+        upstream = {"data": self.data_stages["data"].id, "fit": self.fit_stage.id}
+        parts = {"reading": self.config.energies.reading}
+        modules = ("repro.stages.evaluation", f"repro.models.{self.config.model['kind']}", self._system_module)
+        return self._stage("runs", self.name, parts, upstream, modules)
+
+    @cached_property
+    def recording_stage(self) -> Stage:
+        """The rerun recording of the run."""
+        return self._stage(
+            "recordings", self.name, {}, {"run": self.run_stage.id}, ("repro.stages.recording", self._system_module)
+        )
+
+    @property
+    def name(self) -> str:
+        """A readable name: what sets this run apart."""
+        config = self.config
+        if self._without_fit:
+            return f"{config.system.name}-{config.model['kind']}"
+        words = [config.system.name, config.model["kind"]]
+        if config.model["kind"] == "lagrangian":
+            words.append(config.basis.name)
+        words += [config.objective.kind, config.optimiser["name"]]
+        if config.sequence.kind != "d_only":
+            words.append(config.sequence.kind)
+        return "-".join(words)
+
+    def finished(self, store: Store) -> Record | None:
+        """The stored run, when all that this run should leave is there."""
+        if self.config.record and self._records and store.find(self.recording_stage.id, kind="recordings") is None:
+            return None
+        return store.find(self.run_stage.id, kind="runs")
+
+    def execute(self, store: Store) -> Record:
+        """Make whatever is not there yet, and return the run's record; StageFailed when a stage fails."""
+        from repro.pipeline_work import Work
+
+        work = Work(self, store)
+        for role, stage in self.data_stages.items():
+            progress.report(0.0, f"data: {role}")
+            store.compute(stage, lambda folder, role=role: work.make_data(folder, role))
+        fit = store.compute(self.fit_stage, work.make_fit)
+        progress.report(0.95, "evaluation")
+        run = store.compute(self.run_stage, lambda folder: work.make_run(folder, fit))
+        if self.config.record and self._records:
+            store.compute(self.recording_stage, lambda folder: work.make_recording(folder, run))
+        return run
+
+    @property
+    def _without_fit(self) -> bool:
+        return self.config.model["kind"] in ("trivial", "degenerate")
+
+    @property
+    def _records(self) -> bool:
+        """Whether there is motion and energy to show: a model that can be simulated, of a known system."""
+        energetic = self.config.model["kind"] not in ("trivial", "degenerate", "blackbox")
+        return energetic and isinstance(self.config.data, RandomForce)
+
+    @property
+    def _system_module(self) -> str:
+        return f"repro.mechanics.systems.{self.config.system.name}"
+
+    def _data_stage(self, data: RandomForce | File) -> Stage:
+        options = data.model_dump()
+        if isinstance(data, File):
+            from repro.tracking.files import file_digest
+
+            options["sha256"] = file_digest(Path(data.path)) if Path(data.path).is_file() else None
+            name = Path(data.path).stem
+        else:
+            if data.regime == "long":
+                options.pop("episode_steps")
+            name = "long" if data.regime == "long" else f"episodes{data.episode_steps}"
+        modules = ("repro.stages.dataset", self._system_module)
+        return self._stage("data", f"{self.config.system.name}-{name}", options, {}, modules)
+
+    def _stage(
+        self, kind: str, name: str, parts: Mapping[str, Any], upstream: Mapping[str, str], modules: Sequence[str]
+    ) -> Stage:
+        config = {
+            "system": self.config.system.model_dump(),
+            "convention": self.config.reading.name,
+            "seeds": self.config.members,
+            **parts,
+        }
+        return Stage(kind, name, config, dict(upstream), tuple(modules), self.command)
+
+
+def run_job(resolved: Mapping[str, Any], outputs: str, command: str, overrides: Sequence[str] = ()) -> dict[str, Any]:
+    """The target of a sweep's jobs: run one configuration; returns the run's id and its median metrics."""
+    import torch
+
+    torch.set_num_threads(1)
+    pipeline = Pipeline.of(Config.model_validate(resolved), command)
+    record = pipeline.execute(Store(Path(outputs), overrides))
+    return {"run": record.id, "median": record.summary["median"]}
+
+
+def _time_step(config: Config) -> float:
+    return config.data.time_step if isinstance(config.data, RandomForce) else 0.04

@@ -1,0 +1,35 @@
+"""A checkpoint in the working folder of a stage, written every so often, whole or not at all."""
+
+import os
+import time
+from pathlib import Path
+
+import torch
+
+PAUSE_SECONDS = 10.0
+
+
+class FileCheckpoint:
+    """Keeps a fit's state in `folder`, so that it resumes after a kill or Ctrl-C."""
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / "checkpoint.pt"
+        self.last = time.monotonic()
+
+    def load(self) -> dict | None:
+        """The last whole state, or None."""
+        if not self.path.exists():
+            return None
+        return torch.load(self.path, weights_only=False)
+
+    def save(self, state: dict) -> None:
+        """Write the state if the last time is long enough ago."""
+        if time.monotonic() - self.last < PAUSE_SECONDS:
+            return
+        temporary = self.path.with_name(self.path.name + ".tmp")
+        with temporary.open("wb") as file:
+            torch.save(state, file)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(self.path)
+        self.last = time.monotonic()

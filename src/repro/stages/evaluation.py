@@ -1,0 +1,127 @@
+"""Measure a fitted ensemble and write metrics, trajectories and learning curves as tables."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from torch import Tensor
+
+from repro.data.dataset import Dataset
+from repro.evaluation.canonical import Gauge, Reading
+from repro.evaluation.coefficients import coefficient_errors
+from repro.evaluation.metrics import Metric, pointwise
+from repro.evaluation.predictions import Predictions, predict
+from repro.evaluation.rollouts import (
+    Rollout,
+    can_simulate,
+    first_points,
+    one_step_errors,
+    rollout_errors,
+    window_error,
+)
+from repro.mechanics.derive import dynamics_of, evaluate
+from repro.mechanics.system import System
+from repro.models.lagrangian import Lagrangian
+from repro.models.model import Model
+
+METRICS, TRAJECTORIES = "metrics.parquet", "trajectories.parquet"
+TRAIN_SAMPLES = 20_000  # of the training part, enough for its mean errors
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted ensemble: weights (member, n_parameters), each member's seed and status, and the seconds of the fit."""
+
+    model: Model
+    parameters: Tensor
+    seeds: Sequence[int]
+    status: Sequence[str]
+    seconds: float
+    notes: Mapping[str, Any]
+
+
+def measure(folder: Path, fit: Fit, data: Dataset, system: System | None, reading: Reading) -> dict[str, Any]:
+    """All metrics on the test part, the equation errors on the training part, and the first test points as curves."""
+    rollout = first_points(fit.model, fit.parameters, data.test) if can_simulate(fit.model) else None
+    metrics = list(_metrics(fit, data, system, reading, rollout))
+    rows = [
+        (seed, metric.split, metric.name, float(value), metric.unit)
+        for metric in metrics
+        for seed, value in zip(fit.seeds, metric.values, strict=True)
+    ]
+    table = pd.DataFrame(rows, columns=["member", "split", "metric", "value", "unit"])
+    table.to_parquet(folder / METRICS, index=False)
+    trajectories = _trajectories(fit, data.test, system, rollout)
+    pd.DataFrame(trajectories, columns=["member", "name", "t", "value"]).to_parquet(folder / TRAJECTORIES, index=False)
+    medians = {m.name: float(np.median(m.values)) for m in metrics if m.split == "test" and "[" not in m.name}
+    return {"median": medians}
+
+
+def _metrics(
+    fit: Fit, data: Dataset, system: System | None, reading: Reading, rollout: Rollout | None
+) -> Iterator[Metric]:
+    test, train = data.test, data.train
+    yield from pointwise(fit.model, fit.parameters, test, system, "test", reading)
+    early = min(TRAIN_SAMPLES, train.samples)
+    head = Dataset(
+        q=train.q[:, :early], qd=train.qd[:, :early], qdd=train.qdd[:, :early], tau=train.tau[:, :early],
+        time=train.time[:early], episode=train.episode[:early], n_train=early,
+        coordinates=train.coordinates, time_step=train.time_step,
+    )  # fmt: skip
+    for metric in pointwise(fit.model, fit.parameters, head, None, "train", reading):
+        if metric.name in ("mae_tau", "mae_qdd"):
+            yield metric
+    if system is not None and isinstance(fit.model, Lagrangian) and fit.model.linear:
+        yield from coefficient_errors(fit.model, fit.parameters, system, "test")
+    if rollout is not None:
+        yield from rollout_errors(rollout, "test", test)
+        yield from one_step_errors(fit.model, fit.parameters, test, "test")
+        yield from window_error(fit.model, fit.parameters, test, "test")
+    each = np.ones(len(fit.seeds))
+    yield Metric("train", "fit_seconds", each * fit.seconds / len(fit.seeds), "s")
+    yield Metric("train", "epochs", each * fit.notes.get("epochs", 0), "1")
+    yield Metric("train", "diverged", np.array([float(status != "ok") for status in fit.status]), "1")
+
+
+def _trajectories(
+    fit: Fit, test: Dataset, system: System | None, rollout: Rollout | None
+) -> list[tuple[int, str, float, float]]:
+    if rollout is None:
+        return []
+    points = len(rollout.time)
+    names = [c.name for c in test.coordinates] + [f"{c.name}d" for c in test.coordinates]
+    columns: dict[str, np.ndarray] = {"force": test.tau[:, :points, 0]}
+    for role, states in (("plant", rollout.plant), ("model", rollout.model), ("euler", rollout.one_step_euler)):
+        columns |= {f"{role}.{name}": states[..., index] for index, name in enumerate(names)}
+    if system is not None and fit.model.energetic:
+        columns |= _energies("plant", _true_energies(system, rollout.plant))
+        columns |= _energies("model", _learned_energies(fit, system, rollout.model))
+    return [
+        (seed, name, float(t), float(value))
+        for name, values in columns.items()
+        for seed, series in zip(fit.seeds, values, strict=True)
+        for t, value in zip(rollout.time, series, strict=True)
+    ]
+
+
+def _energies(role: str, said: Predictions) -> dict[str, np.ndarray]:
+    total = said.kinetic + said.potential
+    return {f"{role}.T": said.kinetic, f"{role}.V": said.potential, f"{role}.H": total}
+
+
+def _true_energies(system: System, states: np.ndarray) -> Predictions:
+    dynamics, n_q = dynamics_of(system), system.n_q
+    q, qd = states[..., :n_q], states[..., n_q:]
+    return Predictions(
+        kinetic=evaluate(dynamics.kinetic, q, qd)[..., 0], potential=evaluate(dynamics.potential, q, qd)[..., 0]
+    )
+
+
+def _learned_energies(fit: Fit, system: System, states: np.ndarray) -> Predictions:
+    q, qd = (np.nan_to_num(part) for part in (states[..., : system.n_q], states[..., system.n_q :]))
+    zero = np.zeros_like(q)
+    said = predict(fit.model, fit.parameters, q, qd, zero, zero)
+    return Gauge(fit.model, fit.parameters, system, "canonical_anchor").apply(said, q, qd)

@@ -1,0 +1,136 @@
+"""Fit an ensemble to its data, in the phases that the sequence and the curriculum ask for."""
+
+import importlib
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from repro.data.dataset import Dataset
+from repro.learning.objective import Objective
+from repro.learning.optimiser import Optimiser
+from repro.learning.problem import Problem, Task
+from repro.learning.result import Checkpoint, Fitted, Progress
+from repro.learning.training import Phase, make_task, train
+from repro.mechanics.derive import dynamics_of, evaluate
+from repro.mechanics.system import System
+from repro.models.lagrangian import Lagrangian
+from repro.models.model import Model
+from repro.models.setting import Setting
+
+PARAMETERS, CURVES = "parameters.npz", "curves.parquet"
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What to minimise on which data; see conf/objective and conf/sequence for the options."""
+
+    objective: Mapping[str, Any]
+    sequence: Mapping[str, Any]
+    seeds: Sequence[int]
+
+
+def build_model(options: Mapping[str, Any], basis: str, data: Dataset, system: System | None) -> Model:
+    """The model that the file repro/models/<kind>.py builds for this data."""
+    kind = options["kind"]
+    module = importlib.import_module(f"repro.models.{kind}")
+    features = importlib.import_module(f"repro.models.bases.{basis}")
+    setting = Setting(features, data.train.q, data.train.qd, system)
+    return module.build(setting, **{key: value for key, value in options.items() if key != "kind"})
+
+
+def fit(
+    model: Model,
+    recipe: Recipe,
+    optimiser: Optimiser,
+    data: Sequence[Dataset],
+    free: Dataset | None,
+    system: System,
+    progress: Progress,
+    checkpoint: Checkpoint,
+) -> tuple[Fitted, float]:
+    """Fit and return the result with the seconds it took; data: the curriculum's datasets, then D itself."""
+    generators = [np.random.default_rng([seed, 1]) for seed in recipe.seeds]
+    parameters = torch.from_numpy(model.initial(generators))
+    if model.n_parameters == 0:
+        return Fitted(parameters, status=["ok"] * len(parameters), notes={"epochs": 0}), 0.0
+    phases = _phases(model, recipe, data, free, system)
+    started = time.perf_counter()
+    fitted = train(phases, optimiser, parameters, progress, checkpoint)
+    return fitted, time.perf_counter() - started
+
+
+def keep(folder: Path, fitted: Fitted, seeds: Sequence[int], seconds: float) -> dict[str, Any]:
+    """Write the weights and the learning curves; return the summary."""
+    import pandas as pd
+
+    np.savez(folder / PARAMETERS, parameters=fitted.parameters.double().numpy(), seeds=np.array(seeds))
+    rows = [
+        (seed, step, name, float(value))
+        for step, name, values in fitted.curves
+        for seed, value in zip(seeds, values, strict=True)
+    ]
+    table = pd.DataFrame(rows, columns=["member", "step", "name", "value"])
+    table = table.astype({"member": "int64", "step": "int64", "name": "object", "value": "float64"})
+    table.to_parquet(folder / CURVES, index=False)
+    return {"status": fitted.status, "seconds": seconds, "notes": fitted.notes}
+
+
+def load_parameters(folder: Path) -> torch.Tensor:
+    """The fitted weights (member, n_parameters)."""
+    with np.load(folder / PARAMETERS) as stored:
+        return torch.from_numpy(stored["parameters"])
+
+
+def _phases(model: Model, recipe: Recipe, data: Sequence[Dataset], free: Dataset | None, system: System) -> list[Phase]:
+    chosen, sequence = recipe.objective, recipe.sequence
+    objective = Objective(chosen["kind"], chosen["transform_weight"])
+    energetic = replace(objective, energy_weight=sequence["energy_weight"], energy_form=sequence["energy_form"])
+    l1 = _l1(model, chosen)
+
+    def task(dataset: Dataset, wanted: Objective) -> Task:
+        return make_task(model, dataset.train, wanted, error_scale=chosen["error_scale"])
+
+    def problem(*tasks: Task) -> Problem:
+        return Problem(model, tasks, recipe.seeds, l1)
+
+    kind = sequence["kind"]
+    phases = []
+    if kind == "d_h_only":
+        return [Phase("D_H", problem(task(free, energetic)))]
+    if kind == "d_h_then_d":
+        phases.append(Phase("D_H", problem(task(free, energetic))))
+    for number, dataset in enumerate(data):
+        tasks = [task(dataset, objective)]
+        if kind == "joint":
+            tasks.append(task(free, energetic))
+        if kind == "anchor":
+            tasks.append(_anchor_task(model, system, recipe.seeds, energetic))
+        name = "D" if number == len(data) - 1 else f"D, stage {number + 1}"
+        phases.append(Phase(name, problem(*tasks)))
+    return phases
+
+
+def _anchor_task(model: Model, system: System, seeds: Sequence[int], objective: Objective) -> Task:
+    """The energy of one state, the upright rest, as in III-A.1 after Greydanus et al. (2019)."""
+    shape = (len(seeds), 1, system.n_q)
+    q, zero = np.broadcast_to(system.upright, shape).copy(), np.zeros(shape)
+    energy = evaluate(dynamics_of(system).hamiltonian, q, zero)[..., 0]
+    state = Dataset(
+        q=q, qd=zero, qdd=zero, tau=zero, time=np.zeros(1), episode=np.zeros(1, dtype=int), n_train=1,
+        coordinates=system.coordinates, time_step=1.0, energy=energy,
+    )  # fmt: skip
+    return make_task(model, state, replace(objective, equation=None, transform_weight=0.0))
+
+
+def _l1(model: Model, objective: Mapping[str, Any]) -> torch.Tensor | None:
+    if not isinstance(model, Lagrangian) or not (objective["l1_kinetic"] or objective["l1_potential"]):
+        return None
+    weights = torch.zeros(model.n_parameters, dtype=torch.float64)
+    weights[model.kinetic_slice] = objective["l1_kinetic"]
+    weights[model.potential_slice] = objective["l1_potential"]
+    return weights
