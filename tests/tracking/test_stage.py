@@ -104,6 +104,31 @@ def test_a_file_edited_after_it_was_loaded_is_not_trusted(root, toy, monkeypatch
         toy.ids()
 
 
+def test_code_edited_before_it_is_loaded_by_the_work_is_not_kept(store, toy):
+    fit = toy.stages()["fit"]
+
+    def work(folder):
+        toy.edit("learning/loss.py", "**2", "**4")
+        importlib.import_module(f"{toy.name}.learning.loss")
+        return {}
+
+    with pytest.raises(UserError, match=r"loss\.py was edited while this command was running"):
+        store.compute(fit, work)
+    assert store.find(fit.id) is None
+
+
+def test_code_edited_after_it_was_loaded_does_not_matter(store, toy, monkeypatch):
+    monkeypatch.setattr(code, "_begun", time.time())
+    importlib.import_module(f"{toy.name}.learning.loss")
+    fit = toy.stages()["fit"]
+
+    def work(folder):
+        toy.edit("learning/loss.py", "**2", "**4")
+        return {}
+
+    assert store.compute(fit, work).outcome == "ok"
+
+
 def test_the_cache_of_digests_only_saves_time(root, toy):
     ids = toy.ids()
     cache = root / ".cache" / "code.json"
@@ -118,5 +143,5 @@ def test_a_hundred_modules_are_read_from_the_cache(root, toy, monkeypatch):
         os.utime(path, (time.time() - 60, time.time() - 60))
     ids = toy.ids()
     code.closure.cache_clear()
-    monkeypatch.setattr(code, "_analyse", lambda path, module: pytest.fail(f"{path} was analysed again"))
+    monkeypatch.setattr(code.syntax, "analyse", lambda path, module: pytest.fail(f"{path} was analysed again"))
     assert toy.ids() == ids

@@ -7,12 +7,10 @@ and of `tracking` are not followed: they decide what is said and where results l
 
 from __future__ import annotations
 
-import ast
-import hashlib
 import json
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
@@ -21,12 +19,13 @@ from pathlib import Path
 from typing import Any
 
 from repro.errors import UserError
-from repro.tracking import libraries
+from repro.tracking import libraries, syntax
 from repro.tracking.files import write_atomically
 from repro.tracking.paths import Paths, outputs_root
 
 _begun = time.time()
 _loaded_before: dict[str, float] = {}
+_looked_at_unloaded: dict[str, tuple[Path, dict[str, Any]]] = {}
 # A file younger than this may change again within one tick of the clock of its file system.
 _SETTLED_S = 2.0
 _FORMAT = 1
@@ -44,8 +43,8 @@ class Code:
 def closure(entries: tuple[str, ...]) -> Code:
     """Code reached from the entry modules (full dotted names).
 
-    A process looks at each file once: ids made later in the same process agree with the code it has loaded. Raises
-    UserError for a module that does not exist, for a syntax error, and for a file edited after this process loaded it.
+    Raises UserError for a module that does not exist, for a syntax error, and for a file edited after this process
+    loaded it.
     """
     reader = _Reader(Paths(outputs_root()).code)
     modules: dict[str, str] = {}
@@ -66,11 +65,21 @@ def closure(entries: tuple[str, ...]) -> Code:
     return Code(dict(sorted(modules.items())), {name: libraries.version(name) for name in sorted(names)})
 
 
+def check_unchanged(modules: Iterable[str]) -> None:
+    """Raise UserError for a module that was edited between `closure` and the moment this process loaded it."""
+    for module in modules:
+        if module in sys.modules and module in _looked_at_unloaded:
+            path, entry = _looked_at_unloaded[module]
+            if _stamp(path, module) != entry["stamp"] and syntax.analyse(path, module)["digest"] != entry["digest"]:
+                raise _edited(path)
+
+
 def begin_job() -> None:
     """Mark the fork of a job: what is loaded from here on is younger than what its parent had loaded."""
     global _begun  # noqa: PLW0603 - one job a process
     _loaded_before.update(dict.fromkeys(sys.modules, _begun))
     _begun = time.time()
+    _looked_at_unloaded.clear()
     closure.cache_clear()
 
 
@@ -80,16 +89,12 @@ def _reached(importer: str, imports: Sequence[str]) -> Iterator[str]:
     for name in imports:
         parts = name.split(".")
         for plumbing in (f"{root}.tracking", f"{root}.errors"):
-            if _within(name, plumbing) and not _within(importer, plumbing):
+            if syntax.within(name, plumbing) and not syntax.within(importer, plumbing):
                 break
         else:
             # The root package is the front porch: it re-exports names and holds nothing that a stage uses.
             candidates = [".".join(parts[:length]) for length in range(2, len(parts) + 1)]
             yield from (candidate for candidate in candidates if _file(candidate) is not None)
-
-
-def _within(module: str, package: str) -> bool:
-    return module == package or module.startswith(package + ".")
 
 
 @cache
@@ -127,17 +132,19 @@ class _Reader:
             self.known = {}
 
     def read(self, path: Path, module: str) -> dict[str, Any]:
-        stat = path.stat()
-        now = time.time()
-        if module in sys.modules and _loaded_before.get(module, _begun) < stat.st_mtime <= now:
-            raise UserError(f"{path} was edited while this command was running: start the same command again")
-        stamp = [stat.st_mtime_ns, stat.st_size, module]
+        """Digest, imports and libraries of one file."""
+        changed, now = path.stat().st_mtime, time.time()
+        if module in sys.modules and _loaded_before.get(module, _begun) < changed <= now:
+            raise _edited(path)
+        stamp = _stamp(path, module)
         entry = self.known.get(str(path))
         if entry is None or entry["stamp"] != stamp:
-            entry = {"stamp": stamp, **_analyse(path, module)}
-            if now - stat.st_mtime > _SETTLED_S:
+            entry = {"stamp": stamp, **syntax.analyse(path, module)}
+            if now - changed > _SETTLED_S:
                 self.known[str(path)] = entry
                 self.changed = True
+        if module not in sys.modules:
+            _looked_at_unloaded.setdefault(module, (path, entry))
         return entry
 
     def save(self) -> None:
@@ -147,55 +154,10 @@ class _Reader:
                 write_atomically(self.cache_file, json.dumps({"format": _FORMAT, "files": self.known}).encode())
 
 
-def _analyse(path: Path, module: str) -> dict[str, Any]:
-    try:
-        tree = ast.parse(path.read_bytes(), filename=str(path))
-    except SyntaxError as error:
-        raise UserError(f"{path}, line {error.lineno}: {error.msg}") from error
-    root = module.partition(".")[0]
-    package = module if path.name == "__init__.py" else module.rpartition(".")[0]
-    imports = sorted(set(_imports(tree, package)))
-    tops = {name.partition(".")[0] for name in imports}
-    return {
-        "digest": hashlib.sha256(_text(tree).encode()).hexdigest()[:16],
-        "imports": [name for name in imports if _within(name, root)],
-        "libraries": sorted(tops - {root} - sys.stdlib_module_names),
-    }
+def _stamp(path: Path, module: str) -> list[Any]:
+    stat = path.stat()
+    return [stat.st_mtime_ns, stat.st_size, module]
 
 
-def _imports(node: ast.AST, package: str) -> Iterator[str]:
-    """Dotted names of everything imported below a node; `from a import b` gives a.b."""
-    if isinstance(node, ast.Import):
-        yield from (alias.name for alias in node.names)
-    elif isinstance(node, ast.ImportFrom):
-        base = node.module or ""
-        if node.level:
-            parents = package.split(".")
-            base = ".".join([*parents[: len(parents) - node.level + 1], *([base] if base else [])])
-        yield from (f"{base}.{alias.name}" for alias in node.names)
-    elif isinstance(node, ast.If) and ast.unparse(node.test) in ("TYPE_CHECKING", "typing.TYPE_CHECKING"):
-        for statement in node.orelse:
-            yield from _imports(statement, package)
-    else:
-        for child in ast.iter_child_nodes(node):
-            yield from _imports(child, package)
-
-
-def _text(node: Any) -> str:
-    """A syntax tree as text that is equal under every Python version: no docstrings, no positions, no empty fields."""
-    if isinstance(node, list):
-        return "[" + ",".join(map(_text, node)) + "]"
-    if not isinstance(node, ast.AST):
-        return repr(node)
-    fields = []
-    for name, value in ast.iter_fields(node):
-        if name == "body" and isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-            value = [statement for statement in value if not _is_docstring(statement)]  # noqa: PLW2901
-        if value is not None and value != []:
-            fields.append(f"{name}={_text(value)}")
-    return f"{type(node).__name__}({','.join(fields)})"
-
-
-def _is_docstring(node: ast.stmt) -> bool:
-    """A bare text, wherever it stands: it does nothing when run."""
-    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+def _edited(path: Path) -> UserError:
+    return UserError(f"{path} was edited while this command was running: start the same command again")

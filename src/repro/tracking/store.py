@@ -8,7 +8,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from repro.tracking import lock, progress, provenance, record
+from repro.errors import UserError
+from repro.tracking import code, lock, progress, provenance, record
 from repro.tracking.files import disk_errors_explained, disk_trouble, file_digest, plain_copy, sync, write_json
 from repro.tracking.paths import CHECKPOINT_PREFIX, HOLDER_FILE, TEMPORARY_SUFFIX, Paths
 from repro.tracking.record import Damage, Record
@@ -125,6 +126,11 @@ class Store:
                 _drop(folder, lambda name: not _is_checkpoint(name))
                 raise trouble from error
             raise StageFailed(self._keep_failure(stage, folder, meter, error)) from error
+        try:
+            code.check_unchanged(stage.identity["code"])
+        except UserError:
+            shutil.rmtree(folder)
+            raise
         return self._keep(stage, folder, meter, summary)
 
     def _keep(self, stage: Stage, folder: Path, meter: provenance.Meter, summary: dict[str, Any]) -> Record:
