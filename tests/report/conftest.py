@@ -1,7 +1,7 @@
 """A store with known answers: written by hand after the store's layout, no run needed."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -259,7 +259,12 @@ def fill(store: SyntheticStore) -> None:
     store.run("sip_basis", {}, seeds=[0, 1], outcome="failed", basis="t2", hidden="2x500", objective="forward")
 
 
-@pytest.fixture
-def full_store(store: SyntheticStore) -> SyntheticStore:
-    fill(store)
-    return store
+@pytest.fixture(scope="session")
+def synthetic() -> Callable[..., SyntheticStore]:
+    def make(outputs: Path, *, full: bool = False) -> SyntheticStore:
+        made = SyntheticStore(outputs, "paper")
+        if full:
+            fill(made)
+        return made
+
+    return make

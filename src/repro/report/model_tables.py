@@ -34,7 +34,8 @@ ANCHOR_TITLES = {
 }
 READING = (
     "Median over members with the 95 % Student-t interval of those that finished; failed members count as infinitely "
-    "wrong in the median. Skill is 1 - error / error of the trivial model. Forces in N and N m, accelerations in m/s² and rad/s², energies in J."
+    "wrong in the median. Skill is 1 - error / error of the trivial model. "
+    "Forces in N and N m, accelerations in m/s² and rad/s², energies in J."
 )
 
 

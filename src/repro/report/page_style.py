@@ -24,12 +24,12 @@ tbody th { font-weight: 600; white-space: nowrap; }
 tbody tr:last-child > * { border-bottom: 0; }
 td small { display: block; color: var(--soft); white-space: nowrap; }
 tr.anchor > * { color: var(--soft); background: var(--tint); font-style: italic; }
-#verdicts td:nth-child(2), #verdicts td:nth-child(9), .prose td { min-width: 13rem; }
-#verdicts td:nth-child(8) { font-weight: 600; }
-tr.matched td:nth-child(8), li.matched b { color: var(--good); }
-tr.better td:nth-child(8), li.better b { color: var(--best); }
-tr.worse td:nth-child(8), tr.not-reproduced td:nth-child(8), li.worse b, li.not-reproduced b { color: var(--bad); }
-tr.inconclusive td:nth-child(8), li.inconclusive b { color: var(--open); }
+#verdicts td:nth-child(2), #verdicts td:nth-child(10), .prose td { min-width: 13rem; }
+#verdicts td:nth-child(9) { font-weight: 600; }
+tr.matched td:nth-child(9), li.matched b { color: var(--good); }
+tr.better td:nth-child(9), li.better b { color: var(--best); }
+tr.worse td:nth-child(9), tr.not-reproduced td:nth-child(9), li.worse b, li.not-reproduced b { color: var(--bad); }
+tr.inconclusive td:nth-child(9), li.inconclusive b { color: var(--open); }
 tr.not-run > * { color: var(--soft); }
 .counts { list-style: none; display: flex; flex-wrap: wrap; gap: .4rem 1.4rem; padding: 0; margin: .6rem 0 1rem; }
 .counts b { font-size: 1.3rem; }

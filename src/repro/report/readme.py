@@ -13,6 +13,7 @@ from repro.report.files import write_text
 from repro.report.results import Results
 from repro.report.verdict_table import mark
 from repro.report.verdicts import VERDICTS, Verdict, judge_all
+from repro.report.vocabulary import metric_named
 
 BEGIN, END = "<!-- verdicts:begin -->", "<!-- verdicts:end -->"
 
@@ -24,14 +25,15 @@ def verdict_block(verdicts: Sequence[Verdict]) -> str:
     lines = [
         f"{len(verdicts)} claims and parts of claims: {counts}.",
         "",
-        "| claim | what the paper says | printed | ours [95 %] | members | verdict |",
-        "| --- | --- | --- | --- | --- | --- |",
+        "| claim | what the paper says | measured | printed | ours [95 %] | members | verdict |",
+        "| --- | --- | --- | --- | --- | --- | --- |",
     ]
     for verdict in verdicts:
         claim = verdict.claim
         cells = (
             claim.name,
             claim.about,
+            metric_named(verdict.quantity).label,
             writing.number(claim.printed),
             writing.interval(verdict.estimate),
             str(verdict.estimate.n or writing.ABSENT),

@@ -1,13 +1,18 @@
 """The verdicts in the terminal, and where everything lies."""
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from repro.report.summary import Summary
+from repro.report.summary import Summary, VerdictLine
+from repro.report.writing import ABSENT
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Table
+
+WIDE = 110
 
 COLOURS = {
     "matched": "green",
@@ -19,27 +24,19 @@ COLOURS = {
 
 
 def show(summary: Summary, console: "Console | None" = None) -> None:
-    """Print the verdict table, what has not been run, and the places of report, figures, tables and recordings."""
-    from rich import box
+    """Print the verdict table, what has not been run, and the places of report, figures, tables and recordings.
+
+    A narrow terminal gets the medians alone; the report has everything.
+    """
     from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
 
     console = console or Console()
-    table = Table(box=box.SIMPLE_HEAD, title=f"Verdicts, scale {summary.scale or 'unknown'}", title_justify="left")
-    table.add_column("claim", no_wrap=True)
-    table.add_column("what the paper says", ratio=1)
-    for title in ("printed", "ours \\[95 %]", "members"):
-        table.add_column(title, justify="right", no_wrap=True)
-    table.add_column("verdict")
-    answered = [line for line in summary.verdicts if line.verdict != "not run"]
-    for line in answered:
-        verdict = Text(line.marked, style=COLOURS.get(line.verdict, ""))
-        if line.flag:
-            verdict.append(f"; {line.flag}", style="dim")
-        table.add_row(line.claim, Text(line.about), line.printed, Text(line.ours), line.members, verdict)
-    console.print(table)
-    unanswered = [line.claim for line in summary.verdicts if line.verdict == "not run"]
+    answered = [line for line in summary.verdicts if line.members != ABSENT]
+    console.print(_table(answered, summary.scale, wide=console.width >= WIDE))
+    flagged = [line.claim for line in answered if line.flag]
+    if flagged:
+        console.print(f"† a trivial, degenerate or oracle row does as well: {', '.join(flagged)}", highlight=False)
+    unanswered = [line.claim for line in summary.verdicts if line.members == ABSENT]
     if unanswered:
         console.print(f"not run: {', '.join(unanswered)}", style="dim", highlight=False)
     counts = [f"{summary.runs} runs"]
@@ -57,6 +54,27 @@ def show(summary: Summary, console: "Console | None" = None) -> None:
     for title, place in places.items():
         if place.exists():
             console.print(f"{title:<11}{_short(place)}", highlight=False, soft_wrap=True)
+
+
+def _table(lines: Sequence[VerdictLine], scale: str, *, wide: bool) -> "Table":
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=box.SIMPLE_HEAD, title=f"Verdicts, scale {scale or 'unknown'}", title_justify="left", expand=True)
+    table.add_column("claim", no_wrap=True)
+    table.add_column("what the paper says", ratio=1, no_wrap=True, overflow="ellipsis")
+    table.add_column("printed", justify="right", no_wrap=True)
+    table.add_column("ours \\[95 %]" if wide else "ours", justify="right", no_wrap=True)
+    if wide:
+        table.add_column("members", justify="right", no_wrap=True)
+    table.add_column("verdict", no_wrap=True)
+    for line in lines:
+        ours = line.ours if wide else line.ours.partition(" [")[0]
+        verdict = Text(line.marked + " †" * bool(line.flag), style=COLOURS.get(line.verdict, ""))
+        members = [line.members] if wide else []
+        table.add_row(line.claim, Text(line.about), line.printed, Text(ours), *members, verdict)
+    return table
 
 
 def _short(path: Path) -> str:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from repro.report import writing
 from repro.report.table import Column, Row, Table
 from repro.report.verdicts import Verdict
+from repro.report.vocabulary import metric_named
 
 READING = (
     "Numbers: matched when our median lies within the claim's tolerance, better or worse when the whole 95 % interval "
@@ -15,7 +16,10 @@ READING = (
 
 def verdict_table(verdicts: Sequence[Verdict]) -> Table:
     """Make the table of claims: printed, ours, verdict. Its CSV is claims.csv."""
-    columns = ("claim", "what", "where", "printed", "ours [95 %]", "unit", "members", "verdict", "remarks")
+    columns = (
+        *("claim", "what the paper says", "where", "measured", "printed", "ours [95 %]", "unit"),
+        *("members", "verdict", "remarks"),
+    )
     return Table(
         "verdicts",
         "Verdicts",
@@ -42,6 +46,7 @@ def _verdict_row(verdict: Verdict) -> Row:
             claim.name,
             claim.about,
             claim.section,
+            metric_named(verdict.quantity).label,
             printed,
             writing.interval(found),
             verdict.unit,

@@ -50,7 +50,8 @@ def judge(claim: Claim, results: Results) -> Verdict:
     except NotRunError as reason:
         verdict = claim.declared or NOT_RUN
         note = f"{claim.reason}; {reason}" if claim.reason else str(reason)
-        return Verdict(claim, verdict, claim.metric, claim.unit, NOTHING, note=note)
+        quantity = claim.metric or str(claim.predicate.get("metric", ""))
+        return Verdict(claim, verdict, quantity, claim.unit, NOTHING, note=note)
 
 
 def verdict_of_number(found: Estimate, printed: float, tolerance: Tolerance, *, lower_is_better: bool = True) -> str:

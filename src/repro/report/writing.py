@@ -56,7 +56,7 @@ def interval(found: Estimate) -> str:
 def latex(text: str) -> str:
     """Escape text for LaTeX and set powers of ten as such."""
     escaped = "".join(_LATEX_SPECIAL.get(character, character) for character in text)
-    return re.sub(r"(?<![\w.])(-?\d+(?:\.\d+)?)e(-?\d+)(?![\w.])", r"$\1\\times10^{\2}$", escaped)
+    return re.sub(r"(?<![\w.-])(-?\d+(?:\.\d+)?)e(-?\d+)(?![\w.])", r"$\1\\times10^{\2}$", escaped)
 
 
 def markdown(text: str) -> str:

@@ -32,6 +32,8 @@ class Figure:
             for suffix, metadata in {".pdf": {"CreationDate": None}, ".png": {"Software": None}}.items():
                 with replacing(folder / f"{self.name}{suffix}") as temporary:
                     canvas.savefig(temporary, metadata=metadata)
+                # The first drawing has laid the figure out; laying it out again costs as much as drawing.
+                canvas.set_layout_engine("none")
         return True
 
 
