@@ -85,7 +85,7 @@ def test_every_ending_costs_that_job_alone(start):
     assert "exit code 3" in messages["leaves"]
     assert "SIGKILL" in messages["is_killed"] and "memory" in messages["is_killed"]
     assert "SIGABRT" in messages["crashes"]
-    assert messages["hangs"] == "took longer than 1 s"
+    assert messages["hangs"].startswith("killed after 1.")
     assert "missing" in messages["missing"]
     # Told at once: a failure is reported before a later job starts.
     order = [tuple(one) for one in told["order"]]
@@ -146,6 +146,46 @@ def test_a_fresh_trivial_job_costs_well_under_three_tenths_of_a_second(start):
         )
     )
     assert seconds < 0.1
+
+
+def test_logs_that_cannot_be_written_are_explained(start, tmp_path):
+    (tmp_path / "file").write_text("")
+    told = output_of(
+        start(
+            f"""
+            import json
+            from pathlib import Path
+            from repro.tracking.jobs import Job, reason
+            from repro.tracking.pool import run_jobs
+            jobs = [Job("a", "toyjobs:double", {{"x": 1}})]
+            results = run_jobs(jobs, workers=1, preload=(), logs=Path({str(tmp_path)!r}) / "file" / "logs")
+            print(json.dumps([reason(result) for result in results]))
+            """,
+            JOBS,
+        )
+    )
+    assert told[0].startswith("failed: NotADirectoryError")
+
+
+def test_a_fault_of_the_callers_display_is_not_the_jobs(start):
+    told = output_of(
+        start(
+            """
+            import json
+            from repro.tracking.jobs import Job
+            from repro.tracking.pool import run_jobs
+            def shows(event):
+                if event.what == "progress":
+                    raise OSError("no display")
+            try:
+                run_jobs([Job("a", "toyjobs:reports")], workers=1, preload=(), on_progress=shows)
+            except OSError as error:
+                print(json.dumps(str(error)))
+            """,
+            JOBS,
+        )
+    )
+    assert told == "no display"
 
 
 INTERRUPTED = """

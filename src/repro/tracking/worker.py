@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from repro.tracking import code, progress
+from repro.tracking.files import disk_errors_explained
 from repro.tracking.store import StageFailed
 
 
@@ -37,10 +38,11 @@ def main(pipe: connection.Connection, target: str, arguments: dict[str, Any], lo
     os.setpgid(0, 0)
     threading.Thread(target=_die_with_launcher, daemon=True).start()
     code.begin_job()
-    _print_into(log)
     progress.listen(_Channel(pipe), log)
     try:
         pipe.send(("ready", None))
+        with disk_errors_explained(Path(log).parent):
+            _print_into(log)
         module, _, name = target.partition(":")
         pipe.send(("ok", getattr(import_module(module), name)(**arguments)))
     except KeyboardInterrupt:
