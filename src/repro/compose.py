@@ -25,7 +25,7 @@ class Composed:
     @property
     def command(self) -> str:
         """The command line that repeats it."""
-        shown = (override.replace("+experiments=", "+experiment=") for override in self.overrides)
+        shown = (override.replace("+experiments@_global_=", "+experiment=") for override in self.overrides)
         return " ".join(["repro run", *(f"'{o}'" if set(o) & NEEDS_QUOTES else o for o in shown)])
 
 

@@ -40,15 +40,15 @@ def expand(overrides: Sequence[str], paired: bool = False) -> list[tuple[str, ..
 def renamed(override: str) -> str:
     """`experiment=NAME` and `+experiment=NAME` both mean the file experiments/NAME.yaml."""
     key, _, value = override.partition("=")
-    if key not in ("experiment", "+experiment", "+experiments"):
+    if key not in ("experiment", "+experiment", "+experiments", "+experiments@_global_"):
         return override
     if value not in experiments():
         raise UserError(f"experiment={value}: allowed are {', '.join(experiments())}{meant(value, experiments())}")
-    return f"+experiments={value}"
+    return f"+experiments@_global_={value}"
 
 
 def _sweep_lines(overrides: Sequence[str]) -> list[list[str]]:
-    names = [override.partition("=")[2] for override in overrides if override.startswith("+experiments=")]
+    names = [override.partition("=")[2] for override in overrides if override.startswith("+experiments@_global_=")]
     if not names:
         return [[]]
     content = yaml.safe_load((EXPERIMENTS / f"{names[-1]}.yaml").read_text())

@@ -1,6 +1,6 @@
 """Levenberg-Marquardt in float64, one member after another."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -10,7 +10,7 @@ from torch import Tensor
 from repro.learning.members import MemberProblem
 from repro.learning.optimiser import Optimiser
 from repro.learning.problem import Problem
-from repro.learning.result import Checkpoint, Curve, Fitted, Progress
+from repro.learning.result import Checkpoint, Curve, Fitted, Progress, silent
 
 
 @dataclass(frozen=True)
@@ -18,13 +18,16 @@ class LevenbergMarquardt(Optimiser):
     """Damped Gauss-Newton steps (J'J + lambda diag(J'J)) d = -J'r (Marquardt 1963), full batch of `samples` a member.
 
     lambda falls threefold after a success and rises fourfold after a failure. Stops after `iterations`, or when twenty
-    steps in a row fail or gain less than `tolerance` of the loss.
+    steps in a row fail or gain less than `tolerance` of the loss. With `starts` > 1 that many random starts are tried
+    for `scouting` iterations each, and the one with the lowest training loss goes on.
     """
 
     iterations: int = 150
     samples: int | None = 3000
     damping: float = 1.0
     tolerance: float = 1e-10
+    starts: int = 1
+    scouting: int = 40
 
     def fit(self, problem: Problem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Train from `parameters` (member, n_parameters); the result is float64."""
@@ -33,11 +36,25 @@ class LevenbergMarquardt(Optimiser):
         for member in range(len(state["done"]), problem.members):
             share = (member / problem.members, 1 / problem.members)
             start = parameters[member].double().numpy()
-            state["done"].append(self._one(MemberProblem(reduced.member(member)), start, progress, share))
+            alone = MemberProblem(reduced.member(member))
+            state["done"].append(self._one(alone, self._scout(alone, start), progress, share))
             checkpoint.save(state)
         weights, curves, status = zip(*state["done"], strict=True)
         fitted = torch.from_numpy(np.stack(weights))
         return Fitted(fitted, merge_curves(curves), list(status), {"epochs": self.iterations})
+
+    def continued(self) -> "LevenbergMarquardt":
+        """A later phase starts from what is there."""
+        return replace(self, starts=1)
+
+    def _scout(self, problem: MemberProblem, start: np.ndarray) -> np.ndarray:
+        if self.starts == 1:
+            return start
+        (seed,) = problem.problem.seeds
+        others = problem.problem.model.initial([np.random.default_rng([seed, 2, k]) for k in range(self.starts - 1)])
+        short = replace(self, iterations=self.scouting)
+        tries = [short._one(problem, candidate, silent, (0.0, 0.0)) for candidate in (start, *others)]
+        return min(tries, key=lambda result: result[1][-1] if np.isfinite(result[1][-1]) else np.inf)[0]
 
     def _one(
         self, problem: MemberProblem, parameters: np.ndarray, progress: Progress, share: tuple[float, float]

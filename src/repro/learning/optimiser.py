@@ -17,3 +17,7 @@ class Optimiser(ABC):
     @abstractmethod
     def fit(self, problem: Problem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Start from `parameters` (member, n_parameters) and return the fitted ones."""
+
+    def continued(self) -> "Optimiser":
+        """The optimiser for a later phase, which starts from weights that are already good."""
+        return self

@@ -10,7 +10,7 @@ from repro.data.dataset import Dataset
 from repro.learning.objective import Objective
 from repro.learning.optimiser import Optimiser
 from repro.learning.problem import Problem, Task
-from repro.learning.result import Checkpoint, Fitted, Progress
+from repro.learning.result import Checkpoint, Fitted, NoCheckpoint, Progress, silent
 from repro.models.model import Model
 
 
@@ -23,15 +23,21 @@ class Phase:
 
 
 def train(
-    phases: Sequence[Phase], optimiser: Optimiser, parameters: Tensor, progress: Progress, checkpoint: Checkpoint
+    phases: Sequence[Phase],
+    optimiser: Optimiser,
+    parameters: Tensor,
+    progress: Progress = silent,
+    checkpoint: Checkpoint | None = None,
 ) -> Fitted:
     """Solve the phases in turn. A member that diverges keeps its last finite weights and its status; the others go on."""
+    checkpoint = checkpoint or NoCheckpoint()
     untouched = Fitted(parameters, status=["ok"] * len(parameters))
     state = checkpoint.load() or {"phase": 0, "fitted": untouched, "inner": None}
     for number in range(state["phase"], len(phases)):
         phase, before = phases[number], state["fitted"]
         told = _told(progress, number, phases)
-        fitted = optimiser.fit(phase.problem, before.parameters, told, _Inner(checkpoint, state))
+        chosen = optimiser.continued() if number else optimiser
+        fitted = chosen.fit(phase.problem, before.parameters, told, _Inner(checkpoint, state))
         state = {"phase": number + 1, "fitted": _chain(before, fitted, phase.name), "inner": None}
         checkpoint.save(state)
     return state["fitted"]

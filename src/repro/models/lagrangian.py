@@ -17,6 +17,9 @@ from repro.models.setting import Setting
 from repro.models.terms import Terms, symmetric
 
 
+WIDE = 16.0  # spreads of the data within a unit's quadratic range
+
+
 class Lagrangian(Model):
     """The paper's parameterisations (7): T = alpha . T_j or T = N(T_j); V = beta . V_j.
 
@@ -162,15 +165,19 @@ def build(
     *,
     hidden: list[int],
     activation: Activation = "softplus",
-    initialisation: Literal["glorot", "scaled"] = "glorot",
+    initialisation: Literal["glorot", "wide"] = "glorot",
     transform_hidden: list[int] | None = None,
 ) -> Lagrangian:
-    """The model of this file for a setting; the keywords are its options in conf/model."""
+    """The model of this file for a setting; the keywords are its options in conf/model.
+
+    initialisation `wide`: over the training data the first layer's units start within their quadratic range, from where
+    a network of softplus units finds the quadratic T, and so extrapolates, far more often.
+    """
     return Lagrangian(
         setting.basis,
         setting.n_q,
         hidden=hidden,
         activation=activation,
-        input_scale=setting.feature_scale if initialisation == "scaled" else None,
+        input_scale=WIDE * setting.feature_scale if initialisation == "wide" else None,
         transform_hidden=transform_hidden,
     )

@@ -45,7 +45,7 @@ class Tolerance:
         return printed - half, printed + half
 
     def __str__(self) -> str:
-        return {"factor": "×/÷ ", "relative": "± relative ", "absolute": "± "}[self.kind] + f"{self.size:g}"
+        return {"factor": "×÷", "relative": "± relative ", "absolute": "± "}[self.kind] + f"{self.size:g}"
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,8 @@ from repro.report import writing
 from repro.report.claims import load_claims
 from repro.report.files import write_text
 from repro.report.results import Results
-from repro.report.verdict_table import mark
+from repro.report.verdict_table import mark, measured
 from repro.report.verdicts import VERDICTS, Verdict, judge_all
-from repro.report.vocabulary import metric_named
 
 BEGIN, END = "<!-- verdicts:begin -->", "<!-- verdicts:end -->"
 
@@ -33,7 +32,7 @@ def verdict_block(verdicts: Sequence[Verdict]) -> str:
         cells = (
             claim.name,
             claim.about,
-            metric_named(verdict.quantity).label,
+            measured(verdict),
             writing.number(claim.printed),
             writing.interval(verdict.estimate),
             str(verdict.estimate.n or writing.ABSENT),

@@ -17,8 +17,8 @@ READING = (
 def verdict_table(verdicts: Sequence[Verdict]) -> Table:
     """Make the table of claims: printed, ours, verdict. Its CSV is claims.csv."""
     columns = (
-        *("claim", "what the paper says", "where", "measured", "printed", "ours [95 %]", "unit"),
-        *("members", "verdict", "remarks"),
+        *("claim", "what the paper says", "verdict", "printed", "ours [95 %]", "measured", "members", "where"),
+        "remarks",
     )
     return Table(
         "verdicts",
@@ -35,23 +35,28 @@ def mark(verdict: Verdict) -> str:
     return f"{verdict.verdict} ({', '.join(marks)})" if marks else verdict.verdict
 
 
+def measured(verdict: Verdict) -> str:
+    """Write what was measured, with its unit: MAE τ, in N, N m."""
+    label = metric_named(verdict.quantity).label
+    return f"{label}, in {verdict.unit}" if verdict.unit not in ("", "1") else label
+
+
 def _verdict_row(verdict: Verdict) -> Row:
     claim, found = verdict.claim, verdict.estimate
     remarks = "; ".join(part for part in (verdict.flag, verdict.note) if part)
     printed = writing.number(claim.printed)
     if claim.tolerance is not None:
-        printed += f" ({claim.tolerance})"
+        printed += f" [{claim.tolerance}]"
     return Row(
         cells=(
             claim.name,
             claim.about,
-            claim.section,
-            metric_named(verdict.quantity).label,
+            mark(verdict),
             printed,
             writing.interval(found),
-            verdict.unit,
-            f"{found.n} ({found.failed} failed)" if found.failed else (str(found.n) if found.n else writing.ABSENT),
-            mark(verdict),
+            measured(verdict),
+            f"{found.n}, {found.failed} failed" if found.failed else (str(found.n) if found.n else writing.ABSENT),
+            claim.section,
             remarks,
         ),
         data={

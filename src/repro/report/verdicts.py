@@ -136,4 +136,4 @@ def _flag(claim: Claim, results: Results, setting: Setting) -> str:
         for name, score in scores.items()
         if least <= score <= greatest or (name != ORACLE and (score < least if lower_is_better else score > greatest))
     ]
-    return ", ".join(f"so does the {name} model ({scores[name]:.3g})" for name in reached)
+    return "also reached by: " + ", ".join(f"{name} {scores[name]:.3g}" for name in reached) if reached else ""

@@ -24,7 +24,7 @@ def source_tree() -> Path | None:
         return None
     try:
         _git(here.parent, "ls-files", "--error-unmatch", here.name)
-        return Path(_git(here.parent, "rev-parse", "--show-toplevel").strip()).resolve()
+        return Path(_text(here.parent, "rev-parse", "--show-toplevel").strip()).resolve()
     except (subprocess.CalledProcessError, OSError):
         return None
 
@@ -37,7 +37,14 @@ def state(patches: Path) -> dict[str, Any]:
     top = source_tree()
     if top is None:
         return {"commit": None, "why": "the package does not run from a git checkout"}
-    status = _git(top, "status", "--porcelain=v2", "--branch", "--untracked-files=all", "-z").split("\0")
+    try:
+        return _state(top, patches)
+    except subprocess.CalledProcessError as error:
+        return {"commit": None, "why": f"git {error.cmd[3]} failed: {os.fsdecode(error.stderr).strip()}"}
+
+
+def _state(top: Path, patches: Path) -> dict[str, Any]:
+    status = _text(top, "status", "--porcelain=v2", "--branch", "--untracked-files=all", "-z").split("\0")
     header = dict(line[2:].split(" ", 1) for line in status if line.startswith("# "))
     untracked = [line[2:] for line in status if line.startswith("? ")]
     results = patches.parent.resolve()
@@ -66,23 +73,23 @@ def _patch(top: Path, new_files: list[str]) -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         # A copy of git's list of files, so that naming the new ones leaves the user's own list alone.
         index = Path(folder) / "index"
-        shutil.copyfile(Path(_git(top, "rev-parse", "--path-format=absolute", "--git-path", "index").strip()), index)
+        shutil.copyfile(Path(_text(top, "rev-parse", "--path-format=absolute", "--git-path", "index").strip()), index)
         environment = {"GIT_INDEX_FILE": str(index)}
         if new_files:
             _git(top, "add", "--intent-to-add", "--", *new_files, environment=environment)
-        return _git(top, "diff", "--binary", "--no-ext-diff", "HEAD", environment=environment).encode(
-            errors="surrogateescape"
-        )
+        return _git(top, "diff", "--binary", "--no-ext-diff", "HEAD", environment=environment)
 
 
-def _git(folder: Path, *arguments: str, environment: dict[str, str] | None = None) -> str:
+def _text(folder: Path, *arguments: str) -> str:
+    return os.fsdecode(_git(folder, *arguments))
+
+
+def _git(folder: Path, *arguments: str, environment: dict[str, str] | None = None) -> bytes:
     # Without optional locks a status never gets in the way of the user's own git commands.
     outcome = subprocess.run(
         ["git", "-C", str(folder), *arguments],
         check=True,
         capture_output=True,
-        text=True,
-        errors="surrogateescape",
         stdin=subprocess.DEVNULL,
         env={**os.environ, "GIT_OPTIONAL_LOCKS": "0", "LC_ALL": "C", **(environment or {})},
     )
