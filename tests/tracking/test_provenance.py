@@ -12,7 +12,7 @@ from repro.tracking import git, provenance
 def run(folder, *arguments):
     return subprocess.run(
         ["git", "-c", "user.name=A", "-c", "user.email=a@b.c", *arguments],
-        cwd=folder, check=True, capture_output=True, text=True,
+        cwd=folder, check=True, capture_output=True, text=True, errors="replace",
     ).stdout  # fmt: skip
 
 
@@ -33,7 +33,7 @@ def tree(tmp_path, monkeypatch):
 
 
 def test_a_clean_tree_is_its_commit(tree, tmp_path):
-    state = git.state(tmp_path / "patches")
+    state = git.state(tmp_path / "outputs" / "patches")
     assert state["commit"] == run(tree, "rev-parse", "HEAD").strip()
     assert state["branch"] == "main"
     assert state["clean"]
@@ -41,14 +41,14 @@ def test_a_clean_tree_is_its_commit(tree, tmp_path):
 
 
 def test_commit_and_patch_give_the_tree_back(tree, tmp_path):
-    (tree / "model.py").write_text("a = 2\n")
+    (tree / "model.py").write_bytes(b"a = 2\r\nb = '\xe9'\r\n")
     (tree / "new file.py").write_text("b = 3\n")
     (tree / "image.bin").write_bytes(bytes(range(256)))
     (tree / "huge.bin").write_bytes(bytes(1_100_000))
     (tree / "ignored").mkdir()
     (tree / "ignored" / "x").write_text("x")
     index = (tree / ".git" / "index").read_bytes()
-    state = git.state(tmp_path / "patches")
+    state = git.state(tmp_path / "outputs" / "patches")
     assert (tree / ".git" / "index").read_bytes() == index
     assert not state["clean"]
     assert state["untracked"] == ["image.bin", "new file.py"]
@@ -56,11 +56,21 @@ def test_commit_and_patch_give_the_tree_back(tree, tmp_path):
     copy = tmp_path / "copy"
     run(tmp_path, "clone", "--quiet", str(tree), str(copy))
     run(copy, "checkout", "--quiet", state["commit"])
-    run(copy, "apply", str(tmp_path / state["patch"]))
+    run(copy, "apply", str(tmp_path / "outputs" / state["patch"]))
     for name in ("model.py", "new file.py", "image.bin"):
         assert (copy / name).read_bytes() == (tree / name).read_bytes()
-    assert git.state(tmp_path / "patches") == state
-    assert len(list((tmp_path / "patches").iterdir())) == 1
+    assert git.state(tmp_path / "outputs" / "patches") == state
+    assert len(list((tmp_path / "outputs" / "patches").iterdir())) == 1
+
+
+def test_a_tree_without_a_commit_says_so(tmp_path, monkeypatch):
+    run(tmp_path, "init", "--quiet")
+    (tmp_path / "a.py").write_text("a = 1")
+    run(tmp_path, "add", ".")
+    monkeypatch.setattr(git, "source_tree", lambda: tmp_path)
+    state = git.state(tmp_path / "outputs" / "patches")
+    assert state["commit"] is None
+    assert "git diff failed" in state["why"]
 
 
 def test_results_inside_the_tree_are_no_source(tree):
@@ -74,7 +84,7 @@ def test_description(tree, tmp_path):
     import numpy  # noqa: F401
 
     config = {"data": {"seeds": [0, 1], "samples": 5}, "fit": {"seed": 3}}
-    told = provenance.describe(config, "repro run", ["a=1"], tmp_path / "patches", provenance.Meter())
+    told = provenance.describe(config, "repro run", ["a=1"], tmp_path / "outputs" / "patches", provenance.Meter())
     assert told["seeds"] == {"data.seeds": [0, 1], "fit.seed": 3}
     assert told["command"] == "repro run"
     assert len(told["git"]["constraints_sha256"]) == 64
