@@ -111,14 +111,14 @@ def test_a_better_that_the_degenerate_model_also_reaches_is_flagged(store):
     store.anchors("sip_basis", trivial={"mae_tau": 1.4}, degenerate={"mae_tau": 0.12})
     verdict = judge(claim(), gather(store.outputs, "paper"))
     assert verdict.verdict == "better"
-    assert verdict.flag == "so does the degenerate model (0.12)"
+    assert verdict.flag == "also reached by: degenerate 0.12"
 
 
 def test_a_match_that_the_oracle_shares_says_so(store):
     store.run("sip_basis", {"onestep_euler_qd[0]": [0.3, 0.31]})
     store.run("sip_basis", {"onestep_euler_qd[0]": [0.29, 0.3]}, basis="t1", optimiser="least_squares", literal=False)
     verdict = judge(claim(metric="onestep_euler_qd[0]"), gather(store.outputs, "paper"))
-    assert (verdict.verdict, verdict.flag) == ("matched", "so does the oracle model (0.295)")
+    assert (verdict.verdict, verdict.flag) == ("matched", "also reached by: oracle 0.295")
 
 
 def test_an_anchor_of_another_test_set_is_no_anchor(store):

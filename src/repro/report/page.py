@@ -1,6 +1,7 @@
 """The report as one HTML page that opens from disk: verdicts, figures, tables, assumptions, replay commands."""
 
 import base64
+import re
 from collections import Counter
 from collections.abc import Sequence
 from html import escape
@@ -69,8 +70,8 @@ def _row(row: Row, mark: str) -> str:
 
 def _cell(text: str) -> str:
     # An interval is secondary to its median and goes below it.
-    median, bracket, rest = text.partition(" [")
-    return f"{escape(median)}<small>[{escape(rest)}</small>" if bracket else escape(text)
+    parts = re.fullmatch(r"(\S+) (\[[^\]]*\])", text)
+    return f"{escape(parts[1])}<small>{escape(parts[2])}</small>" if parts else escape(text)
 
 
 def _replay(row: Row) -> str:
