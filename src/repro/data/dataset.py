@@ -98,7 +98,7 @@ class Dataset:
         try:
             description = json.loads(path.read_text())
             path = folder / ARRAYS
-            with np.load(path) as stored:
+            with path.open("rb") as file, np.load(file) as stored:
                 arrays = {name: stored[name] for name in stored.files}
             return cls(
                 coordinates=tuple(Coordinate(**coordinate) for coordinate in description["coordinates"]),
