@@ -237,3 +237,39 @@ def test_jobs_die_with_their_launcher(root, start):
     sweep.communicate()
     _, alive = psutil.wait_procs(jobs, timeout=5)
     assert alive == []
+
+
+def test_an_edit_during_a_sweep_changes_no_job_of_it(root, start, tmp_path):
+    """A module that the server has loaded keeps its old code and its old digest; a fresh one has the new ones."""
+    package = tmp_path / "repro_edited.py"
+    package.write_text("value = 1\n")
+    jobs = """
+        import repro_edited
+        from repro.tracking import code
+        code.__name__ = "repro_edited.code"  # so that the toy counts as the package itself
+        def look():
+            return [repro_edited.value, code.closure(("repro_edited",)).modules["repro_edited"]]
+    """
+    told = output_of(
+        start(
+            f"""
+            import json, time
+            from pathlib import Path
+            from repro.tracking import code
+            from repro.tracking.jobs import Job
+            from repro.tracking.pool import run_jobs
+            time.sleep(0.02)
+            jobs = [Job("a", "toyjobs:look")]
+            first = run_jobs(jobs, workers=1, preload=("toyjobs",))
+            time.sleep(0.02)
+            Path({str(package)!r}).write_text("value = 2\\n")
+            second = run_jobs(jobs, workers=1, preload=("toyjobs",))
+            new = code.closure(("repro_edited",)).modules["repro_edited"]
+            print(json.dumps([first[0].value, second[0].value, new]))
+            """,
+            jobs,
+        )
+    )
+    first, second, new = told
+    assert first[0] == second[0] == 1
+    assert first[1] == second[1] != new

@@ -20,11 +20,11 @@ def make_all(store, toy, **settings):
         store.compute(stage, lambda folder: {"card": {"system": "toy"}})
 
 
-def list_runs(store, ids, scale="quick", experiment="basis"):
+def list_runs(store, ids, scale="quick", experiment="basis", **more):
     file = store.paths.experiments / scale / f"{experiment}.json"
     file.parent.mkdir(parents=True, exist_ok=True)
     jobs = [{"overrides": [f"n={n}"], "run": id, "command": f"repro run n={n}"} for n, id in enumerate(ids)]
-    file.write_text(json.dumps({"experiment": experiment, "scale": scale, "jobs": jobs}))
+    file.write_text(json.dumps({"experiment": experiment, "scale": scale, "jobs": jobs, **more}))
 
 
 def states(store, **options):
@@ -75,6 +75,21 @@ def test_a_changed_default_is_named(store, toy):
     assert item.state == "stale"
     assert item.why == ("config epochs: 10 -> 12",)
     assert states(store, expected=lambda overrides: list(toy.stages().values())[:3])[item.id].state == "done"
+
+
+def test_defaults_are_asked_for_only_where_the_settings_have_changed(store, toy):
+    make_all(store, toy)
+    list_runs(store, [toy.ids()["score"]], settings="abc")
+    asked = []
+
+    def expected(overrides):
+        asked.append(overrides)
+        return list(toy.stages().values())[:3]
+
+    states(store, expected=expected, settings="abc")
+    assert asked == []
+    states(store, expected=expected, settings="abd")
+    assert asked == [["n=0"]]
 
 
 def test_failed_missing_running_interrupted(store, toy, stage):

@@ -25,6 +25,7 @@ from repro.tracking.paths import Paths, outputs_root
 
 _begun = time.time()
 _loaded_before: dict[str, float] = {}
+_remembered: dict[str, dict[str, Any]] = {}
 _looked_at_unloaded: dict[str, tuple[Path, dict[str, Any]]] = {}
 # A file younger than this may change again within one tick of the clock of its file system.
 _SETTLED_S = 2.0
@@ -72,6 +73,17 @@ def check_unchanged(modules: Iterable[str]) -> None:
             path, entry = _looked_at_unloaded[module]
             if _stamp(path, module) != entry["stamp"] and syntax.analyse(path, module)["digest"] != entry["digest"]:
                 raise _edited(path)
+
+
+def remember_loaded() -> None:
+    """Keep what this package's loaded modules are, for jobs forked from here: later edits do not reach their code."""
+    reader = _Reader(Paths(outputs_root()).code)
+    package = __name__.partition(".")[0]
+    for module in sorted(name for name in sys.modules if syntax.within(name, package)):
+        path = _file(module)
+        if path is not None and path.stat().st_mtime <= _begun:
+            _remembered[module] = reader.read(path, module)
+    reader.save()
 
 
 def begin_job() -> None:
@@ -133,6 +145,8 @@ class _Reader:
 
     def read(self, path: Path, module: str) -> dict[str, Any]:
         """Digest, imports and libraries of one file."""
+        if module in _remembered:
+            return _remembered[module]
         changed, now = path.stat().st_mtime, time.time()
         if module in sys.modules and _loaded_before.get(module, _begun) < changed <= now:
             raise _edited(path)

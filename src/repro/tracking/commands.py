@@ -36,7 +36,7 @@ def status(argv: Sequence[str]) -> int:
     )
     options = parser.parse_args(argv)
     paths = Paths(outputs_root())
-    items = states.survey(paths, verify=options.verify, expected=_expected())
+    items = _survey(paths, options.verify)
     if options.why:
         items = _chosen(items, options.why)
     if options.json:
@@ -50,11 +50,13 @@ def status(argv: Sequence[str]) -> int:
     return 0
 
 
-def _expected() -> states.Expected | None:
-    """How the present defaults resolve a job, where the package can tell."""
-    if find_spec("repro.sweep") is None:
-        return None
-    return getattr(import_module("repro.sweep"), "expected_stages", None)
+def _survey(paths: Paths, verify: bool) -> list[states.Item]:
+    """The survey, which asks for the present defaults only where an experiment lists runs."""
+    if find_spec("repro.sweep") is None or not paths.experiments.is_dir():
+        return states.survey(paths, verify=verify)
+    sweep = import_module("repro.sweep")
+    settings = getattr(sweep, "settings", str)()
+    return states.survey(paths, verify=verify, expected=sweep.expected_stages, settings=settings)
 
 
 def _chosen(items: Sequence[states.Item], text: str) -> list[states.Item]:

@@ -1,7 +1,8 @@
 """The launcher: every job in a fresh process, forked from a server that has loaded the heavy libraries once.
 
 Whatever a job does (raise, os._exit, run out of memory, hang) costs that job alone. Ctrl-C once starts no more jobs and
-asks the running ones to end, which keep their checkpoints; twice kills them. Jobs die with their launcher.
+asks the running ones to end, which keep their checkpoints; twice kills them. Jobs die with their launcher. Editing a
+module that the server has loaded changes no job of this sweep.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ def run_jobs(
     # The libraries read these when they are loaded, which happens in the server.
     for variable in _THREAD_VARIABLES:
         os.environ.setdefault(variable, str(threads))
-    multiprocessing.set_forkserver_preload([*preload, worker.__name__])
+    multiprocessing.set_forkserver_preload([worker.__name__, *preload, f"{__package__}.preloaded"])
     if logs is None:
         logs = Paths(outputs_root()).logs / f"{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}"
     launcher = _Launcher(list(jobs), max(1, workers), timeout_s, on_progress, logs)

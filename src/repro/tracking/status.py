@@ -41,15 +41,17 @@ class _Listing:
 
     command: str
     overrides: Sequence[str]
+    settings: str
     experiments: list[str] = field(default_factory=list)
 
 
-def survey(paths: Paths, *, verify: bool = False, expected: Expected | None = None) -> list[Item]:
+def survey(paths: Paths, *, verify: bool = False, expected: Expected | None = None, settings: str = "") -> list[Item]:
     """The state of every stage in the store and of every run that an experiment lists.
 
     A finished stage is stale when the code, the libraries or an upstream stage no longer give its identity; with
-    `expected`, also when the defaults no longer do. `verify` reads every byte of every finished stage and moves
-    damaged ones aside.
+    `expected`, also when the defaults no longer do; `settings`, a digest of all that defaults depend on, spares this
+    question for jobs that were listed under the same digest. `verify` reads every byte of every finished stage and
+    moves damaged ones aside.
     """
     stored = index.load(paths)
     judge = _Judge(paths, stored)
@@ -64,7 +66,8 @@ def survey(paths: Paths, *, verify: bool = False, expected: Expected | None = No
     for id, listing in listed.items():
         absent = Item(id, "runs", id, "missing", ("not made yet",), listing.command)
         item = items.get(id, absent)
-        outdated = _outdated(item, listing, stored, paths, expected) if expected else ()
+        asked = expected is not None and not (settings and listing.settings == settings)
+        outdated = _outdated(item, listing, stored, paths, expected) if asked else ()
         state = "stale" if outdated and item.state == "done" else item.state
         experiments = tuple(sorted(set(listing.experiments)))
         items[id] = replace(item, state=state, why=item.why + outdated, experiments=experiments)
@@ -142,7 +145,8 @@ def _listed(paths: Paths) -> dict[str, _Listing]:
             content = json.loads(file.read_bytes())
             for job in content["jobs"]:
                 # A job that never came to its run has no id yet; its command names it.
-                listing = listed.setdefault(job["run"] or job["command"], _Listing(job["command"], job["overrides"]))
+                fresh = _Listing(job["command"], job["overrides"], content.get("settings", ""))
+                listing = listed.setdefault(job["run"] or job["command"], fresh)
                 listing.experiments.append(f"{content['scale']}/{content['experiment']}")
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise UserError(f"{file} cannot be read ({error!r}): delete it and run the experiment again") from error
