@@ -9,7 +9,7 @@ from repro.errors import UserError
 from repro.mechanics import c_engine, c_library
 from repro.mechanics import compile as engines
 from repro.mechanics.derive import dynamics_of, evaluate
-from repro.mechanics.pace import MOST
+from repro.mechanics.pace import ANGLE, MOST
 from repro.mechanics.simulate import simulate
 from repro.mechanics.straight_line import BINARY, PART, UNARY
 from repro.mechanics.system import load
@@ -206,7 +206,16 @@ def test_a_runaway_is_given_up_at_once(engine: str) -> None:
     assert time.process_time() - started < 10
     assert np.isfinite(x[0, :2]).all()
     assert np.isnan(x[0, 2:]).all()
-    assert abs(x[0, 1, 1]) * 0.04 > MOST * 0.06
+    assert abs(x[0, 1, 1]) * 0.04 > MOST * ANGLE
+
+
+@both_engines
+def test_a_start_beyond_all_rates_is_given_up(engine: str) -> None:
+    free = one_coordinate(lambda q, qd, tau, p: tau + 0 * p[0])
+    start = np.array([[0.0, 1e200], [np.inf, 0.0], [0.0, np.nan]])
+    x = simulate(free, start, np.zeros((3, 4, 1)), 0.04, parameters=np.zeros(2), engine=engine)
+    np.testing.assert_array_equal(x[:, 0], start)
+    assert np.isnan(x[:, 1:]).all()
 
 
 def test_no_steps_and_no_trajectories_are_fine() -> None:

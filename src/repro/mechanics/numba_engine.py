@@ -17,12 +17,12 @@ from repro.mechanics.straight_line import untranslated
 Operation = IntEnum(
     "Operation",
     "MUL ADD SUB DIV POW CONSTPOW FMAX FMIN ATAN2 IF_ELSE_ZERO LT LE EQ NE AND OR ASSIGN NEG SQ TWICE INV "
-    "SIN COS TANH EXP LOG LOG1P EXPM1 SQRT FABS SIGN NOT TAN SINH COSH ATAN CONST OUTPUT INPUT ",
+    "SIN COS TANH EXP LOG LOG1P EXPM1 SQRT FABS SIGN NOT TAN SINH COSH ATAN CONST OUTPUT INPUT",
 )
 _NUMBERS = {getattr(ca, f"OP_{operation.name}"): operation.value for operation in Operation}
 
 # numpy's error model: a division by zero gives inf, as in C; the cache knows this file alone, so all of it is here
-jit = numba.njit(error_model="numpy", cache=True)
+_jit = numba.njit(error_model="numpy", cache=True)
 
 
 class Integrator:
@@ -57,7 +57,7 @@ def _tape(function: ca.Function) -> tuple[np.ndarray, np.ndarray]:
     return np.array(rows, dtype=np.int64), constants
 
 
-@jit
+@_jit
 def _simulate(instructions, constants, n_work, rule, angles, tau, parameters, states) -> None:  # type: ignore[no-untyped-def]
     time_step, least, most, per_rate = rule
     n_q, n_x = tau.shape[2], 2 * tau.shape[2]
@@ -69,7 +69,7 @@ def _simulate(instructions, constants, n_work, rule, angles, tau, parameters, st
             x, following, held = states[b, k], states[b, k + 1], tau[b, k]
             n = least
             for i in angles:
-                n = max(n, math.ceil(per_rate * abs(x[n_q + i])))
+                n = max(n, np.ceil(per_rate * abs(x[n_q + i])))
             if not np.all(np.isfinite(x)) or n > most:
                 states[b, k + 1 :] = np.nan
                 break
@@ -93,7 +93,7 @@ def _simulate(instructions, constants, n_work, rule, angles, tau, parameters, st
                 break
 
 
-@jit
+@_jit
 def _derivative(  # type: ignore[no-untyped-def] # noqa: PLR0912, PLR0915 (a dispatch is long and flat)
     instructions, constants, x, tau, parameters, w, slope
 ) -> None:
