@@ -128,6 +128,30 @@ def test_progress_and_notices_reach_the_caller(start):
     ]
 
 
+def test_the_same_job_twice_gives_equal_bits_on_one_thread(start):
+    told = output_of(
+        start(
+            """
+            import json
+            from repro.tracking.jobs import Job
+            from repro.tracking.pool import run_jobs
+            results = run_jobs([Job(str(n), "toyjobs:multiplies") for n in range(2)], workers=2, preload=("numpy",))
+            print(json.dumps([result.value for result in results]))
+            """,
+            """
+            import hashlib, numpy as np
+            from threadpoolctl import threadpool_info
+            def multiplies():
+                a = np.random.default_rng(0).standard_normal((500, 500))
+                threads = [pool["num_threads"] for pool in threadpool_info()]
+                return hashlib.sha256(np.linalg.solve(a, a @ a.T).tobytes()).hexdigest(), threads
+            """,
+        )
+    )
+    assert told[0] == told[1]
+    assert set(told[0][1]) == {1}
+
+
 def test_a_fresh_trivial_job_costs_well_under_three_tenths_of_a_second(start):
     seconds = output_of(
         start(

@@ -15,7 +15,7 @@ from repro.errors import UserError
 from repro.tracking import index
 from repro.tracking import status as states
 from repro.tracking.paths import Paths, outputs_root
-from repro.tracking.text import duration, size, table
+from repro.tracking.text import duration, short, size, table
 
 _MOST_LINES = 15
 _MOST_COLUMNS = 6
@@ -81,7 +81,7 @@ def _print_status(items: Sequence[states.Item], paths: Paths, everything: bool) 
             continue
         lines = chosen if everything else chosen[:_MOST_LINES]
         print(f"\n{state}")
-        print(table([f"  {item.id}", item.why[0].partition("\n")[0][:100] if item.why else ""] for item in lines))
+        print(table([f"  {item.id}", short(item.why[0].partition("\n")[0], 100) if item.why else ""] for item in lines))
         if len(lines) < len(chosen):
             print(f"  ... and {len(chosen) - len(lines)} more (--all)")
 

@@ -13,7 +13,7 @@ from repro.tracking import record, status
 from repro.tracking.files import flattened
 from repro.tracking.paths import RUN_FILE, Paths, outputs_root
 from repro.tracking.record import Record
-from repro.tracking.text import duration, size, table
+from repro.tracking.text import duration, short, size, table
 
 
 def show(argv: Sequence[str]) -> int:
@@ -47,7 +47,7 @@ def show(argv: Sequence[str]) -> int:
         ("files", {name: size(about["bytes"]) for name, about in entry.files.items()}),
     ):
         if content:
-            print(f"\n{title}\n" + table([f"  {key}", str(value)[:100]] for key, value in content.items()))
+            print(f"\n{title}\n" + table([f"  {key}", short(value)] for key, value in content.items()))
     return 0
 
 

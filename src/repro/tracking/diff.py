@@ -9,6 +9,7 @@ from typing import Any
 from repro.tracking.files import flattened
 from repro.tracking.record import Record
 from repro.tracking.store import Store
+from repro.tracking.text import short
 
 _ORIGIN_KEYS = ("git.commit", "git.clean", "git.patch", "machine", "threads", "torch", "overrides", "command")
 _MOST_METRICS = 20
@@ -33,7 +34,7 @@ class Difference:
                 return f"module {self.key} is {'reached now' if self.before is None else 'no longer reached'}"
             return f"module {self.key} changed"
         word = {"libraries": "library", "upstream": "upstream"}.get(self.area, self.area)
-        return f"{word} {self.key}: {_short(self.before)} -> {_short(self.after)}"
+        return f"{word} {self.key}: {short(self.before)} -> {short(self.after)}"
 
 
 def identity_differences(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[Difference]:
@@ -94,10 +95,3 @@ def _metric_means(record: Record) -> dict[str, float]:
     table = pd.read_parquet(record.path("metrics.parquet"))
     means = table[table["split"] == "test"].groupby("metric")["value"].mean()
     return {str(name): float(value) for name, value in means.items() if pd.notna(value)}
-
-
-def _short(value: Any) -> str:
-    if value is None:
-        return "(none)"
-    text = f"{value:.6g}" if isinstance(value, float) else str(value)
-    return text if len(text) <= 80 else text[:77] + "..."

@@ -13,7 +13,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from multiprocessing import connection
 from pathlib import Path
 from types import FrameType
@@ -59,6 +59,9 @@ def run_jobs(
             launcher.run()
         finally:
             launcher.kill_all()
+            # Jobs that printed nothing leave no log; a folder with logs stays.
+            with suppress(OSError):
+                logs.rmdir()
     results = [launcher.results.get(index) or JobResult(job, "not started") for index, job in enumerate(jobs)]
     if launcher.interrupts:
         raise SweepInterrupted(results)

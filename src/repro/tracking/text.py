@@ -17,6 +17,14 @@ def table(rows: Iterable[Sequence[object]], header: Sequence[str] = ()) -> str:
     )
 
 
+def short(value: object, width: int = 80) -> str:
+    """A value on one short line: six digits of a number, the beginning of a long text, (none) for None."""
+    if value is None:
+        return "(none)"
+    text = f"{value:.6g}" if isinstance(value, float) else str(value)
+    return text if len(text) <= width else text[: width - 3] + "..."
+
+
 def size(count: int) -> str:
     """A number of bytes a person can read: 512 B, 3.4 KiB, 12.0 MiB."""
     value, unit = float(count), "B"
