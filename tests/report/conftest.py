@@ -28,6 +28,9 @@ BASE_CARD: Mapping[str, Any] = {
     "n_train": 80000,
     "episode_steps": 1000,
     "energies": "raw",
+    "energy_form": "legendre",
+    "transform_weight": 0.0,
+    "transform_hidden": "",
     "curriculum": None,
     "epochs": 5000,
     "literal": True,
@@ -63,9 +66,10 @@ class SyntheticStore:
         folder.mkdir(parents=True)
         full = {**BASE_CARD, **card, "seeds": seeds, "member_status": list(status or ["ok"] * n)}
         rows = [
-            {"member": member, "split": "test", "metric": metric, "value": value, "unit": "u"}
+            {"member": seed, "split": "train" if metric == "fit_seconds" else "test"}
+            | {"metric": metric, "value": value, "unit": "u"}
             for metric, values in metrics.items()
-            for member, value in enumerate(values)
+            for seed, value in zip(seeds, values, strict=False)
         ]
         if outcome == "ok":
             pd.DataFrame(rows, columns=["member", "split", "metric", "value", "unit"]).to_parquet(
@@ -183,7 +187,7 @@ def trajectory(rng: np.random.Generator, n: int = 5, points: int = 300) -> pd.Da
             plant = size * np.cumsum(rng.normal(size=points)) / np.sqrt(points)
             lines = {
                 "plant": plant,
-                "onestep_euler": plant + 0.02 * size * rng.normal(size=points),
+                "euler": plant + 0.02 * size * rng.normal(size=points),
                 "model": plant + size * 0.002 * np.arange(points) ** 1.2 * rng.normal(),
             }
             frames += [
@@ -242,7 +246,10 @@ def fill(store: SyntheticStore) -> None:
         card = {"optimiser": optimiser, "curriculum": curriculum, "literal": False}
         store.run("sip_optimisers", learned(rng, tau), curves=learning_curve(rng, tau), **card)
     for sequence in ("d_only", "anchor", "d_h_only", "d_h_then_d", "joint"):
-        store.run("sip_energies", learned(rng, 0.02), sequence=sequence, literal=False)
+        form = "legendre" if sequence == "joint" else "sum"
+        store.run("sip_energies", learned(rng, 0.02), sequence=sequence, energy_form=form, literal=False)
+    transform = {"transform_weight": 1.0, "transform_hidden": "2x32", "literal": False}
+    store.run("sip_energies", learned(rng, 1e-3), **transform)
     store.run("sip_energies", learned(rng, 1e-4), energies="canonical", literal=False)
     support = {"support_exact": [1, 1, 1, 1, 0], "false_terms": [0, 0, 0, 0, 2], "coefficient_error": errors(rng, 1e-4)}
     for optimiser in ("lasso", "adam_l1", "thresholded_least_squares"):

@@ -26,7 +26,7 @@ def test_every_row_carries_the_card_the_seed_and_the_place(store):
     assert rows[["run", "experiment", "scale", "basis"]].drop_duplicates().values.tolist() == [
         [run, "sip_basis", "paper", "t1"]
     ]
-    assert rows["seed"].tolist() == [7, 9]
+    assert rows["member"].tolist() == [7, 9]
     assert rows["tau_noise"].tolist() == [0.1, 0.1]
     assert rows["damping"].tolist() == ["[0.0, 0.0]"] * 2
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from repro.errors import UserError
 from repro.report.results import Results, typed
-from repro.report.schema import CARD, as_card_value
+from repro.report.schema import CARD, NOT_CHOSEN, as_card_value
 from repro.report.stored import Staleness, StoredRun, never_stale, read_json, stored_benches, stored_runs
 
 if TYPE_CHECKING:
@@ -45,11 +45,8 @@ def gather_runs(runs: Sequence[StoredRun], benches: Sequence[Path]) -> Results:
 
 def _metrics(run: StoredRun) -> "pd.DataFrame":
     table = _table(run, "metrics")
-    seeds = list(run.card.get("seeds") or [])
     for column, value in {**_place(run), **_card(run)}.items():
         table[column] = value
-    if "member" in table:
-        table["seed"] = [seeds[m] if m < len(seeds) else m for m in table["member"].astype(int)]
     return table
 
 
@@ -81,7 +78,8 @@ def _card(run: StoredRun) -> dict[str, Any]:
 def _setting(run: StoredRun) -> str:
     if not run.card:
         return ""
-    content = json.dumps([_card(run), run.other_than_seeds], sort_keys=True)
+    chosen = {key: value for key, value in run.card.items() if key not in NOT_CHOSEN}
+    content = json.dumps([chosen, run.other_than_seeds], sort_keys=True)
     return hashlib.sha256(content.encode()).hexdigest()[:10]
 
 
@@ -89,7 +87,7 @@ def _table(run: StoredRun, name: str) -> "pd.DataFrame":
     import pandas as pd
 
     path = run.folder / f"{name}.parquet"
-    if not path.is_file():
+    if not path.is_file() or path.stat().st_size == 0:
         return pd.DataFrame()
     try:
         table = pd.read_parquet(path)

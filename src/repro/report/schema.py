@@ -1,4 +1,4 @@
-"""The columns of the result tables: the one place where they are named and typed."""
+"""The columns of the result tables: the one place where they are named and typed. A member is known by its seed."""
 
 import json
 import math
@@ -25,10 +25,16 @@ CARD: Mapping[str, type] = {
     "n_train": int,
     "episode_steps": int,
     "energies": str,
+    "energy_form": str,
+    "transform_weight": float,
+    "transform_hidden": str,
     "curriculum": str,
     "epochs": int,
     "literal": bool,
 }
+
+# What a run card says of its members and of how the fit went, not of what was chosen.
+NOT_CHOSEN = ("seeds", "member_status", "notes")
 
 # What the test set depends on: two settings that agree here were judged on the same data.
 TEST_SET = ("system", "reading", "regime", "episode_steps", "reset", "damping")
@@ -39,7 +45,6 @@ METRICS: Mapping[str, type] = {
     **PLACE,
     **CARD,
     "member": int,
-    "seed": int,
     "split": str,
     "metric": str,
     "value": float,

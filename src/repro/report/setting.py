@@ -27,14 +27,14 @@ class Setting:
     metrics: "pd.DataFrame" = field(repr=False)
 
     @cached_property
-    def members(self) -> Mapping[int, tuple[str, int, str]]:
-        """Each seed once, with the run and member that stand for it and that member's status."""
-        found: dict[int, tuple[str, int, str]] = {}
+    def members(self) -> Mapping[int, tuple[str, str]]:
+        """Each member once, by its seed, with the run that stands for it and its status there."""
+        found: dict[int, tuple[str, str]] = {}
         for run in sorted(self.runs, key=lambda run: run["run"]):
             statuses = run["member_status"]
-            for member, seed in enumerate(run["seeds"] or self._members_without_seeds(run["run"])):
-                status = statuses[member] if member < len(statuses) else "ok"
-                found.setdefault(int(seed), (run["run"], member, status))
+            for place, seed in enumerate(run["seeds"] or self._measured_members(run["run"])):
+                status = statuses[place] if place < len(statuses) else "ok"
+                found.setdefault(int(seed), (run["run"], status))
         return dict(sorted(found.items()))
 
     @property
@@ -45,7 +45,7 @@ class Setting:
     @property
     def failed(self) -> int:
         """Number of members that diverged."""
-        return sum(status != "ok" for _, _, status in self.members.values())
+        return sum(status != "ok" for _, status in self.members.values())
 
     @property
     def run_ids(self) -> tuple[str, ...]:
@@ -72,23 +72,23 @@ class Setting:
         texts = [written(column, as_text(self.card[column])) for column in columns]
         return ", ".join(text for text in texts if text)
 
-    def values(self, metric: str, split: str = "test") -> np.ndarray:
+    def values(self, metric: str) -> np.ndarray:
         """Return the members' values, (member,) by seed; nan for a failed one, empty where none was measured."""
         if metric == "diverged":
-            return np.array([float(status != "ok") for _, _, status in self.members.values()])
-        column = self._by_split.get(split, {}).get(metric)
+            return np.array([float(status != "ok") for _, status in self.members.values()])
+        column = self._by_split.get(metric_named(metric).split, {}).get(metric)
         if column is None:
             return np.full(self.n if self.failed == self.n else 0, np.nan)
         return np.array(
             [
-                column.get((run, member), np.nan) if status == "ok" else np.nan
-                for run, member, status in self.members.values()
+                column.get((run, seed), np.nan) if status == "ok" else np.nan
+                for seed, (run, status) in self.members.items()
             ]
         )
 
-    def estimate(self, metric: str, split: str = "test") -> Estimate:
+    def estimate(self, metric: str) -> Estimate:
         """Summarise one metric over the members, by the metric's own scale."""
-        kind, values = metric_named(metric), self.values(metric, split)
+        kind, values = metric_named(metric), self.values(metric)
         if kind.scale == "share":
             return share(np.nan_to_num(values, nan=float(kind.lower_is_better)) > 0.5)
         return estimate(values, log=kind.scale == "log", failed_is=np.inf if kind.lower_is_better else -np.inf)
@@ -106,6 +106,6 @@ class Setting:
             tables.setdefault(split, {}).setdefault(metric, {})[(run, int(member))] = float(value)
         return tables
 
-    def _members_without_seeds(self, run: str) -> list[int]:
+    def _measured_members(self, run: str) -> list[int]:
         members = self.metrics.loc[self.metrics["run"] == run, "member"]
         return sorted(int(member) for member in members.unique())

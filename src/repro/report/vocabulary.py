@@ -1,7 +1,7 @@
 """The metrics by name: how they are written for people, on which scale they average, and which way is better."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 
@@ -14,6 +14,7 @@ class Metric:
     meaning: str
     scale: Literal["log", "linear", "share"] = "log"
     lower_is_better: bool = True
+    split: Literal["test", "train"] = "test"
 
 
 # Card values as people write them; any other stands as it is, with dashes for underscores.
@@ -77,9 +78,9 @@ METRICS: dict[str, Metric] = {
         "exact support", "exact support", "share of members with the true terms", scale="share", lower_is_better=False
     ),
     "false_terms": Metric("false terms", "false terms", "number of wrong terms", scale="linear"),
-    "fit_seconds": Metric("fit", "fit", "time of the fit"),
-    "epochs": Metric("epochs", "epochs", "epochs done", scale="linear"),
-    "diverged": Metric("diverged", "diverged", "share of members that diverged", scale="share"),
+    "fit_seconds": Metric("fit", "fit", "time of the fit", split="train"),
+    "epochs": Metric("epochs", "epochs", "epochs done", scale="linear", split="train"),
+    "diverged": Metric("diverged", "diverged", "share of members that diverged", scale="share", split="train"),
     "success": Metric(
         "success", "success", "share of closed loops that reach the goal", scale="share", lower_is_better=False
     ),
@@ -109,9 +110,7 @@ def metric_named(name: str) -> Metric:
         return Metric(name, name.replace("_", r"\_"), name, scale="linear")
     if not component:
         return known
-    return Metric(
-        f"{known.label}{component}", f"{known.latex}{component}", known.meaning, known.scale, known.lower_is_better
-    )
+    return replace(known, label=f"{known.label}{component}", latex=f"{known.latex}{component}")
 
 
 def written(column: str, value: str) -> str:

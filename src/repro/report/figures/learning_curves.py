@@ -78,7 +78,7 @@ def _curves(axis: Any, table: "pd.DataFrame", role: Role) -> None:
 
 def _curve(results: Results, setting: Setting, name: str) -> "pd.DataFrame":
     chosen = results.curves[results.curves["run"].isin(setting.run_ids) & (results.curves["name"] == name)]
-    members = {(run, member): seed for seed, (run, member, _) in setting.members.items()}
+    members = {(run, seed) for seed, (run, _) in setting.members.items()}
     table = chosen.pivot_table(index="step", columns=["run", "member"], values="value", dropna=False)
     positive = table.where(table > 0)
     return positive[[key for key in positive.columns if key in members]]

@@ -31,7 +31,7 @@ MEMBERS = 3
 VELOCITIES = {"xd": ("cart velocity [m/s]", 0.05), "thetad": ("angular velocity [rad/s]", 0.12)}
 SIGNALS = {
     "plant": ("plant", style.PLANT),
-    "onestep_euler": ("model, one explicit Euler step", style.MODEL),
+    "euler": ("model, one explicit Euler step", style.MODEL),
     "model": ("model, rollout", style.ROLLOUT),
 }
 
@@ -43,7 +43,7 @@ def draw(results: Results) -> "Canvas | None":
     except NotRunError:
         return None
     signals = results.trajectories[results.trajectories["run"].isin(setting.run_ids)]
-    members = [(seed, run, member) for seed, (run, member, _) in setting.members.items()]
+    members = [(run, seed) for seed, (run, _) in setting.members.items()]
     drawn = [entry for entry in members if len(_signal(signals, entry, "plant.xd"))][:MEMBERS]
     if not drawn:
         return None
@@ -58,13 +58,13 @@ def draw(results: Results) -> "Canvas | None":
             if column == 0:
                 panel.set_ylabel(f"{label}\n(paper: MAE {printed})")
             if row == len(VELOCITIES) - 1:
-                panel.set_xlabel(f"time [s], seed {entry[0]}")
+                panel.set_xlabel(f"time [s], seed {entry[1]}")
     handles = [panels[0, 0].plot([], [], label=label, **role.line_style)[0] for label, role in SIGNALS.values()]
     canvas.legend(handles=handles, loc="outside upper left", ncols=len(handles))
     return canvas
 
 
-def _lines(panel: Any, signals: "pd.DataFrame", entry: tuple[int, str, int], velocity: str) -> dict[str, float]:
+def _lines(panel: Any, signals: "pd.DataFrame", entry: tuple[str, int], velocity: str) -> dict[str, float]:
     plant = _signal(signals, entry, f"plant.{velocity}")
     errors = {}
     for source, (_, role) in SIGNALS.items():
@@ -73,7 +73,7 @@ def _lines(panel: Any, signals: "pd.DataFrame", entry: tuple[int, str, int], vel
             continue
         panel.plot(line["t"], line["value"], linewidth=2.2 if source == "plant" else 1.2, **role.line_style)
         if source != "plant" and len(line) == len(plant):
-            name = "one step" if source == "onestep_euler" else "rollout"
+            name = "one step" if source == "euler" else "rollout"
             errors[name] = float(np.mean(np.abs(line["value"].to_numpy() - plant["value"].to_numpy())))
     # A rollout that runs away must not flatten the plant.
     low, high = plant["value"].min(), plant["value"].max()
@@ -82,8 +82,8 @@ def _lines(panel: Any, signals: "pd.DataFrame", entry: tuple[int, str, int], vel
     return errors
 
 
-def _signal(signals: "pd.DataFrame", entry: tuple[int, str, int], name: str) -> "pd.DataFrame":
-    _, run, member = entry
+def _signal(signals: "pd.DataFrame", entry: tuple[str, int], name: str) -> "pd.DataFrame":
+    run, member = entry
     chosen = (signals["run"] == run) & (signals["member"] == member) & (signals["name"] == name)
     return signals[chosen].sort_values("t")
 
