@@ -130,10 +130,10 @@ def _being_made(paths: Paths) -> list[Item]:
                 content = {}
             running = lock.is_held(paths.lock(kind, id))
             who = lock.holder_text(holder)
-            why = (f"{who} is making it" if running else f"{who} was ended; its command goes on from there",)
-            why += (f"log: {content['log']}",) if content.get("log") else ()
+            why = [f"{who} is making it" if running else f"{who} was ended; its command goes on from there"]
+            why += [f"log: {content['log']}"] if content.get("log") else []
             state = "running" if running else "interrupted"
-            found.append(Item(id, kind, content.get("name", id), state, why, content.get("command", "")))
+            found.append(Item(id, kind, content.get("name", id), state, tuple(why), content.get("command", "")))
     return found
 
 
