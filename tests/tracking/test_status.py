@@ -92,6 +92,18 @@ def test_defaults_are_asked_for_only_where_the_settings_have_changed(store, toy)
     assert asked == [["n=0"]]
 
 
+def test_a_listed_job_that_is_no_longer_accepted_is_stale(store, toy):
+    make_all(store, toy)
+    list_runs(store, [toy.ids()["score"]])
+
+    def expected(overrides):
+        raise UserError("no model lagrange")
+
+    item = states(store, expected=expected)[toy.ids()["score"]]
+    assert item.state == "stale"
+    assert item.why == ("its settings are no longer accepted: no model lagrange",)
+
+
 def test_failed_missing_running_interrupted(store, toy, stage):
     def fails(folder):
         raise ValueError("no")

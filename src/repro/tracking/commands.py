@@ -15,6 +15,7 @@ from repro.errors import UserError
 from repro.tracking import index
 from repro.tracking import status as states
 from repro.tracking.paths import Paths, outputs_root
+from repro.tracking.stage import Stage
 from repro.tracking.text import duration, short, size, table
 
 _MOST_LINES = 15
@@ -51,12 +52,15 @@ def status(argv: Sequence[str]) -> int:
 
 
 def _survey(paths: Paths, verify: bool) -> list[states.Item]:
-    """The survey, which asks for the present defaults only where an experiment lists runs."""
-    if find_spec("repro.sweep") is None or not paths.experiments.is_dir():
+    """The survey; composing a job anew is left to the sweep, which is loaded only when the settings have changed."""
+
+    def expected(overrides: Sequence[str]) -> Sequence[Stage]:
+        return list(import_module("repro.sweep").expected_stages(overrides))
+
+    if find_spec("repro.sweep") is None:
         return states.survey(paths, verify=verify)
-    sweep = import_module("repro.sweep")
-    settings = getattr(sweep, "settings", str)()
-    return states.survey(paths, verify=verify, expected=sweep.expected_stages, settings=settings)
+    settings = import_module("repro.settings").digest() if find_spec("repro.settings") else ""
+    return states.survey(paths, verify=verify, expected=expected, settings=settings)
 
 
 def _chosen(items: Sequence[states.Item], text: str) -> list[states.Item]:

@@ -155,7 +155,10 @@ def _listed(paths: Paths) -> dict[str, _Listing]:
 
 def _outdated(item: Item, listing: _Listing, stored: Index, paths: Paths, expected: Expected | None) -> tuple[str, ...]:
     """How the run that the present defaults give differs from the listed one."""
-    stages = expected(listing.overrides) if expected else ()
+    try:
+        stages = expected(listing.overrides) if expected else ()
+    except UserError as error:
+        return (f"its settings are no longer accepted: {error}",)
     if not stages or stages[-1].id == item.id:
         return ()
     reasons: list[str] = []
