@@ -20,7 +20,7 @@ TRAJECTORY_POINTS = 300
 
 
 def gather(outputs: Path, scale: str, *, stale: Staleness = never_stale) -> Results:
-    """Read every run of a scale's experiments, and the runs of no experiment, into the result tables.
+    """Read every run of a scale's experiments into the result tables.
 
     `stale` judges a run.json against the present code. Raises UserError naming a damaged file.
     """
@@ -87,24 +87,25 @@ def _table(run: StoredRun, name: str) -> "pd.DataFrame":
     import pandas as pd
 
     path = run.folder / f"{name}.parquet"
+    # A fit without steps, such as least squares, leaves its curves empty.
     if not path.is_file() or path.stat().st_size == 0:
         return pd.DataFrame()
-    try:
-        table = pd.read_parquet(path)
-    except (OSError, ValueError) as error:
-        message = f"{path} cannot be read ({error}); delete its folder and run again: {run.command}"
-        raise UserError(message) from error
-    table["run"] = run.id
-    return table
+    return _read(path).assign(run=run.id)
 
 
 def _bench(folder: Path) -> "pd.DataFrame":
+    command = str((read_json(folder / "run.json").get("provenance") or {}).get("command") or "")
+    return _read(folder / "bench.parquet").assign(run=folder.name, command=command)
+
+
+def _read(path: Path) -> "pd.DataFrame":
     import pandas as pd
 
-    table = pd.read_parquet(folder / "bench.parquet")
-    table["run"] = folder.name
-    table["command"] = str((read_json(folder / "run.json").get("provenance") or {}).get("command") or "")
-    return table
+    try:
+        return pd.read_parquet(path)
+    except (OSError, ValueError) as error:
+        message = f"{path} cannot be read ({error}); delete its folder and run again"
+        raise UserError(message) from error
 
 
 def _thinned(curves: "pd.DataFrame") -> "pd.DataFrame":

@@ -17,21 +17,20 @@ def publish(results: Results, root: Path) -> None:
 
     Raises UserError for another scale, an unclean git tree or results older than the code.
     """
-    published = results.of_experiments()
-    if published.scale != FULL_SCALE:
+    if results.scale != FULL_SCALE:
         message = (
-            f"only results of scale {FULL_SCALE} are published, these are of scale {published.scale or 'unknown'}; "
+            f"only results of scale {FULL_SCALE} are published, these are of scale {results.scale or 'unknown'}; "
             f"run: make reproduce SCALE={FULL_SCALE}"
         )
         raise UserError(message)
     _refuse_unclean(root)
-    stale = published.runs.loc[published.runs["stale"].fillna(value=False), "run"]
+    stale = results.runs.loc[results.runs["stale"].fillna(value=False), "run"]
     if len(stale):
         message = f"{stale.nunique()} runs are older than the code; run: make reproduce SCALE={FULL_SCALE}"
         raise UserError(message)
-    published.save(root / "paper" / "results")
+    results.save(root / "paper" / "results")
     with tempfile.TemporaryDirectory() as temporary:
-        verdicts = render(published, Path(temporary))
+        verdicts = render(results, Path(temporary))
         shutil.copyfile(Path(temporary) / "results" / "claims.csv", root / "paper" / "results" / "claims.csv")
         for name in ("tables", "figures"):
             shutil.rmtree(root / "paper" / name, ignore_errors=True)

@@ -25,19 +25,9 @@ class Results:
 
     @property
     def scale(self) -> str:
-        """The scale these results come from; empty where no experiment was run."""
-        scales = sorted(set(self.runs["scale"]) - {""})
+        """The scale these results come from; empty where nothing was run."""
+        scales = sorted(set(self.runs["scale"]))
         return scales[0] if scales else ""
-
-    def of_experiments(self) -> "Results":
-        """Leave out the runs that belong to no experiment: what is published."""
-        listed = set(self.runs.loc[self.runs["experiment"] != "", "run"])
-        kept = {
-            name: getattr(self, name).loc[lambda table: table["run"].isin(listed)].reset_index(drop=True)
-            for name in TABLES
-            if name != "bench"
-        }
-        return Results(bench=self.bench, **kept)
 
     def save(self, folder: Path) -> None:
         """Write the tables as Parquet, each atomically."""

@@ -52,23 +52,16 @@ def never_stale(_record: Mapping[str, Any]) -> bool:
 
 
 def stored_runs(outputs: Path, scale: str, stale: Staleness = never_stale) -> list[StoredRun]:
-    """List the runs of a scale's experiments, then those that no experiment of any scale lists (experiment "").
+    """List the runs of a scale's experiments; one of several experiments comes once for each.
 
     Raises UserError for a damaged file.
     """
-    listed = [
+    return [
         _stored(outputs, job, path.stem, scale, stale)
         for path in sorted((outputs / "experiments" / scale).glob("*.json"))
         for job in jobs_of(path)
         if not (outputs / "bench" / str(job.get("run"))).is_dir()
     ]
-    everywhere = {str(job.get("run")) for path in (outputs / "experiments").glob("*/*.json") for job in jobs_of(path)}
-    free = [
-        _stored(outputs, {"run": folder.name}, "", "", stale)
-        for folder in sorted((outputs / "runs").glob("*"))
-        if (folder / "run.json").is_file() and folder.name not in everywhere
-    ]
-    return listed + free
 
 
 def stored_benches(outputs: Path, scale: str) -> list[Path]:

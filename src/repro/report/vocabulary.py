@@ -21,7 +21,6 @@ class Metric:
 NAMES = {
     "t1": "T1/V1",
     "t2": "T2/V1",
-    "10": "1x10",
     "adam": "Adam",
     "adam_cosine": "Adam, cosine decay",
     "adam_l1": "Adam + L1",
@@ -115,6 +114,8 @@ def metric_named(name: str) -> Metric:
 
 def written(column: str, value: str) -> str:
     """Write a card value, as text, for people."""
+    if column == "hidden" and value.isdigit():
+        return f"1x{value}"
     return NAMES.get(value, value.replace("_", " ")) if column in TEXT_COLUMNS else value
 
 
