@@ -18,6 +18,8 @@ from repro.tracking.stage import Stage
 from repro.tracking.store import Store
 
 STATES = ("done", "stale", "failed", "missing", "running", "interrupted", "damaged")
+# Separates what changed from the stage, some way up, where it changed.
+_UPSTREAM = " (upstream "
 # Overrides of a job -> the stages it consists of by the present defaults and code, the run itself last.
 Expected = Callable[[Sequence[str]], Sequence[Stage]]
 
@@ -97,12 +99,13 @@ class _Judge:
 
     def _changed_upstream(self, entry: Entry) -> tuple[str, ...]:
         # A source that was removed is no reason: its id says what it was, and it can be made again.
-        return tuple(
-            f"upstream {role} {id}: {reason}"
+        reasons = {
+            reason if _UPSTREAM in reason else f"{reason}{_UPSTREAM}{role} {id})": None
             for role, id in entry.upstream.items()
             if id in self.entries
             for reason in self.why(self.entries[id])
-        )
+        }
+        return tuple(reasons)
 
     def _changed_code(self, key: str) -> tuple[str, ...]:
         if key not in self.code_reasons:
