@@ -88,6 +88,15 @@ def test_long_curves_are_thinned_and_keep_both_ends(store):
     assert (steps.min(), steps.max()) == (0, 4999)
 
 
+def test_only_trajectories_that_a_figure_shows_are_kept(store):
+    rows = [{"member": m, "name": "plant.xd", "t": 0.04 * k, "value": 1.0} for m in range(5) for k in range(400)]
+    shown = store.run("sip_regimes", {"mae_tau": [1.0] * 5}, trajectories=pd.DataFrame(rows))
+    store.run("sip_basis", {"mae_tau": [1.0] * 5}, trajectories=pd.DataFrame(rows))
+    kept = gather(store.outputs, "paper").trajectories
+    assert set(kept["run"]) == {shown}
+    assert kept.groupby("member").size().to_dict() == {0: 300, 1: 300, 2: 300}
+
+
 def test_results_survive_being_saved_and_loaded(store, tmp_path):
     store.run("sip_basis", {"mae_tau": [1.0, 2.0]}, seeds=[3, 4], status=["ok", "diverged at step 5"])
     store.bench([{"name": "forward_vs_inverse", "ratio_median": 1.5}])

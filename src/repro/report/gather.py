@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 # Figures show no more; results stay small enough to commit.
 CURVE_STEPS = 400
 TRAJECTORY_POINTS = 300
+TRAJECTORY_MEMBERS = 3
+TRAJECTORIES_OF = ("sip_regimes",)
 
 
 def gather(outputs: Path, scale: str, *, stale: Staleness = never_stale) -> Results:
@@ -31,11 +33,12 @@ def gather_runs(runs: Sequence[StoredRun], benches: Sequence[Path]) -> Results:
     """Read the tables of these runs and benches. Raises UserError naming a damaged file."""
     import pandas as pd
 
-    finished = {run.id: run for run in runs if run.outcome == "ok"}
-    curves = [_thinned(_table(run, "curves")) for run in finished.values()]
-    trajectories = [_first_points(_table(run, "trajectories")) for run in finished.values()]
+    finished = [run for run in runs if run.outcome == "ok"]
+    curves = [_thinned(_table(run, "curves")) for run in {run.id: run for run in finished}.values()]
+    drawn = {run.id: run for run in finished if run.experiment in TRAJECTORIES_OF}
+    trajectories = [_first_points(_table(run, "trajectories")) for run in drawn.values()]
     return Results(
-        metrics=typed("metrics", _together([_metrics(run) for run in runs if run.outcome == "ok"])),
+        metrics=typed("metrics", _together([_metrics(run) for run in finished])),
         runs=typed("runs", [_run_row(run) for run in runs]),
         curves=typed("curves", _together(curves)),
         trajectories=typed("trajectories", _together(trajectories)),
@@ -123,7 +126,12 @@ def _thinned(curves: "pd.DataFrame") -> "pd.DataFrame":
 def _first_points(trajectories: "pd.DataFrame") -> "pd.DataFrame":
     if trajectories.empty:
         return trajectories
-    return trajectories.groupby(["member", "name"], sort=False).head(TRAJECTORY_POINTS)
+    members = sorted(trajectories["member"].unique())[:TRAJECTORY_MEMBERS]
+    return (
+        trajectories[trajectories["member"].isin(members)]
+        .groupby(["member", "name"], sort=False)
+        .head(TRAJECTORY_POINTS)
+    )
 
 
 def _together(tables: Sequence["pd.DataFrame"]) -> "pd.DataFrame":
