@@ -42,7 +42,7 @@ class Work:
     @cached_property
     def model(self) -> Model:
         """The model, built for the final dataset."""
-        return fit.build_model(self.config.model, self.config.basis.name, self.data("data"), self.truth)
+        return fit.build_model(self.config.model, self.config.basis.name, self._forced(), self.truth)
 
     def data(self, role: str) -> Dataset:
         """A finished dataset by its role."""
@@ -68,12 +68,11 @@ class Work:
         config = self.config
         settings = {key: value for key, value in config.optimiser.items() if key not in ("name", "kind")}
         recipe = fit.Recipe(config.objective.model_dump(), config.sequence.model_dump(), config.members)
-        roles = [role for role in self.pipeline.data_stages if role != "free"]
         fitted, seconds = fit.fit(
             self.model,
             recipe,
             optimiser_class(config.optimiser["kind"])(**settings),
-            [self.data(role) for role in roles],
+            self._forced(),
             self.data("free") if "free" in self.pipeline.data_stages else None,
             self.system,
             lambda fraction, text: progress.report(0.05 + 0.85 * fraction, text),
@@ -103,6 +102,10 @@ class Work:
         tables = (pd.read_parquet(run.path(name)) for name in (evaluation.TRAJECTORIES, fit.CURVES))
         card = {**run.summary["card"], "test medians": run.summary["median"], "command": self.pipeline.command}
         return recording.record(folder, run.id, self.pipeline.name.replace("-", " "), card, *tables, self.system)
+
+    def _forced(self) -> list[Dataset]:
+        """The curriculum's datasets, then D."""
+        return [self.data(role) for role in self.pipeline.data_stages if role != "free"]
 
     def _card(self, fitted: Record) -> dict[str, Any]:
         config = self.config

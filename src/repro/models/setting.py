@@ -11,14 +11,16 @@ from repro.models.features import FeatureMap
 
 @dataclass(frozen=True)
 class Setting:
-    """Context of `build` in every model's file; q, qd: training samples (member, sample, n_q).
+    """Context of `build` in every model's file.
 
+    q, qd: training samples (member, sample, n_q); first_qd: those of the phase that training starts with.
     system: the true system, or None where it is not known (one's own recordings).
     """
 
     basis: ModuleType
     q: np.ndarray
     qd: np.ndarray
+    first_qd: np.ndarray
     system: System | None
 
     @property
@@ -28,8 +30,8 @@ class Setting:
 
     @property
     def velocity_scale(self) -> np.ndarray:
-        """Standard deviation of each velocity over all training samples (n_q,), 1 where it does not move."""
-        return _spread(self.qd)
+        """Standard deviation of each velocity where training starts (n_q,), 1 where it does not move."""
+        return _spread(self.first_qd)
 
     @property
     def feature_scale(self) -> np.ndarray:

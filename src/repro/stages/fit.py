@@ -34,12 +34,13 @@ class Recipe:
     seeds: Sequence[int]
 
 
-def build_model(options: Mapping[str, Any], basis: str, data: Dataset, system: System | None) -> Model:
-    """The model that the file repro/models/<kind>.py builds for this data."""
+def build_model(options: Mapping[str, Any], basis: str, data: Sequence[Dataset], system: System | None) -> Model:
+    """The model that the file repro/models/<kind>.py builds; data: the curriculum's datasets, then D itself."""
     kind = options["kind"]
     module = importlib.import_module(f"repro.models.{kind}")
     features = importlib.import_module(f"repro.models.bases.{basis}")
-    setting = Setting(features, data.train.q, data.train.qd, system)
+    final = data[-1].train
+    setting = Setting(features, final.q, final.qd, data[0].train.qd, system)
     return module.build(setting, **{key: value for key, value in options.items() if key != "kind"})
 
 
