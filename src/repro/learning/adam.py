@@ -22,7 +22,7 @@ class Adam(Optimiser):
 
     schedule `keras`: lr / (1 + decay k); `cosine`: lr down to lr * 1e-4 along half a cosine. A member whose loss is no
     longer finite is put back to its last finite weights and left there. engine `auto` takes generated code for small
-    models in float64 where a compiler is there, and torch otherwise.
+    models in float64 where a compiler is there, and torch otherwise. precision float32 is Keras's default.
     """
 
     epochs: int = 1000
@@ -33,11 +33,14 @@ class Adam(Optimiser):
     epsilon: float = 1e-7
     curve_points: int = 200
     engine: Literal["auto", "torch"] = "auto"
+    precision: Literal["float64", "float32"] = "float64"
 
     def fit(self, problem: Problem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Train from `parameters` (member, n_parameters)."""
-        state = checkpoint.load() or _start(parameters)
-        compiled = native(problem) if self.engine == "auto" and parameters.dtype == torch.float64 else None
+        dtype = torch.float64 if self.precision == "float64" else torch.float32
+        compiled = native(problem) if self.engine == "auto" and dtype == torch.float64 else None
+        problem = problem.cast(dtype)
+        state = checkpoint.load() or _start(parameters.to(dtype))
         batches = math.ceil(problem.samples / self.batch_size)
         every = max(1, self.epochs // self.curve_points)
         for epoch in range(state["epoch"], self.epochs):

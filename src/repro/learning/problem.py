@@ -42,6 +42,13 @@ class Task:
             self.objective, **parts, sample_weight=None if self.sample_weight is None else self.sample_weight[one]
         )
 
+    def cast(self, dtype: torch.dtype) -> "Task":
+        """The same task in another floating-point type."""
+        parts = {name: {k: v.to(dtype) for k, v in getattr(self, name).items()} for name in ("prepared", "measured")}
+        return Task(
+            self.objective, **parts, sample_weight=None if self.sample_weight is None else self.sample_weight.to(dtype)
+        )
+
     def weighted(self, rows: Tensor) -> Tensor:
         """Rows (member, sample, row) scaled so that the sum of their squares is the mean loss over samples."""
         if self.sample_weight is not None:
@@ -99,6 +106,11 @@ class Problem:
             values.append(rows.transpose(1, 2).flatten(1))
             jacobians.append(jacobian.flatten(1, 2))
         return torch.cat(values, dim=1), torch.cat(jacobians, dim=1)
+
+    def cast(self, dtype: torch.dtype) -> "Problem":
+        """The same problem in another floating-point type."""
+        l1 = None if self.l1 is None else self.l1.to(dtype)
+        return Problem(self.model, [task.cast(dtype) for task in self.tasks], self.seeds, l1)
 
     def subsample(self, samples: int | None) -> "Problem":
         """The same problem with at most `samples` random samples in the first task (drawn by each member's seed)."""
