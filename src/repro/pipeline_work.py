@@ -11,6 +11,7 @@ from repro.config import RandomForce, optimiser_class
 from repro.data.dataset import Dataset
 from repro.mechanics.system import System
 from repro.models.model import Model
+from repro.protocol import is_literal
 from repro.stages import dataset, evaluation, fit, recording
 from repro.stages.checkpoint import FileCheckpoint
 from repro.tracking import progress
@@ -140,7 +141,7 @@ class Work:
             "curriculum": "-".join(str(steps) for steps in config.curriculum.episodes) or None,
             "epochs": notes.get("epochs", 0),
             "seeds": config.members,
-            "literal": config.scale.name == "paper",
+            "literal": is_literal(config),
             "member_status": fitted.summary["status"],
             "notes": {key: value for key, value in notes.items() if key != "epochs"},
             "n_parameters": self.model.n_parameters,

@@ -21,7 +21,7 @@ from repro.tracking.stage import Stage
 from repro.tracking.store import Store
 from repro.tracking.text import duration
 
-PRELOAD = ("repro.pipeline_work",)
+PRELOAD = ("repro.pipeline", "repro.pipeline_work")
 EPILOGUE = """examples:
   repro run basis=t1 optimiser=least_squares
   repro run -m basis=t1,t2 objective=forward,inverse
