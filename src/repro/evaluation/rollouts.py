@@ -81,6 +81,8 @@ def rollout_errors(rollout: Rollout, split: str, part: Dataset) -> Iterator[Metr
 def one_step_errors(model: Model, parameters: Tensor, part: Dataset, split: str) -> Iterator[Metric]:
     """Mean errors of velocities after one sample time of the model's exact flow, over the first test points."""
     inside = np.flatnonzero(np.diff(part.episode[: min(POINTS, part.samples)]) == 0)
+    if not len(inside):
+        return
     states = np.concatenate([part.q, part.qd], axis=-1)
     flat = states[:, inside].reshape(-1, states.shape[-1])
     tau = part.tau[:, inside].reshape(-1, 1, part.n_q)
@@ -99,7 +101,7 @@ def window_error(model: Model, parameters: Tensor, part: Dataset, split: str) ->
     z = (x - x0, cos theta, sin theta, qd).
     """
     steps = round(WINDOW_SECONDS / part.time_step)
-    fits = np.flatnonzero(part.episode[: part.samples - steps] == part.episode[steps:])
+    fits = np.flatnonzero(part.episode[: max(0, part.samples - steps)] == part.episode[steps:])
     if not len(fits):
         return
     starts = fits[np.linspace(0, len(fits) - 1, min(WINDOWS, len(fits))).astype(int)]

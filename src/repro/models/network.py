@@ -174,4 +174,6 @@ def _glorot(shape: tuple[int, ...], generator: np.random.Generator) -> np.ndarra
 
 
 def _softplus(x: casadi.SX) -> casadi.SX:
-    return casadi.fmax(x, 0) + casadi.log1p(casadi.exp(-casadi.fabs(x)))
+    # comparisons instead of fmax and fabs: CasADi's derivatives of these at 0 would lose the curvature 1/4 there
+    positive = x >= 0
+    return positive * x + casadi.log1p(casadi.exp((1 - 2 * positive) * x))
