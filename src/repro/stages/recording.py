@@ -11,6 +11,7 @@ from repro.mechanics.system import System
 from repro.tracking.recording import Curve, Rollout, RunRecording, write_recording
 
 FILE = "recording.rrd"
+JUMP = 0.3  # m or rad beyond what the trapezoidal rule explains in one step
 SHOWN = 3  # members: more make the picture crowded
 
 
@@ -23,7 +24,7 @@ def record(
     curves: pd.DataFrame,
     system: System,
 ) -> dict[str, Any]:
-    """Write recording.rrd: plant and model along the first test points of the first member, and its companions' models."""
+    """Write recording.rrd: the first member's plant and model along the first test points, learning curves of several."""
     members = sorted(trajectories["member"].unique())[:SHOWN]
     first = trajectories[trajectories["member"] == members[0]]
     table = first.pivot(index="t", columns="name", values="value").sort_index()
@@ -44,7 +45,7 @@ def record(
         curves=_curves(curves, members),
     )
     write_recording(folder / FILE, recording)
-    return {"members": [int(member) for member in members[:1]]}
+    return {"member": int(members[0])}
 
 
 def _rollout(table: pd.DataFrame, role: str, names: Sequence[str], system: System) -> Rollout:
@@ -56,14 +57,24 @@ def _rollout(table: pd.DataFrame, role: str, names: Sequence[str], system: Syste
 
 
 def _power(table: pd.DataFrame, energy: np.ndarray, time: np.ndarray, system: System) -> dict[str, np.ndarray]:
-    """Mean powers over each step; zero where an episode ends. The force is held, so f dx / dt is exact."""
+    """Mean powers over each step, zero across the restart of an episode; the force is held, so f dx / dt is exact."""
     position = table[f"plant.{system.coordinates[0].name}"].to_numpy()
     steps = np.diff(time)
     supplied = np.append(table["force"].to_numpy()[:-1] * np.diff(position) / steps, 0.0)
     stored = np.append(np.diff(energy) / steps, 0.0)
-    restart = np.abs(stored - supplied) > 1e3 * np.abs(supplied).mean()
+    restart = _restarts(table, steps, system)
     supplied[restart], stored[restart] = 0.0, 0.0
     return {"supplied": supplied, "dH/dt": stored, "dissipated": supplied - stored}
+
+
+def _restarts(table: pd.DataFrame, steps: np.ndarray, system: System) -> np.ndarray:
+    """Where the plant's coordinates jump further than their speeds allow, (steps,)."""
+    jumps = np.zeros(len(steps) + 1, dtype=bool)
+    for coordinate in system.coordinates:
+        position, speed = (table[f"plant.{coordinate.name}{suffix}"].to_numpy() for suffix in ("", "d"))
+        travelled = 0.5 * (speed[1:] + speed[:-1]) * steps
+        jumps[:-1] |= np.abs(np.diff(position) - travelled) > JUMP
+    return jumps
 
 
 def _curves(curves: pd.DataFrame, members: Sequence[int]) -> dict[str, Curve]:
