@@ -1,7 +1,7 @@
 """Overrides on a command line: what they may say, and the jobs that their lists make."""
 
-import difflib
 import itertools
+import re
 from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
@@ -10,9 +10,12 @@ from typing import Any
 import yaml
 
 from repro.errors import UserError
+from repro.messages import meant
+from repro.settings import CONF, EXPERIMENTS
 
-ROOT = Path(__file__).resolve().parents[2]
-CONF, EXPERIMENTS = ROOT / "conf", ROOT / "experiments"
+EXPERIMENT = "+experiments@_global_="  # how Hydra spells experiment=
+# What may be added to a job of an experiment without making it another setting.
+SAME_SETTING = ("scale", "seeds", "record")
 
 
 def experiments() -> list[str]:
@@ -20,21 +23,46 @@ def experiments() -> list[str]:
     return sorted(path.stem for path in EXPERIMENTS.glob("*.yaml"))
 
 
-def expand(overrides: Sequence[str], paired: bool = False) -> list[tuple[str, ...]]:
+def expand(overrides: Sequence[str], *, paired: bool = False, lines: bool = True) -> list[tuple[str, ...]]:
     """The jobs of a sweep, as the overrides of each, without repetition.
 
-    `experiment=NAME` takes the lines of that file's `sweep`; in a line, and in the overrides, `key=a,b` makes a job a
-    value. `paired` walks the overrides' lists side by side instead of multiplying them. UserError for lists that do not
-    pair, or for an override that is not understood.
+    `experiment=NAME` takes the `lines` of that file's `sweep`, whose keys the overrides replace; in a line, and in the
+    overrides, `key=a,b` makes a job a value. `paired` walks the overrides' lists side by side instead of multiplying
+    them. UserError for lists that do not pair, or for an override that is not understood.
     """
     overrides = [renamed(override) for override in overrides]
+    given = {_key(override) for override in overrides}
     jobs = [
-        line_job + own
-        for line in _sweep_lines(overrides)
+        (*(override for override in line_job if _key(override) not in given), *own)
+        for line in (_sweep_lines(overrides) if lines else [[]])
         for line_job in _product(line)
         for own in (_pairs(overrides) if paired else _product(overrides))
     ]
     return list(dict.fromkeys(jobs))
+
+
+def belongs(job: Sequence[str]) -> bool:
+    """Whether a job (its overrides) is one that its experiment asks for, be it at another scale or with more seeds."""
+    return setting(job) in _asked_for(experiment_of(job))
+
+
+def experiment_of(job: Sequence[str]) -> str:
+    """The name of the experiment that a job takes its settings from; "" for none."""
+    return next((o.removeprefix(EXPERIMENT) for o in job if o.startswith(EXPERIMENT)), "")
+
+
+def setting(job: Sequence[str]) -> frozenset[str]:
+    """The overrides of a job that tell its setting, its experiment apart."""
+    return frozenset(o for o in job if _key(o) not in SAME_SETTING and not o.startswith(EXPERIMENT))
+
+
+@cache
+def _asked_for(experiment: str) -> frozenset[frozenset[str]]:
+    return frozenset(setting(job) for job in expand([EXPERIMENT + experiment])) if experiment else frozenset()
+
+
+def _key(override: str) -> str:
+    return override.lstrip("+~").partition("=")[0]
 
 
 def renamed(override: str) -> str:
@@ -44,14 +72,14 @@ def renamed(override: str) -> str:
         return override
     if value not in experiments():
         raise UserError(f"experiment={value}: allowed are {', '.join(experiments())}{meant(value, experiments())}")
-    return f"+experiments@_global_={value}"
+    return EXPERIMENT + value
 
 
 def _sweep_lines(overrides: Sequence[str]) -> list[list[str]]:
-    names = [override.partition("=")[2] for override in overrides if override.startswith("+experiments@_global_=")]
-    if not names:
+    name = experiment_of(overrides)
+    if not name:
         return [[]]
-    content = yaml.safe_load((EXPERIMENTS / f"{names[-1]}.yaml").read_text())
+    content = yaml.safe_load((EXPERIMENTS / f"{name}.yaml").read_text())
     return [line.split() for line in content.get("sweep", [""])]
 
 
@@ -86,14 +114,14 @@ def _values(override: str) -> list[str]:
 def check(overrides: Sequence[str]) -> None:
     """UserError for a misspelt group, option or key: Hydra's own advice, to append with +, would mislead."""
     groups = _groups()
-    top = sorted({*groups, "seeds", "record", "hydra", "experiments"})
+    top = sorted({*groups, "seeds", "record", "hydra", "experiment"})
     seen: dict[str, str] = {}
     for override in overrides:
         key, _, value = override.lstrip("+~").partition("=")
         if key in seen:
             raise UserError(f"{key} is given twice: {seen[key]} and {override}; give it once")
         seen[key] = override
-        head = key.partition(".")[0].partition("/")[0].partition("@")[0]
+        head = "experiment" if override.startswith(EXPERIMENT) else re.split(r"[./@]", key)[0]
         if head not in top:
             raise UserError(f"{override}: unknown key {head!r}{meant(head, top)}; allowed are {', '.join(top)}")
         if key in groups and value not in groups[key] and not override.startswith("~"):
@@ -114,12 +142,6 @@ def _check_leaf(override: str, group: str, path: Sequence[str], overrides: Seque
     if path[-1] not in allowed:
         listed = ", ".join(sorted(allowed)) or "none here"
         raise UserError(f"{override}: unknown key {path[-1]!r}{meant(path[-1], sorted(allowed))}; allowed are {listed}")
-
-
-def meant(word: str, allowed: Sequence[str]) -> str:
-    """A hint at the word that was probably meant, or nothing."""
-    close = difflib.get_close_matches(word, allowed, n=1)
-    return f" (did you mean {close[0]}?)" if close else ""
 
 
 def first_lines(error: Exception) -> str:

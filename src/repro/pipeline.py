@@ -2,23 +2,22 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from repro.config import Config, File, RandomForce, optimiser_class, scaled
+from repro.combinations import ANCHOR_ROWS, FREE_MOTION
+from repro.config import Config, File, RandomForce, scaled
+from repro.options import optimiser_class
 from repro.tracking import progress
 from repro.tracking.record import Record
 from repro.tracking.stage import Stage
 from repro.tracking.store import Store
 
-FREE_SEQUENCES = ("d_h_only", "d_h_then_d", "joint")
-FINAL_CURRICULUM = "data"
-
 
 @dataclass(frozen=True)
 class Pipeline:
-    """The stages of one run. Their ids follow from the configuration and the code alone; nothing is computed by asking."""
+    """The stages of one run. Their ids follow from configuration and code alone; asking for them computes nothing."""
 
     config: Config  # at its scale
     command: str
@@ -38,7 +37,7 @@ class Pipeline:
                 shorter = {"regime": "episodes", "episode_steps": steps, "samples": config.curriculum.samples}
                 stages[f"stage_{number}"] = self._data_stage(config.data.model_copy(update=shorter))
         stages["data"] = self._data_stage(config.data)
-        if config.sequence.kind in FREE_SEQUENCES and not self._without_fit:
+        if config.sequence.kind in FREE_MOTION and not self._without_fit:
             free = {"starts": config.sequence.starts, "steps": config.sequence.steps, "time_step": _time_step(config)}
             stages["free"] = self._stage(
                 "data",
@@ -102,6 +101,11 @@ class Pipeline:
             words.append(config.sequence.kind)
         return "-".join(words)
 
+    @property
+    def stages(self) -> list[Stage]:
+        """All that the run consists of, the run itself last."""
+        return [*self.data_stages.values(), self.fit_stage, self.run_stage]
+
     def finished(self, store: Store) -> Record | None:
         """The stored run, when all that this run should leave is there."""
         if self.config.record and self._records and store.find(self.recording_stage.id, kind="recordings") is None:
@@ -115,7 +119,7 @@ class Pipeline:
         work = Work(self, store)
         for role, stage in self.data_stages.items():
             progress.report(0.0, f"data: {role}")
-            store.compute(stage, lambda folder, role=role: work.make_data(folder, role))
+            store.compute(stage, partial(work.make_data, role=role))
         fit = store.compute(self.fit_stage, work.make_fit)
         progress.report(0.95, "evaluation")
         run = store.compute(self.run_stage, lambda folder: work.make_run(folder, fit))
@@ -125,12 +129,12 @@ class Pipeline:
 
     @property
     def _without_fit(self) -> bool:
-        return self.config.model["kind"] in ("trivial", "degenerate")
+        return self.config.model["kind"] in ANCHOR_ROWS
 
     @property
     def _records(self) -> bool:
         """Whether there is motion and energy to show: a model that can be simulated, of a known system."""
-        energetic = self.config.model["kind"] not in ("trivial", "degenerate", "blackbox")
+        energetic = self.config.model["kind"] not in (*ANCHOR_ROWS, "blackbox")
         return energetic and isinstance(self.config.data, RandomForce)
 
     @property
@@ -142,7 +146,7 @@ class Pipeline:
         if isinstance(data, File):
             from repro.tracking.files import file_digest
 
-            options["sha256"] = file_digest(Path(data.path)) if Path(data.path).is_file() else None
+            options["sha256"] = file_digest(Path(data.path))
             name = Path(data.path).stem
         else:
             if data.regime == "long":

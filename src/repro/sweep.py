@@ -3,20 +3,16 @@
 import argparse
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
-from repro.compose import Composed, plan
+from repro.compose import compose, plan
 from repro.errors import UserError
-from repro.overrides import experiments
-from repro.pipeline import Pipeline
+from repro.listing import list_jobs
+from repro.overrides import belongs, expand, experiment_of, experiments, setting
+from repro.planned import Planned, planned
 from repro.tracking.board import Board
-from repro.tracking.files import write_json
 from repro.tracking.jobs import Job, JobResult, failure_table
 from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.pool import run_jobs
-from repro.tracking.record import Record
 from repro.tracking.stage import Stage
 from repro.tracking.store import Store
 from repro.tracking.text import duration
@@ -26,44 +22,43 @@ EPILOGUE = """examples:
   repro run basis=t1 optimiser=least_squares
   repro run -m basis=t1,t2 objective=forward,inverse
   repro run -m experiment=sip_basis scale=smoke
-  repro run --cfg basis=t2              the resolved configuration, nothing run
+  repro run --cfg job basis=t2          the resolved configuration, nothing run
   repro run -m --dry-run experiment=sip_energies
   repro run -m +experiment=sip_basis hydra/launcher=submitit_slurm
 Results lie in outputs/ (or $REPRO_OUTPUTS); a finished run is never repeated."""
 
 
-@dataclass(frozen=True)
-class Planned:
-    """A job with its pipeline, and its record when it is finished already."""
-
-    composed: Composed
-    pipeline: Pipeline
-    record: Record | None
-
-    @property
-    def run(self) -> str:
-        """The id that its run has or will have."""
-        return self.pipeline.run_stage.id
-
-
 def run(argv: Sequence[str]) -> int:
     """`repro run`: one configuration, or with -m all that the lists and the experiment make; 1 when a job failed."""
-    options = _run_parser().parse_args(argv)
+    options = _run_parser().parse_intermixed_args(argv)
+    if options.cfg not in (None, "job"):
+        options.overrides.insert(0, options.cfg)  # --cfg basis=t2: what follows is an override
+    overrides = _jobs(options.overrides, options.paired, sweep=options.multirun or options.dry_run)
     if options.cfg:
-        return _print_configuration(options.overrides)
+        return _print_configuration(overrides)
     paths = Paths(outputs_root())
-    jobs = _planned(options.overrides, paths, paired=options.paired)
-    if not options.multirun and len(jobs) > 1:
-        raise UserError(f"this makes {len(jobs)} jobs: add -m to run them all, or --dry-run to list them")
+    jobs = planned(overrides, paths)
     if options.failed:
         store = Store(paths.root)
-        jobs = [job for job in jobs if store.failure(job.run) or store.failure(job.pipeline.fit_stage.id)]
+        jobs = [job for job in jobs if job.has_failed(store)]
     if options.dry_run:
         return _print_plan(jobs)
-    _list_experiments(paths, jobs)
+    list_jobs(paths, jobs)
     results = _run_missing(jobs, paths, options.workers, options.timeout)
     _print_outcome(jobs, paths)
     return 1 if any(not result.ok for result in results) else 0
+
+
+def _jobs(overrides: Sequence[str], paired: bool, sweep: bool) -> list[tuple[str, ...]]:
+    """The jobs that a command line asks for; without `sweep` there must be one."""
+    if sweep:
+        return expand(overrides, paired=paired)
+    jobs = expand(overrides, paired=paired, lines=False)
+    if experiment_of(jobs[0]) and not setting(jobs[0]) and not belongs(jobs[0]):
+        jobs = expand(overrides, paired=paired)
+    if len(jobs) > 1:
+        raise UserError(f"this makes {len(jobs)} jobs: add -m to run them all, or --dry-run to list them")
+    return jobs
 
 
 def reproduce(argv: Sequence[str]) -> int:
@@ -78,8 +73,8 @@ def reproduce(argv: Sequence[str]) -> int:
     scale = given.get("scale", "quick")
     names = given["experiment"].split(",") if "experiment" in given else experiments()
     paths = Paths(outputs_root())
-    jobs = [job for name in names for job in _planned([f"experiment={name}", f"scale={scale}"], paths)]
-    _list_experiments(paths, jobs)
+    jobs = planned([job for name in names for job in expand([f"experiment={name}", f"scale={scale}"])], paths)
+    list_jobs(paths, jobs)
     results = _run_missing(jobs, paths, options.workers, None)
     _report(paths, scale, ran=bool(results))
     return 1 if any(not result.ok for result in results) else 0
@@ -87,28 +82,17 @@ def reproduce(argv: Sequence[str]) -> int:
 
 def expected_stages(overrides: Sequence[str]) -> list[Stage]:
     """The stages of a job by the present defaults and code, the run last (for `repro status`)."""
-    (composed,) = plan(overrides, cache=_cache(Paths(outputs_root())))
-    pipeline = Pipeline.of(composed.config, composed.command)
-    return [*pipeline.data_stages.values(), pipeline.fit_stage, pipeline.run_stage]
-
-
-def _planned(overrides: Sequence[str], paths: Paths, paired: bool = False) -> list[Planned]:
-    store = Store(paths.root)
-    jobs = []
-    for composed in plan(overrides, paired=paired, cache=_cache(paths)):
-        pipeline = Pipeline.of(composed.config, composed.command)
-        jobs.append(Planned(composed, pipeline, pipeline.finished(store)))
-    return jobs
+    return Planned.of(compose(overrides, Paths(outputs_root()).composed)).pipeline.stages
 
 
 def _run_missing(jobs: Sequence[Planned], paths: Paths, workers: int, timeout: float | None) -> list[JobResult]:
     missing = list({job.run: job for job in jobs if job.record is None}.values())
-    missing.sort(key=lambda job: -_expected_seconds(job.pipeline))
+    missing.sort(key=lambda job: -job.expected_seconds)
     if not missing:
         return []
     todo = [
         Job(
-            name=_label(job),
+            name=job.label,
             target="repro.pipeline:run_job",
             arguments={
                 "resolved": job.composed.config.model_dump(),
@@ -117,7 +101,7 @@ def _run_missing(jobs: Sequence[Planned], paths: Paths, workers: int, timeout: f
                 "overrides": job.composed.overrides,
             },
             command=job.composed.command,
-            expected_s=_expected_seconds(job.pipeline),
+            expected_s=job.expected_seconds,
         )
         for job in missing
     ]
@@ -126,20 +110,6 @@ def _run_missing(jobs: Sequence[Planned], paths: Paths, workers: int, timeout: f
     if table := failure_table(results):
         print(table)
     return results
-
-
-def _list_experiments(paths: Paths, jobs: Sequence[Planned]) -> None:
-    """Write what belongs to which experiment before anything runs, so that a missing run is seen as missing."""
-    listed: dict[tuple[str, str], list[dict[str, Any]]] = {}
-    for job in jobs:
-        config = job.composed.config
-        if config.experiment is None:
-            continue
-        entry = {"overrides": list(job.composed.overrides), "run": job.run, "command": job.composed.command}
-        listed.setdefault((config.scale.name, config.experiment), []).append(entry)
-    for (scale, name), entries in listed.items():
-        path = paths.root / "experiments" / scale / f"{name}.json"
-        write_json(path, {"experiment": name, "scale": scale, "jobs": entries})
 
 
 def _report(paths: Paths, scale: str, ran: bool) -> None:
@@ -151,9 +121,9 @@ def _report(paths: Paths, scale: str, ran: bool) -> None:
 
 def _print_plan(jobs: Sequence[Planned]) -> int:
     for job in jobs:
-        state = "done" if job.record else f"to run, about {duration(_expected_seconds(job.pipeline))}"
+        state = "done" if job.record else f"to run, about {duration(job.expected_seconds)}"
         print(f"{job.run}  {state}\n  {job.composed.command}")
-    left = sum(_expected_seconds(job.pipeline) for job in jobs if job.record is None)
+    left = sum(job.expected_seconds for job in jobs if job.record is None)
     print(f"{len(jobs)} jobs, {sum(job.record is None for job in jobs)} to run, about {duration(left)} of one core")
     return 0
 
@@ -169,37 +139,13 @@ def _print_outcome(jobs: Sequence[Planned], paths: Paths) -> None:
         print(f"{record.id}: {text} (medians of {len(job.composed.config.members)} members)")
 
 
-def _print_configuration(overrides: Sequence[str]) -> int:
+def _print_configuration(jobs: Sequence[tuple[str, ...]]) -> int:
     import yaml
 
-    for composed in plan(overrides):
+    for composed in plan(jobs):
         content = composed.config.model_dump(exclude={"sweep"})
         print(yaml.safe_dump(content, sort_keys=False, default_flow_style=None), end="")
     return 0
-
-
-def _expected_seconds(pipeline: Pipeline) -> float:
-    """A rough guess from what was measured on two cores; it orders the jobs and sharpens the time left."""
-    config, optimiser = pipeline.config, pipeline.config.optimiser
-    members = len(config.members)
-    if config.model["kind"] in ("trivial", "degenerate"):
-        return 1.0
-    if optimiser["kind"] == "adam":
-        units = sum(config.model.get("hidden") or [1])
-        samples = getattr(config.data, "samples", 10_000)
-        return 2 + members * optimiser["epochs"] * samples * units * 1e-8
-    if "iterations" in optimiser:
-        phases = 1 + len(config.curriculum.episodes)
-        return 3 + members * phases * optimiser["iterations"] * 4e-3
-    return 3.0
-
-
-def _label(job: Planned) -> str:
-    return f"{job.pipeline.name} {job.run.rpartition('-')[2][:6]}"
-
-
-def _cache(paths: Paths) -> Path:
-    return paths.root / ".cache" / "composed.json"
 
 
 def _run_parser() -> argparse.ArgumentParser:
@@ -216,5 +162,7 @@ def _run_parser() -> argparse.ArgumentParser:
     parser.add_argument("--failed", action="store_true", help="only the jobs whose last attempt failed")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="jobs at once")
     parser.add_argument("--timeout", type=float, metavar="SECONDS", help="a job that takes longer is stopped")
-    parser.add_argument("--cfg", action="store_true", help="print the resolved configuration and run nothing")
+    parser.add_argument(
+        "--cfg", nargs="?", const="job", metavar="job", help="print the resolved configuration and run nothing"
+    )
     return parser

@@ -88,9 +88,9 @@ def test_defaults_are_asked_for_only_where_the_settings_have_changed(store, toy)
         asked.append(overrides)
         return list(toy.stages().values())[:3]
 
-    states(store, expected=expected, settings="abc")
+    states(store, expected=expected, settings=lambda experiment: "abc")
     assert asked == []
-    states(store, expected=expected, settings="abd")
+    states(store, expected=expected, settings=lambda experiment: "abd")
     assert asked == [["n=0"]]
 
 

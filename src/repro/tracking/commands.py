@@ -59,7 +59,7 @@ def _survey(paths: Paths, verify: bool) -> list[states.Item]:
 
     if find_spec("repro.sweep") is None:
         return states.survey(paths, verify=verify)
-    settings = import_module("repro.settings").digest() if find_spec("repro.settings") else ""
+    settings = import_module("repro.settings").digest if find_spec("repro.settings") else None
     return states.survey(paths, verify=verify, expected=expected, settings=settings)
 
 

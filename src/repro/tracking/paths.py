@@ -90,6 +90,11 @@ class Paths:
         return self.root / ".cache" / "index.json"
 
     @property
+    def composed(self) -> Path:
+        """Folder of the configurations composed so far, safe to delete."""
+        return self.root / ".cache" / "composed"
+
+    @property
     def code(self) -> Path:
         """The cache of source digests, safe to delete."""
         return self.root / ".cache" / "code.json"

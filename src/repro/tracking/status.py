@@ -22,6 +22,8 @@ STATES = ("done", "stale", "failed", "missing", "running", "interrupted", "damag
 _UPSTREAM = " (upstream "
 # Overrides of a job -> the stages it consists of by the present defaults and code, the run itself last.
 Expected = Callable[[Sequence[str]], Sequence[Stage]]
+# Experiment -> a digest of all that the settings of its jobs depend on.
+Settings = Callable[[str], str]
 
 
 @dataclass(frozen=True)
@@ -43,21 +45,23 @@ class _Listing:
 
     command: str
     overrides: Sequence[str]
-    settings: str
+    current: bool  # listed under the present settings
     experiments: list[str] = field(default_factory=list)
 
 
-def survey(paths: Paths, *, verify: bool = False, expected: Expected | None = None, settings: str = "") -> list[Item]:
+def survey(
+    paths: Paths, *, verify: bool = False, expected: Expected | None = None, settings: Settings | None = None
+) -> list[Item]:
     """The state of every stage in the store and of every run that an experiment lists.
 
     A finished stage is stale when the code, the libraries or an upstream stage no longer give its identity; with
-    `expected`, also when the defaults no longer do; `settings`, a digest of all that defaults depend on, spares this
-    question for jobs that were listed under the same digest. `verify` reads every byte of every finished stage and
+    `expected`, also when the defaults no longer do; `settings` spares this question for the jobs of an experiment that
+    were listed under the same digest. `verify` reads every byte of every finished stage and
     moves damaged ones aside.
     """
     stored = index.load(paths)
     judge = _Judge(paths, stored)
-    listed = _listed(paths)
+    listed = _listed(paths, settings)
     items = {entry.id: judge.finished(entry) for entry in stored.finished().values()}
     for entry in stored.entries:
         if entry.outcome == "damaged" or (entry.outcome == "failed" and entry.id not in items):
@@ -68,7 +72,7 @@ def survey(paths: Paths, *, verify: bool = False, expected: Expected | None = No
     for id, listing in listed.items():
         absent = Item(id, "runs", id, "missing", ("not made yet",), listing.command)
         item = items.get(id, absent)
-        asked = expected is not None and not (settings and listing.settings == settings)
+        asked = expected is not None and not listing.current
         outdated = _outdated(item, listing, stored, paths, expected) if asked else ()
         state = "stale" if outdated and item.state == "done" else item.state
         experiments = tuple(sorted(set(listing.experiments)))
@@ -140,15 +144,16 @@ def _being_made(paths: Paths) -> list[Item]:
     return found
 
 
-def _listed(paths: Paths) -> dict[str, _Listing]:
+def _listed(paths: Paths, settings: Settings | None) -> dict[str, _Listing]:
     """Every run that an experiment lists, by id."""
     listed: dict[str, _Listing] = {}
     for file in sorted(paths.experiments.glob("*/*.json")):
         try:
             content = json.loads(file.read_bytes())
+            current = settings is not None and settings(content["experiment"]) == content.get("settings")
             for job in content["jobs"]:
                 # A job that never came to its run has no id yet; its command names it.
-                fresh = _Listing(job["command"], job["overrides"], content.get("settings", ""))
+                fresh = _Listing(job["command"], job["overrides"], current)
                 listing = listed.setdefault(job["run"] or job["command"], fresh)
                 listing.experiments.append(f"{content['scale']}/{content['experiment']}")
         except (OSError, ValueError, KeyError, TypeError) as error:

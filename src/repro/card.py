@@ -1,0 +1,68 @@
+"""The run card: what was run, in the columns that every table is made from."""
+
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from typing import Any
+
+from repro.combinations import ANCHOR_ROWS
+from repro.config import Config, File, RandomForce
+from repro.protocol import is_literal
+
+NOISES = ("tau_noise", "qdd_noise", "q_noise", "qd_noise")
+
+
+def run_card(
+    config: Config, *, n_train: int, n_parameters: int, status: Sequence[str], notes: Mapping[str, Any]
+) -> dict[str, Any]:
+    """The card of a run at its scale; status (a word a member) and notes as the fit left them."""
+    model, objective = config.model, config.objective
+    fitted = model["kind"] not in ANCHOR_ROWS
+    basis = config.basis.name if model["kind"] == "lagrangian" else None
+    linear = basis is not None and import_module(f"repro.models.bases.{basis}").LINEAR
+    l1 = "_l1" if objective.l1_kinetic or objective.l1_potential else ""
+    return {
+        "system": config.system.name,
+        "reading": config.reading.name,
+        **_of_data(config.data),
+        "damping": config.system.damping,
+        "n_train": n_train,
+        "model": model["kind"],
+        "basis": basis,
+        "hidden": None if linear else _layers(model.get("hidden") or []) or None,
+        "objective": objective.kind if fitted else None,
+        "optimiser": config.optimiser["name"] + l1 if fitted else None,
+        "sequence": config.sequence.kind,
+        "energies": config.energies.reading,
+        "energy_form": config.sequence.energy_form,
+        "transform_weight": objective.transform_weight,
+        "transform_hidden": _layers(model.get("transform_hidden") or []),
+        "curriculum": "-".join(str(steps) for steps in config.curriculum.episodes) or None,
+        "epochs": notes.get("epochs", 0),
+        "seeds": config.members,
+        "literal": is_literal(config),
+        "member_status": list(status),
+        "notes": {key: value for key, value in notes.items() if key != "epochs"},
+        "n_parameters": n_parameters,
+    }
+
+
+def _of_data(data: RandomForce | File) -> dict[str, Any]:
+    if isinstance(data, File):
+        unknown = {"regime": "file", "episode_steps": None, "labels": "measured", "noise": False, "reset": None}
+        return unknown | dict.fromkeys(NOISES, 0.0)
+    noises = {name: getattr(data, name) for name in NOISES}
+    return {
+        "regime": data.regime,
+        "episode_steps": data.episode_steps if data.regime == "episodes" else None,
+        "labels": data.labels,
+        "noise": any(noises.values()),
+        **noises,
+        "reset": data.reset,
+    }
+
+
+def _layers(hidden: Sequence[int]) -> str:
+    """10, 2x32 or 10-5: layers times width where all are equal."""
+    if len(hidden) > 1 and len(set(hidden)) == 1:
+        return f"{len(hidden)}x{hidden[0]}"
+    return "-".join(str(units) for units in hidden)

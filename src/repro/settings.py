@@ -1,0 +1,24 @@
+"""Where the settings of all runs lie, and a digest that changes when any of them may have."""
+
+import hashlib
+from pathlib import Path
+
+SOURCE = Path(__file__).resolve().parent
+ROOT = SOURCE.parents[1]
+CONF, EXPERIMENTS = ROOT / "conf", ROOT / "experiments"
+READERS = ("combinations", "compose", "config", "options", "overrides", "pipeline")
+
+
+def digest(experiment: str = "") -> str:
+    """SHA-256 of conf/, an experiment's file and the code that makes stages of them; equal digests give equal stages.
+
+    The options' defaults that models and optimisers declare are part of their code, which every stage names itself.
+    """
+    files = [*sorted(CONF.rglob("*.yaml")), *(SOURCE / f"{name}.py" for name in READERS)]
+    if experiment and (EXPERIMENTS / f"{experiment}.yaml").is_file():
+        files.append(EXPERIMENTS / f"{experiment}.yaml")
+    summed = hashlib.sha256()
+    for path in files:
+        content = path.read_bytes()
+        summed.update(f"{path.relative_to(ROOT)} {len(content)}\n".encode() + content)
+    return summed.hexdigest()
