@@ -24,7 +24,7 @@ def record(
     curves: pd.DataFrame,
     system: System,
 ) -> dict[str, Any]:
-    """Write recording.rrd: the first member's plant and model along the first test points, learning curves of several."""
+    """Write recording.rrd: the first member's plant and model over the first test points, learning curves of a few."""
     members = sorted(trajectories["member"].unique())[:SHOWN]
     first = trajectories[trajectories["member"] == members[0]]
     table = first.pivot(index="t", columns="name", values="value").sort_index()

@@ -29,7 +29,7 @@ def dot_plot(
 
     `printed` gives the paper's value of a metric, `reference` that of the trivial model; both become vertical lines.
     """
-    canvas = new_canvas(TEXT_WIDTH, 1.1 + 0.36 * len(groups))
+    canvas = new_canvas(TEXT_WIDTH, 1.1 + 0.36 * len(groups) + 0.2 * (len(legend) > 2))
     panels = np.atleast_1d(canvas.subplots(1, len(metrics), sharey=True))
     for panel, (metric, unit) in zip(panels, metrics.items(), strict=True):
         for row, (_, members) in enumerate(groups):
@@ -95,7 +95,7 @@ def _legend(
     if any(reference(metric) is not None for metric in metrics):
         lines["trivial model"] = style.ANCHOR
     entries += [panel.plot([], [], label=label, **role.line_style)[0] for label, role in lines.items()]
-    canvas.legend(handles=entries, loc="outside upper left", ncols=len(entries))
+    canvas.legend(handles=entries, loc="outside upper left", ncols=min(3, len(entries)))
 
 
 def _offsets(count: int) -> np.ndarray:

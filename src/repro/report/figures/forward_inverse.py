@@ -24,7 +24,8 @@ def draw(results: Results) -> "Canvas | None":
     rows: dict[str, list[tuple[Setting, Role]]] = {}
     for setting in found:
         if setting.card["objective"] in ROLES:
-            rows.setdefault(setting.title("basis", "hidden", "optimiser"), []).append(
+            what = "basis" if setting.card["model"] == "lagrangian" else "model"
+            rows.setdefault(setting.title(what, "hidden", "optimiser"), []).append(
                 (setting, ROLES[setting.card["objective"]])
             )
     if not rows:

@@ -21,15 +21,25 @@ PRINTED = {"mae_tau": 0.26, "onestep_euler_qd[0]": 0.05}
 def draw(results: Results) -> "Canvas | None":
     """Draw one row a way of collecting data; learned models and the closed form beside each other."""
     rows: dict[str, list[tuple[Setting, Role]]] = {}
+    legend: dict[str, Role] = {}
+    learned = iter(style.SERIES)
     for setting in settings(results, EXPERIMENT):
         if anchor_name(setting) in (TRIVIAL, DEGENERATE):
             continue
-        role = style.ANCHOR_DOT if anchor_name(setting) == ORACLE else style.MODEL
+        if anchor_name(setting) == ORACLE:
+            role = legend.setdefault("least squares on T1/V1", style.ANCHOR_DOT)
+        else:
+            kind = _kind(setting)
+            role = legend[kind] if kind in legend else legend.setdefault(kind, next(learned))
         rows.setdefault(_title(setting), []).append((setting, role))
     if not rows:
         return None
-    legend = {"learned model": style.MODEL, "least squares on T1/V1": style.ANCHOR_DOT}
     return dot_plot(list(rows.items()), METRICS, legend=legend, printed=PRINTED)
+
+
+def _kind(setting: Setting) -> str:
+    columns = ("basis", "optimiser") if setting.card["model"] == "lagrangian" else ("model", "optimiser")
+    return setting.title(*columns)
 
 
 def _title(setting: Setting) -> str:
