@@ -12,7 +12,6 @@ from repro.learning.optimiser import Optimiser
 from repro.learning.problem import Problem
 from repro.learning.result import Checkpoint, Curve, Fitted, Progress, silent
 
-
 INCREASE = 4.0  # of the damping after a failed step
 
 
@@ -20,10 +19,10 @@ INCREASE = 4.0  # of the damping after a failed step
 class LevenbergMarquardt(Optimiser):
     """Damped Gauss-Newton steps (J'J + lambda D) d = -J'r (Marquardt 1963), full batch of `samples` a member.
 
-    D is the largest diagonal of J'J so far (More 1978). lambda is divided by `decrease` after a success (3 suits free-form
-    networks, 10 models that contain the truth) and rises fourfold after a failure. Stops after `iterations`, or when
-    twenty steps in a row fail or gain less than `tolerance` of the loss. With `starts` > 1 that many random starts are tried
-    for `scouting` iterations each, and the one with the lowest training loss goes on.
+    D is the largest diagonal of J'J so far (More 1978). lambda is divided by `decrease` after a success (3 suits
+    free-form networks, 10 models that contain the truth) and rises fourfold after a failure. Stops after `iterations`,
+    or when twenty steps in a row fail or gain less than `tolerance` of the loss. With `starts` > 1 that many random
+    starts are tried for `scouting` iterations each, and the one with the lowest training loss goes on.
     """
 
     iterations: int = 150

@@ -15,7 +15,7 @@ import numpy as np
 from repro.learning.objective import Objective
 from repro.learning.problem import Problem, Task
 from repro.learning.symbolic import COLUMNS, residual, symbols
-from repro.mechanics.c_library import has_compiler, load_library
+from repro.mechanics.c_library import CompilerError, load_library
 from repro.mechanics.straight_line import statements
 from repro.models.model import Model
 
@@ -167,10 +167,21 @@ class NativeProblem:
 
 def native(problem: Problem) -> NativeProblem | None:
     """The problem in generated code, or None where there is no compiler or the model is too large for it."""
-    if not has_compiler() or problem.model.n_parameters > 400:
+    if problem.model.n_parameters > 400 or not can_compile():
         return None
     sizes = [len(_gradient_statements(problem.model, task.objective)[0]) for task in problem.tasks]
     return NativeProblem(problem) if max(sizes) <= LARGEST else None
+
+
+@lru_cache(maxsize=1)
+def can_compile() -> bool:
+    """Whether generated code can be compiled here."""
+    # a compiler without the C library's headers is common, and a processor may refuse the flags
+    try:
+        load_library(_PRELUDE.format(lanes=LANES), FLAGS)
+    except (CompilerError, OSError):
+        return False
+    return True
 
 
 @lru_cache(maxsize=32)

@@ -42,7 +42,8 @@ class Selection(Optimiser):
             solution[seen] = self._select(matrix[:, seen] / norms[seen], right) / norms[seen]
             solutions.append(solution)
             progress((member + 1) / problem.members, f"member {member + 1}")
-        notes = {"epochs": 0, "gauge_columns": gauge[0]}
+        names = problem.model.coefficient_names
+        notes = {"epochs": 0, "gauge_columns": [names[column] for column in gauge[0]]}
         return Fitted(torch.from_numpy(np.stack(solutions)), [], ["ok"] * problem.members, notes)
 
     def _select(self, matrix: np.ndarray, right: np.ndarray) -> np.ndarray:

@@ -29,7 +29,7 @@ def train(
     progress: Progress = silent,
     checkpoint: Checkpoint | None = None,
 ) -> Fitted:
-    """Solve the phases in turn. A member that diverges keeps its last finite weights and its status; the others go on."""
+    """Solve the phases in turn. A member that diverges is put back to its last finite weights and keeps its status."""
     checkpoint = checkpoint or NoCheckpoint()
     untouched = Fitted(parameters, status=["ok"] * len(parameters))
     state = checkpoint.load() or {"phase": 0, "fitted": untouched, "inner": None}

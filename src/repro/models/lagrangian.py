@@ -16,7 +16,6 @@ from repro.models.network import Activation, Network
 from repro.models.setting import Setting
 from repro.models.terms import Terms, symmetric
 
-
 WIDE = 16.0  # spreads of the data within a unit's quadratic range
 
 

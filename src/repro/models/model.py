@@ -38,6 +38,11 @@ class Model(ABC):
     def n_parameters(self) -> int:
         """Number of weights of one member."""
 
+    @property
+    def coefficient_names(self) -> tuple[str, ...]:
+        """Names of the parameters of a model that is linear in them."""
+        return ()
+
     @abstractmethod
     def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
         """Random starting weights, (member, n_parameters)."""
