@@ -1,0 +1,69 @@
+"""What a comparison works on: a network with random weights, and one batch of samples a member."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Literal
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from repro.data.dataset import Dataset
+from repro.data.random_force import random_force
+from repro.learning.objective import Objective
+from repro.learning.problem import Problem
+from repro.learning.training import make_task
+from repro.mechanics.system import load
+from repro.models.lagrangian import Lagrangian
+from repro.models.model import Model
+from repro.models.structured import Structured
+
+Equation = Literal["inverse", "forward"]
+EPISODE_STEPS = 100
+
+
+@dataclass(frozen=True)
+class Case:
+    """A model, its weights (member, n_parameters) and the samples (member, sample, n_q) that it is trained on."""
+
+    model: Model
+    parameters: Tensor
+    dataset: Dataset
+
+    @property
+    def members(self) -> int:
+        """Number of members."""
+        return len(self.parameters)
+
+    def problem(self, equation: Equation) -> Problem:
+        """The training problem in our engine."""
+        task = make_task(self.model, self.dataset, Objective(equation))
+        return Problem(self.model, [task], range(self.members))
+
+    def measured(self, name: str) -> Tensor:
+        """One measured quantity, (member, sample, n_q)."""
+        return torch.from_numpy(getattr(self.dataset, name))
+
+
+def lagrangian_case(basis: ModuleType, hidden: Sequence[int], members: int, samples: int) -> Case:
+    """A network for T (or L) of a basis, on the single pendulum."""
+    dataset = pendulum(members, samples)
+    return _started(Lagrangian(basis, dataset.n_q, hidden=hidden), dataset)
+
+
+def structured_case(hidden: Sequence[int], members: int, samples: int) -> Case:
+    """A network for the mass matrix, on the single pendulum."""
+    dataset = pendulum(members, samples)
+    scale = dataset.qd.reshape(-1, dataset.n_q).std(axis=0)
+    return _started(Structured(dataset.n_q, scale, hidden=hidden), dataset)
+
+
+def pendulum(members: int, samples: int) -> Dataset:
+    """The single pendulum under a random force, in short episodes."""
+    return random_force(load("sip"), seeds=range(members), samples=samples, episode_steps=EPISODE_STEPS)
+
+
+def _started(model: Model, dataset: Dataset) -> Case:
+    generators = [np.random.default_rng([seed, 1]) for seed in range(dataset.members)]
+    return Case(model, torch.from_numpy(model.initial(generators)), dataset)

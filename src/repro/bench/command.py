@@ -1,0 +1,71 @@
+"""`repro bench`: paired timings, stored like any other result."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from rich.table import Table
+
+WIDE = 110
+
+EXAMPLES = """examples:
+  repro bench                  half a minute; nothing else should run on the machine
+  repro bench --scale paper    larger networks, more pairs
+A finished bench of this machine and code is shown again, not repeated; `repro report` judges it."""
+
+
+def main(argv: Sequence[str]) -> int:
+    """Run `repro bench`; 1 when a comparison failed."""
+    parser = argparse.ArgumentParser(
+        prog="repro bench",
+        description="Time the training steps in pairs: forward against inverse, our engine against others.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--scale", default="quick", choices=("smoke", "quick", "paper"), help="how much (quick)")
+    scale = parser.parse_args(argv).scale
+
+    import pandas as pd
+    from rich.console import Console
+
+    from repro.bench.run import FILE, run
+    from repro.tracking.paths import Paths, outputs_root
+    from repro.tracking.store import StageFailed
+
+    root = outputs_root()
+    try:
+        id = run(root, scale)
+    except StageFailed as failure:
+        print(failure, file=sys.stderr)
+        return 1
+    folder = Paths(root).folder("bench", id)
+    console = Console()
+    for name, rows in pd.read_parquet(folder / FILE).groupby("name", sort=False):
+        console.print(_table(str(name), rows, wide=console.width >= WIDE))
+    console.print(f"protocols and machine: {folder}", highlight=False, soft_wrap=True)
+    return 0
+
+
+def _table(name: str, rows: "pd.DataFrame", *, wide: bool) -> "Table":
+    """One comparison; a narrow terminal gets the ratios alone."""
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=box.SIMPLE_HEAD, title=name, title_justify="left")
+    for title in ("size", "ours", "other"):
+        table.add_column(title)
+    table.add_column("other / ours (quartiles)", justify="right", no_wrap=True)
+    for title in ("ours ms", "other ms") if wide else ():
+        table.add_column(title, justify="right")
+    for row in rows.to_dict("records"):
+        low, median, high = (row[f"ratio_{key}"] for key in ("q25", "median", "q75"))
+        colour = "green" if low > 1 else "dark_orange" if high < 1 else ""
+        size = row["size"] if row["members"] == 1 else f"{row['size']}, {row['members']} members"
+        times = [f"{row[key]:.3g}" for key in ("ours_ms", "other_ms")] if wide else []
+        ratio = Text(f"{median:.3g} ({low:.3g} to {high:.3g})", style=colour)
+        table.add_row(size, row["ours"], row["other"], ratio, *times)
+    return table

@@ -1,0 +1,57 @@
+"""One paired comparison: who is compared, on what, how it is measured, and the row it becomes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from repro.bench.pairing import Pairs
+
+THREADS = 1
+COLUMNS = (
+    "name",
+    "ours",
+    "other",
+    "size",
+    "members",
+    "ratio_median",
+    "ratio_q25",
+    "ratio_q75",
+    "ours_ms",
+    "other_ms",
+    "threads",
+    "protocol",
+)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Seconds of two contenders in pairs; `protocol` may name their number as {pairs}.
+
+    members: networks trained side by side in one timing, whose time is that of all of them together.
+    """
+
+    name: str
+    ours: str
+    other: str
+    size: str
+    members: int
+    protocol: str
+    measure: Callable[[], Pairs]
+
+    @property
+    def label(self) -> str:
+        """A line for the progress."""
+        return f"{self.name} {self.size}: {self.ours} / {self.other}"
+
+    def row(self, pairs: Pairs) -> dict[str, object]:
+        """The row of the results."""
+        found = {
+            "name": self.name,
+            "ours": self.ours,
+            "other": self.other,
+            "size": self.size,
+            "members": self.members,
+            "threads": THREADS,
+            "protocol": self.protocol.format(pairs=len(pairs)),
+            **pairs.summary(),
+        }
+        return {column: found[column] for column in COLUMNS}

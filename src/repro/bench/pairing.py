@@ -1,0 +1,89 @@
+"""Timings in pairs: ours and other in turn, so that whatever slows the machine down slows both."""
+
+import gc
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+Clock = Callable[[], float]
+
+
+@dataclass(frozen=True)
+class Rounds:
+    """How long to go on: at least `least` pairs, then until `most` pairs or `limit_s` seconds.
+
+    A contender that is quicker than `shortest_s` is repeated within one timing until it takes that long.
+    """
+
+    least: int
+    most: int
+    limit_s: float
+    shortest_s: float = 2e-3
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Seconds of both contenders, pair by pair (pair,); infinite where a goal was not reached."""
+
+    ours: np.ndarray
+    other: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.ours)
+
+    @property
+    def ratios(self) -> np.ndarray:
+        """other / ours of each pair that at least one contender finished."""
+        finished = np.isfinite(self.ours) | np.isfinite(self.other)
+        return self.other[finished] / self.ours[finished]
+
+    def summary(self) -> dict[str, float]:
+        """Median and quartiles of the ratio, medians of both times in ms; each a value that was observed."""
+        low, median, high = _quantiles(self.ratios, [0.25, 0.5, 0.75])
+        return {
+            "ratio_median": median,
+            "ratio_q25": low,
+            "ratio_q75": high,
+            "ours_ms": 1e3 * _quantiles(self.ours, [0.5])[0],
+            "other_ms": 1e3 * _quantiles(self.other, [0.5])[0],
+        }
+
+
+def interleaved(
+    ours: Callable[[], object], other: Callable[[], object], rounds: Rounds, clock: Clock = time.process_time
+) -> Pairs:
+    """Time two contenders in turn, after a warm-up of both and without the garbage collector."""
+    contenders = [(call, _repetitions(call, rounds, clock)) for call in (ours, other)]
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        pairs: list[list[float]] = []
+        end = clock() + rounds.limit_s
+        while len(pairs) < rounds.least or (len(pairs) < rounds.most and clock() < end):
+            pairs.append([_seconds(call, repetitions, clock) for call, repetitions in contenders])
+    finally:
+        if collecting:
+            gc.enable()
+    return Pairs(*np.array(pairs).T)
+
+
+def _repetitions(call: Callable[[], object], rounds: Rounds, clock: Clock) -> int:
+    call()
+    return max(1, math.ceil(rounds.shortest_s / max(_seconds(call, 1, clock), 1e-9)))
+
+
+def _seconds(call: Callable[[], object], repetitions: int, clock: Clock) -> float:
+    start = clock()
+    for _ in range(repetitions):
+        call()
+    return (clock() - start) / repetitions
+
+
+def _quantiles(values: np.ndarray, shares: list[float]) -> list[float]:
+    # without interpolation: between a finite and an infinite value there is nothing
+    if not len(values):
+        return [math.nan] * len(shares)
+    return [float(value) for value in np.quantile(values, shares, method="inverted_cdf")]

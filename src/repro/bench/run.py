@@ -1,0 +1,63 @@
+"""A bench as a stored stage: made once for a machine, a code and a scale."""
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from repro.bench import machine
+from repro.tracking import progress
+from repro.tracking.files import write_json
+from repro.tracking.paths import Paths
+from repro.tracking.stage import Stage
+from repro.tracking.store import Store
+
+EXPERIMENT = "timing"
+FILE = "bench.parquet"
+SILENCE_S = 2.0  # after which a line says what is being timed
+
+
+def run(outputs: Path, scale: str) -> str:
+    """Time everything of a scale unless this machine has done so with this code; the id of the stored bench.
+
+    Lists it as the experiment `timing`. Raises StageFailed when a comparison fails.
+    """
+    chosen = stage(scale)
+    paths = Paths(Path(outputs).absolute())
+    job = {"overrides": [], "run": chosen.id, "command": chosen.command}
+    listed = {"experiment": EXPERIMENT, "scale": scale, "jobs": [job]}
+    write_json(paths.experiments / scale / f"{EXPERIMENT}.json", listed)
+    return Store(paths.root).compute(chosen, lambda folder: _measure(folder, scale)).id
+
+
+def stage(scale: str) -> Stage:
+    """What a bench depends on: the scale, the machine, and the code of all that is timed."""
+    return Stage(
+        "bench",
+        f"{EXPERIMENT}-{scale}",
+        {"scale": scale, "machine": machine.describe()},
+        {},
+        ("repro.bench.suite", "repro.bench.threads", "repro.mechanics.systems.sip"),
+        f"repro bench --scale {scale}",
+    )
+
+
+def _measure(folder: Path, scale: str) -> dict[str, Any]:
+    import pandas as pd
+
+    rows = list(_rows(scale))
+    pd.DataFrame(rows).to_parquet(folder / FILE, index=False)
+    return {"comparisons": len(rows), "scale": scale}
+
+
+def _rows(scale: str) -> Iterator[dict[str, object]]:
+    from repro.bench.suite import comparisons
+    from repro.bench.threads import one_thread
+
+    with one_thread():
+        planned, spoken = comparisons(scale), time.monotonic()
+        for number, comparison in enumerate(planned, start=1):
+            if time.monotonic() - spoken > SILENCE_S:
+                progress.notice(f"timing {number} of {len(planned)}: {comparison.label}")
+                spoken = time.monotonic()
+            yield comparison.row(comparison.measure())

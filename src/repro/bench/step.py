@@ -1,0 +1,45 @@
+"""One training step, loss and gradient, in our two engines."""
+
+from collections.abc import Callable
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from repro.bench.case import Case, Equation
+from repro.errors import UserError
+from repro.learning.native import native
+
+Step = Callable[[], tuple[np.ndarray, np.ndarray]]  # loss (member,), gradient (member, n_parameters)
+
+
+def torch_step(case: Case, equation: Equation) -> Step:
+    """Jets of the network in torch, and one backward pass; the features' derivatives are prepared beforehand."""
+    problem = case.problem(equation)
+    return differentiated(problem.loss, case.parameters)
+
+
+def native_step(case: Case, equation: Equation) -> Step:
+    """Generated C, member by member. Raises UserError where the model is too large for it."""
+    compiled = native(case.problem(equation))
+    if compiled is None:
+        raise UserError("generated code needs a C compiler and a small network")
+    weights = list(case.parameters.numpy())
+
+    def step() -> tuple[np.ndarray, np.ndarray]:
+        losses, gradients = zip(*(compiled.loss_and_gradient(m, w) for m, w in enumerate(weights)), strict=True)
+        return np.array(losses), np.stack(gradients)
+
+    return step
+
+
+def differentiated(loss: Callable[[Tensor], Tensor], parameters: Tensor) -> Step:
+    """A step from a loss (member,) of the weights (member, n_parameters), by autograd."""
+
+    def step() -> tuple[np.ndarray, np.ndarray]:
+        weights = parameters.detach().requires_grad_()
+        value = loss(weights)
+        (gradient,) = torch.autograd.grad(value.sum(), weights)
+        return value.detach().numpy(), gradient.numpy()
+
+    return step

@@ -1,0 +1,110 @@
+"""A bench is a stored stage with the columns that the report reads, and is not repeated."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from repro.bench import command, machine, suite
+from repro.bench.comparison import COLUMNS, Comparison
+from repro.bench.pairing import Pairs
+from repro.bench.run import FILE, run, stage
+from repro.bench.scale import SCALES
+from repro.report.gather import gather
+from repro.report.schema import BENCH
+from repro.tracking.store import Store
+
+# torch.func loads its rules for forward mode with a function that torch itself deprecates
+pytestmark = pytest.mark.filterwarnings("ignore:`torch.jit.script` is deprecated:DeprecationWarning")
+
+
+@pytest.fixture
+def measured(monkeypatch):
+    """Comparisons with known times; the list grows with each measurement."""
+    done = []
+
+    def measure(name):
+        done.append(name)
+        return Pairs(np.array([1e-3, 1e-3, 2e-3]), np.array([2e-3, 3e-3, 8e-3]))
+
+    def comparisons(scale):
+        return [
+            Comparison(name, "inverse", "forward", "1x10", 1, "{pairs} pairs", lambda name=name: measure(name))
+            for name in ("forward_vs_inverse", "engine")
+        ]
+
+    monkeypatch.setattr(suite, "comparisons", comparisons)
+    return done
+
+
+def test_the_stored_table_has_the_columns_of_the_report(tmp_path, measured):
+    rows = pd.read_parquet(tmp_path / "bench" / run(tmp_path, "smoke") / FILE)
+    assert tuple(rows) == COLUMNS == tuple(column for column in BENCH if column not in ("run", "command"))
+    for column in COLUMNS:
+        checks = {str: pd.api.types.is_string_dtype, int: pd.api.types.is_integer_dtype}
+        assert checks.get(BENCH[column], pd.api.types.is_float_dtype)(rows[column])
+    first = rows.iloc[0]
+    assert (first.ratio_q25, first.ratio_median, first.ratio_q75) == (2.0, 3.0, 4.0)
+    assert (first.ours_ms, first.other_ms, first.threads, first.protocol) == (1.0, 3.0, 1, "3 pairs")
+
+
+def test_a_finished_bench_is_not_repeated(tmp_path, measured):
+    assert run(tmp_path, "smoke") == run(tmp_path, "smoke")
+    assert measured == ["forward_vs_inverse", "engine"]
+
+
+def test_another_machine_or_scale_is_another_bench(monkeypatch):
+    here = stage("smoke").id
+    assert stage("quick").id != here
+    monkeypatch.setattr(machine, "describe", lambda: {"processor": "another"})
+    assert stage("smoke").id != here
+
+
+def test_the_bench_depends_on_what_it_times_and_not_on_its_own_table():
+    code = stage("smoke").identity["code"]
+    assert {"repro.learning.native", "repro.models.network", "repro.bench.naive", "repro.mechanics.systems.sip"} <= set(
+        code
+    )
+    assert "repro.bench.command" not in code
+
+
+def test_the_report_finds_it_under_its_experiment(tmp_path, measured):
+    id = run(tmp_path, "smoke")
+    listed = json.loads((tmp_path / "experiments" / "smoke" / "timing.json").read_text())
+    assert listed["jobs"] == [{"overrides": [], "run": id, "command": "repro bench --scale smoke"}]
+    results = gather(tmp_path, "smoke")
+    assert list(results.bench["name"]) == ["forward_vs_inverse", "engine"]
+    assert set(results.bench["command"]) == {"repro bench --scale smoke"}
+
+
+def test_every_comparison_of_the_smallest_scale_gives_a_row(tmp_path):
+    record = Store(tmp_path).find(run(tmp_path, "smoke"))
+    rows = pd.read_parquet(record.path(FILE))
+    assert len(rows) == record.summary["comparisons"] == len(suite.comparisons("smoke"))
+    assert (rows["ours_ms"] > 0).all()
+    assert np.isfinite(rows["other_ms"][rows["name"] != "time_to_accuracy"]).all()
+
+
+@pytest.mark.parametrize("scale", SCALES)
+def test_each_scale_answers_every_part_of_the_claim(scale):
+    names = {comparison.name for comparison in suite.comparisons(scale)}
+    assert names == {"forward_vs_inverse", "engine", "inverse_vs_delan", "inverse_vs_linn", "time_to_accuracy"}
+
+
+def test_the_command_shows_the_ratios(tmp_path, measured, monkeypatch, capsys):
+    monkeypatch.setenv("REPRO_OUTPUTS", str(tmp_path))
+    assert command.main(["--scale", "smoke"]) == 0
+    shown = capsys.readouterr().out
+    assert "forward_vs_inverse" in shown
+    assert "3 (2 to 4)" in shown
+
+
+def test_the_command_names_what_failed(tmp_path, monkeypatch, capsys):
+    def broken(scale):
+        raise ValueError("no such net")
+
+    monkeypatch.setenv("REPRO_OUTPUTS", str(tmp_path))
+    monkeypatch.setattr(suite, "comparisons", broken)
+    assert command.main(["--scale", "smoke"]) == 1
+    assert "no such net" in capsys.readouterr().err

@@ -1,0 +1,75 @@
+"""Whatever is timed against each other computes the same numbers."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from repro.bench.case import lagrangian_case, structured_case
+from repro.bench.naive import engineered_features, naive_step, t2_features
+from repro.bench.step import native_step, torch_step
+from repro.errors import UserError
+from repro.mechanics.c_library import has_compiler
+from repro.models.bases import engineered, t2
+
+# torch.func loads its rules for forward mode with a function that torch itself deprecates
+pytestmark = pytest.mark.filterwarnings("ignore:`torch.jit.script` is deprecated:DeprecationWarning")
+
+needs_compiler = pytest.mark.skipif(not has_compiler(), reason="needs a C compiler")
+
+
+def agree(first, second):
+    for one, two in zip(first(), second(), strict=True):
+        assert one.shape == two.shape
+        assert np.abs(two).max() > 0
+        np.testing.assert_allclose(one, two, rtol=0, atol=1e-9 * np.abs(two).max())
+
+
+@pytest.mark.parametrize("equation", ["inverse", "forward"])
+@pytest.mark.parametrize("hidden", [(10,), (6, 5)])
+def test_jets_agree_with_the_hessian(hidden, equation):
+    case = lagrangian_case(t2, hidden, 2, 40)
+    agree(torch_step(case, equation), naive_step(case, equation, t2_features))
+
+
+@needs_compiler
+@pytest.mark.parametrize("equation", ["inverse", "forward"])
+def test_generated_code_agrees_with_the_hessian(equation):
+    case = lagrangian_case(t2, (10,), 2, 40)
+    agree(native_step(case, equation), naive_step(case, equation, t2_features))
+
+
+@needs_compiler
+def test_engines_agree_on_the_structured_model():
+    case = structured_case((5,), 1, 40)
+    agree(native_step(case, "inverse"), torch_step(case, "inverse"))
+
+
+def test_jets_agree_with_one_network_of_engineered_features():
+    case = lagrangian_case(engineered, (7, 4), 1, 40)
+    agree(torch_step(case, "inverse"), naive_step(case, "inverse", engineered_features))
+
+
+def test_the_gradient_is_that_of_the_loss():
+    case = lagrangian_case(t2, (4,), 1, 30)
+    gradient = naive_step(case, "inverse", t2_features)()[1]
+    direction = np.random.default_rng(0).normal(size=gradient.shape)
+
+    def loss(length):
+        moved = replace(case, parameters=case.parameters + torch.from_numpy(length * direction))
+        return naive_step(moved, "inverse", t2_features)()[0]
+
+    difference = (loss(1e-5) - loss(-1e-5)) / 2e-5
+    np.testing.assert_allclose(difference, (gradient * direction).sum(1), rtol=1e-6)
+
+
+def test_each_member_has_its_own_data_and_weights():
+    case = lagrangian_case(t2, (4,), 2, 30)
+    losses, _ = torch_step(case, "inverse")()
+    assert losses[0] != losses[1]
+
+
+def test_a_large_network_has_no_generated_code():
+    with pytest.raises(UserError, match="small network"):
+        native_step(lagrangian_case(t2, (64, 64), 1, 10), "inverse")
