@@ -1,6 +1,7 @@
 """What a fitted model says of many samples, and what is true of them."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import torch
@@ -13,6 +14,9 @@ from repro.models.model import Model
 CHUNK = 4096  # samples at a time, so that wide networks fit into memory
 
 
+Quantity = Any  # an array, or None where it is not defined
+
+
 @dataclass(frozen=True)
 class Predictions:
     """Arrays of one model or of the truth; None where a quantity is not defined.
@@ -21,13 +25,13 @@ class Predictions:
     mass: (member, sample, n_q, n_q).
     """
 
-    tau: np.ndarray | None = None
-    qdd: np.ndarray | None = None
-    momentum: np.ndarray | None = None
-    kinetic: np.ndarray | None = None
-    potential: np.ndarray | None = None
-    mass: np.ndarray | None = None
-    transformed_momentum: np.ndarray | None = None
+    tau: Quantity = None
+    qdd: Quantity = None
+    momentum: Quantity = None
+    kinetic: Quantity = None
+    potential: Quantity = None
+    mass: Quantity = None
+    transformed_momentum: Quantity = None
 
     @property
     def lagrangian(self) -> np.ndarray:

@@ -12,7 +12,6 @@ from torch import Tensor
 from repro.data.dataset import Dataset
 from repro.evaluation.metrics import Metric
 from repro.evaluation.predictions import predict
-from repro.mechanics.derive import derive
 from repro.mechanics.simulate import simulate
 from repro.models.model import Model
 
@@ -42,12 +41,8 @@ def acceleration(model: Model) -> casadi.Function:
     """qdd = f(q, qd, tau, parameters) of a model, as a CasADi function."""
     q, qd, tau = (casadi.SX.sym(name, model.n_q) for name in ("q", "qd", "tau"))
     parameters = casadi.SX.sym("parameters", model.n_parameters)
-    if not model.energetic:
-        return casadi.Function(
-            "acceleration", [q, qd, tau, parameters], [model.acceleration(q, qd, tau, parameters)], {"cse": True}
-        )
-    energies = model.energies(q, qd, parameters)
-    return derive(energies.kinetic, energies.potential, casadi.SX(0), q, qd, parameters).acceleration
+    qdd = model.acceleration(q, qd, tau, parameters)
+    return casadi.Function("acceleration", [q, qd, tau, parameters], [casadi.densify(qdd)], {"cse": True})
 
 
 def first_points(model: Model, parameters: Tensor, part: Dataset) -> Rollout:

@@ -1,6 +1,7 @@
 """Adam as the paper's Keras runs it: plain, or with a cosine schedule."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -69,7 +70,7 @@ class Adam(Optimiser):
         return np.array([self.rate(first + k, total) * factor for k, factor in enumerate(correction)])
 
     def _native_epoch(
-        self, compiled: NativeProblem, seeds: list[int], state: dict, rates: np.ndarray, epoch: int
+        self, compiled: NativeProblem, seeds: Sequence[int], state: dict, rates: np.ndarray, epoch: int
     ) -> Tensor:
         losses = torch.full((len(seeds),), float("nan"), dtype=torch.float64)
         arrays = [state[name].numpy() for name in ("parameters", "first", "second")]

@@ -9,6 +9,7 @@ from torch import Tensor
 
 from repro.learning.objective import Objective
 from repro.models.model import Model
+from repro.models.terms import Terms
 
 
 @dataclass(frozen=True)
@@ -49,8 +50,9 @@ class Task:
             self.objective, **parts, sample_weight=None if self.sample_weight is None else self.sample_weight.to(dtype)
         )
 
-    def weighted(self, rows: Tensor) -> Tensor:
-        """Rows (member, sample, row) scaled so that the sum of their squares is the mean loss over samples."""
+    def rows(self, terms: Terms) -> Tensor:
+        """Residual rows (member, sample, row), scaled so that the sum of their squares is the mean over samples."""
+        rows = self.objective.rows(terms, self.measured)
         if self.sample_weight is not None:
             rows = rows * self.sample_weight.sqrt().unsqueeze(-1)
         return rows / self.samples**0.5
@@ -84,7 +86,7 @@ class Problem:
         for number, task in enumerate(self.tasks):
             part = task if number or index is None else task.select(index)
             terms = self.model.evaluate(parameters, part.prepared, part.objective.mass)
-            total = total + part.weighted(part.objective.rows(terms, part.measured)).square().sum((1, 2))
+            total = total + part.rows(terms).square().sum((1, 2))
         if self.l1 is not None:
             total = total + parameters.abs() @ self.l1
         return total
@@ -97,12 +99,7 @@ class Problem:
         """All rows (member, n_rows) and their Jacobian (member, n_rows, n_parameters); l1 terms are left out."""
         values, jacobians = [], []
         for task in self.tasks:
-            rows, jacobian = self.model.rows(
-                parameters,
-                task.prepared,
-                lambda terms, task=task: task.weighted(task.objective.rows(terms, task.measured)),
-                task.objective.mass,
-            )
+            rows, jacobian = self.model.rows(parameters, task.prepared, task.rows, task.objective.mass)
             values.append(rows.transpose(1, 2).flatten(1))
             jacobians.append(jacobian.flatten(1, 2))
         return torch.cat(values, dim=1), torch.cat(jacobians, dim=1)

@@ -31,9 +31,9 @@ class Symbols:
 
 def symbols(model: Model) -> Symbols:
     """Fresh symbols for a model."""
-    vectors = [casadi.SX.sym(name, model.n_q) for name in COLUMNS[:4]]
-    scalars = [casadi.SX.sym(name) for name in COLUMNS[4:]]
-    return Symbols(*vectors, *scalars, casadi.SX.sym("parameters", model.n_parameters))
+    vectors = {name: casadi.SX.sym(name, model.n_q) for name in COLUMNS[:4]}
+    scalars = {name: casadi.SX.sym(name) for name in COLUMNS[4:]}
+    return Symbols(**vectors, **scalars, parameters=casadi.SX.sym("parameters", model.n_parameters))
 
 
 def residual(model: Model, objective: Objective, s: Symbols) -> casadi.SX:

@@ -44,7 +44,9 @@ class FeatureMap:
 
     def expression(self, q: casadi.SX, qd: casadi.SX) -> casadi.SX:
         """The features as a CasADi column (n_z,)."""
-        return casadi.vertcat(*self.text(casadi.vertsplit(q), casadi.vertsplit(qd), casadi).values())
+        return casadi.vcat(
+            [casadi.SX(z) for z in self.text(casadi.vertsplit(q), casadi.vertsplit(qd), casadi).values()]
+        )
 
     def jets(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
         """Rows [z, zdot, u_1.., w_1.., v_11, v_12..] at each sample.

@@ -148,6 +148,8 @@ class Lagrangian(Model):
 
     def transformed_momentum(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
         """p_tran = M_hat(q) qd, eq. (8), as a CasADi expression; only with a momentum transform."""
+        if self.transform is None:
+            return super().transformed_momentum(q, qd, parameters)
         return self.transform.expression(q, qd, parameters[self.transform_slice])
 
     def _pairs(self, mass: bool) -> list[tuple[int, int]]:

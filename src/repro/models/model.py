@@ -9,6 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from repro.mechanics.derive import derive
 from repro.models.terms import Terms
 
 Prepared = dict[str, Tensor]
@@ -66,6 +67,16 @@ class Model(ABC):
     @abstractmethod
     def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:
         """The learned T and V as CasADi expressions of columns q, qd (n_q,) and one member's parameters."""
+
+    def acceleration(self, q: casadi.SX, qd: casadi.SX, tau: casadi.SX, parameters: casadi.SX) -> casadi.SX:
+        """qdd as a CasADi expression: the forward dynamics of the learned Lagrangian."""
+        energies = self.energies(q, qd, parameters)
+        derived = derive(energies.kinetic, energies.potential, casadi.SX(0), q, qd, parameters)
+        return derived.acceleration(q, qd, tau, parameters)
+
+    def transformed_momentum(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
+        """p_tran = M_hat(q) qd, eq. (8), as a CasADi expression; only for models with a momentum transform."""
+        raise NotImplementedError(f"{type(self).__name__} has no momentum transform")
 
     def evaluate(self, parameters: Tensor, prepared: Prepared, mass: bool = False) -> Terms:
         """Predictions on prepared data."""

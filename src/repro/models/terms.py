@@ -1,9 +1,12 @@
 """What a model says of a batch of samples."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import torch
 from torch import Tensor
+
+Quantity = Any  # a Tensor, or None where a model does not define the quantity
 
 
 @dataclass(frozen=True)
@@ -14,13 +17,13 @@ class Terms:
     rad/s^2; kinetic, potential: (member, sample) in J; mass: (member, sample, n_q, n_q).
     """
 
-    tau: Tensor | None = None
-    momentum: Tensor | None = None
-    kinetic: Tensor | None = None
-    potential: Tensor | None = None
-    mass: Tensor | None = None
-    transformed_momentum: Tensor | None = None
-    acceleration: Tensor | None = None
+    tau: Quantity = None
+    momentum: Quantity = None
+    kinetic: Quantity = None
+    potential: Quantity = None
+    mass: Quantity = None
+    transformed_momentum: Quantity = None
+    acceleration: Quantity = None
 
     @property
     def lagrangian(self) -> Tensor:
