@@ -93,7 +93,9 @@ def _phases(model: Model, recipe: Recipe, data: Sequence[Dataset], free: Dataset
     energetic = replace(objective, energy_weight=sequence["energy_weight"], energy_form=sequence["energy_form"])
     l1 = _l1(model, chosen)
 
-    def task(dataset: Dataset, wanted: Objective) -> Task:
+    def task(dataset: Dataset | None, wanted: Objective) -> Task:
+        if dataset is None:
+            raise ValueError(f"sequence {sequence['kind']} needs D_H")
         return make_task(model, dataset.train, wanted, error_scale=chosen["error_scale"])
 
     def problem(*tasks: Task) -> Problem:
