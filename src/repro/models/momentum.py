@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from repro.models.bases import position
+from repro.models import position
 from repro.models.features import FeatureMap
 from repro.models.network import Network
 from repro.models.terms import symmetric

@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from typing import Any
 
-LINEAR = False
-
 
 def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
     """Inputs of a network for M(q); the cart's position is cyclic and is left out."""
