@@ -103,7 +103,7 @@ class Pipeline:
 
     @property
     def stages(self) -> list[Stage]:
-        """All that the run consists of, the run itself last."""
+        """All that a run consists of, in their order, the run itself last; its recording comes after it."""
         return [*self.data_stages.values(), self.fit_stage, self.run_stage]
 
     def finished(self, store: Store) -> Record | None:

@@ -36,9 +36,10 @@ class Planned:
         """A short name for progress lines."""
         return f"{self.pipeline.name} {self.run.rpartition('-')[2][:6]}"
 
-    def has_failed(self, store: Store) -> bool:
-        """Whether the last attempt at any of its stages failed."""
-        return any(store.failure(stage.id, kind=stage.kind) for stage in self.pipeline.stages)
+    def failures(self, store: Store) -> list[Record]:
+        """Those of its stages whose last attempt failed."""
+        found = (store.failure(stage.id, kind=stage.kind) for stage in self.pipeline.stages)
+        return [record for record in found if record is not None]
 
     @property
     def expected_seconds(self) -> float:

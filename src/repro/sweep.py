@@ -4,6 +4,8 @@ import argparse
 import os
 from collections.abc import Sequence
 
+from repro import cluster
+from repro.choices import choices_text
 from repro.compose import compose, plan
 from repro.errors import UserError
 from repro.listing import list_jobs
@@ -24,8 +26,11 @@ EPILOGUE = """examples:
   repro run -m experiment=sip_basis scale=smoke
   repro run --cfg job basis=t2          the resolved configuration, nothing run
   repro run -m --dry-run experiment=sip_energies
-  repro run -m +experiment=sip_basis hydra/launcher=submitit_slurm
-Results lie in outputs/ (or $REPRO_OUTPUTS); a finished run is never repeated."""
+  repro run -m experiment=sip_basis hydra/launcher=submitit_slurm hydra.launcher.timeout_min=60
+Results lie in outputs/ (or $REPRO_OUTPUTS); a finished run is never repeated.
+
+choices:
+"""
 
 
 def run(argv: Sequence[str]) -> int:
@@ -33,18 +38,19 @@ def run(argv: Sequence[str]) -> int:
     options = _run_parser().parse_intermixed_args(argv)
     if options.cfg not in (None, "job"):
         options.overrides.insert(0, options.cfg)  # --cfg basis=t2: what follows is an override
-    overrides = _jobs(options.overrides, options.paired, sweep=options.multirun or options.dry_run)
+    own, where = cluster.split(options.overrides)
+    overrides = _jobs(own, options.paired, sweep=options.multirun or options.dry_run)
     if options.cfg:
         return _print_configuration(overrides)
     paths = Paths(outputs_root())
     jobs = planned(overrides, paths)
     if options.failed:
         store = Store(paths.root)
-        jobs = [job for job in jobs if job.has_failed(store)]
+        jobs = [job for job in jobs if job.failures(store)]
     if options.dry_run:
         return _print_plan(jobs)
     list_jobs(paths, jobs)
-    results = _run_missing(jobs, paths, options.workers, options.timeout)
+    results = _run_missing(jobs, paths, options.workers, options.timeout, where)
     _print_outcome(jobs, paths)
     return 1 if any(not result.ok for result in results) else 0
 
@@ -75,7 +81,7 @@ def reproduce(argv: Sequence[str]) -> int:
     paths = Paths(outputs_root())
     jobs = planned([job for name in names for job in expand([f"experiment={name}", f"scale={scale}"])], paths)
     list_jobs(paths, jobs)
-    results = _run_missing(jobs, paths, options.workers, None)
+    results = _run_missing(jobs, paths, options.workers)
     _report(paths, scale, ran=bool(results))
     return 1 if any(not result.ok for result in results) else 0
 
@@ -85,7 +91,9 @@ def expected_stages(overrides: Sequence[str]) -> list[Stage]:
     return Planned.of(compose(overrides, Paths(outputs_root()).composed)).pipeline.stages
 
 
-def _run_missing(jobs: Sequence[Planned], paths: Paths, workers: int, timeout: float | None) -> list[JobResult]:
+def _run_missing(
+    jobs: Sequence[Planned], paths: Paths, workers: int, timeout: float | None = None, where: Sequence[str] = ()
+) -> list[JobResult]:
     missing = list({job.run: job for job in jobs if job.record is None}.values())
     missing.sort(key=lambda job: -job.expected_seconds)
     if not missing:
@@ -105,11 +113,23 @@ def _run_missing(jobs: Sequence[Planned], paths: Paths, workers: int, timeout: f
         )
         for job in missing
     ]
-    with Board(todo, workers) as board:
-        results = run_jobs(todo, workers=workers, timeout_s=timeout, preload=PRELOAD, on_progress=board)
+    if where:
+        cluster.launch([job.arguments for job in todo], where, paths.logs)
+        results = [_result(job, entry, Store(paths.root)) for job, entry in zip(missing, todo, strict=True)]
+    else:
+        with Board(todo, workers) as board:
+            results = run_jobs(todo, workers=workers, timeout_s=timeout, preload=PRELOAD, on_progress=board)
     if table := failure_table(results):
         print(table)
     return results
+
+
+def _result(planned: Planned, job: Job, store: Store) -> JobResult:
+    """What the store says of a job that ran elsewhere."""
+    if planned.pipeline.finished(store):
+        return JobResult(job, "ok")
+    failures = [record.error for record in planned.failures(store)]
+    return JobResult(job, "failed", error=failures[0] if failures else {"message": "it left no result; see its log"})
 
 
 def _report(paths: Paths, scale: str, ran: bool) -> None:
@@ -152,7 +172,7 @@ def _run_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="repro run",
         description="Run one configuration, or many. Overrides are Hydra's: group=option, group.key=value.",
-        epilog=EPILOGUE,
+        epilog=EPILOGUE + choices_text(),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("overrides", nargs="*", metavar="key=value")
