@@ -16,7 +16,7 @@ from repro.tracking.jobs import Job, JobResult, failure_table
 from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.pool import run_jobs
 from repro.tracking.stage import Stage
-from repro.tracking.store import Store
+from repro.tracking.store import StageFailed, Store
 from repro.tracking.text import duration
 
 PRELOAD = ("repro.pipeline", "repro.pipeline_work")
@@ -82,8 +82,9 @@ def reproduce(argv: Sequence[str]) -> int:
     jobs = planned([job for name in names for job in expand([f"experiment={name}", f"scale={scale}"])], paths)
     list_jobs(paths, jobs)
     results = _run_missing(jobs, paths, options.workers)
-    _report(paths, scale, ran=bool(results))
-    return 1 if any(not result.ok for result in results) else 0
+    timed = "experiment" in given or _time(paths, scale)
+    _report(paths, scale)
+    return 0 if timed and all(result.ok for result in results) else 1
 
 
 def expected_stages(overrides: Sequence[str]) -> list[Stage]:
@@ -132,7 +133,19 @@ def _result(planned: Planned, job: Job, store: Store) -> JobResult:
     return JobResult(job, "failed", error=failures[0] if failures else {"message": "it left no result; see its log"})
 
 
-def _report(paths: Paths, scale: str, ran: bool) -> None:
+def _time(paths: Paths, scale: str) -> bool:
+    """Run the benchmark, alone on the machine, so after all jobs; whether it went well."""
+    from repro.bench.run import run as bench
+
+    try:
+        bench(paths.root, scale)
+    except StageFailed as failure:
+        print(failure)
+        return False
+    return True
+
+
+def _report(paths: Paths, scale: str) -> None:
     from repro.report import build, terminal
     from repro.report.staleness import judged_by_tracking
 
