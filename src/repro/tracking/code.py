@@ -71,6 +71,8 @@ def check_unchanged(modules: Iterable[str]) -> None:
     for module in modules:
         if module in sys.modules and module in _looked_at_unloaded:
             path, entry = _looked_at_unloaded[module]
+            if not path.exists():
+                raise _edited(path)
             if _stamp(path, module) != entry["stamp"] and syntax.analyse(path, module)["digest"] != entry["digest"]:
                 raise _edited(path)
 

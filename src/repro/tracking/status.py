@@ -72,7 +72,8 @@ def survey(
     for id, listing in listed.items():
         absent = Item(id, "runs", id, "missing", ("not made yet",), listing.command)
         item = items.get(id, absent)
-        asked = expected is not None and not listing.current
+        # a listing without overrides (the benchmark) is made by no configuration, so no default can outdate it
+        asked = expected is not None and not listing.current and bool(listing.overrides)
         outdated = _outdated(item, listing, stored, paths, expected) if asked else ()
         state = "stale" if outdated and item.state == "done" else item.state
         experiments = tuple(sorted(set(listing.experiments)))
