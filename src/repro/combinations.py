@@ -87,7 +87,9 @@ def _free_motion_keeps_its_energy(config: Config) -> Iterator[str]:
 def _recording(config: Config) -> Iterator[str]:
     if not isinstance(config.data, File):
         return
-    if not Path(config.data.path).is_file():
+    if config.data.path == "???":
+        yield "data.path: a value is needed: your CSV or Parquet file"
+    elif not Path(config.data.path).is_file():
         yield f"data.path = {config.data.path!r}: no such file; give a CSV or Parquet file"
     if config.sequence.kind != "d_only":
         yield f"sequence.kind = {config.sequence.kind!r}: needs simulated data; data=file goes with sequence=d_only"

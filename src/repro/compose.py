@@ -44,6 +44,10 @@ def plan(jobs: Sequence[tuple[str, ...]], cache: Path | None = None) -> list[Com
     for experiment in dict.fromkeys(experiment_of(job) for job in jobs):
         file = None if cache is None else cache / f"{experiment or 'single'}.json"
         raw |= _composed_all([job for job in jobs if experiment_of(job) == experiment], file, digest(experiment))
+    for job in jobs:
+        if experiment_of(job) != (raw[job]["experiment"] or ""):
+            name = experiment_of(job)
+            raise UserError(f"experiments/{name}.yaml: experiment = {raw[job]['experiment']!r}: must be {name!r}")
     return [Composed(job, parse(raw[job])) for job in jobs]
 
 
@@ -68,6 +72,7 @@ def parse(raw: Mapping[str, Any]) -> Config:
 
 def _composed(overrides: Sequence[str]) -> dict[str, Any]:
     import hydra
+    import yaml
     from hydra.core.global_hydra import GlobalHydra
     from hydra.errors import HydraException
     from omegaconf import OmegaConf
@@ -79,7 +84,7 @@ def _composed(overrides: Sequence[str]) -> dict[str, Any]:
             hydra.initialize_config_dir(str(CONF), version_base="1.3")
         composed = hydra.compose("config", [f"hydra.searchpath=[file://{ROOT}]", *overrides])
         resolved = OmegaConf.to_container(composed, resolve=True, throw_on_missing=False)
-    except (HydraException, OmegaConfBaseException) as error:
+    except (HydraException, OmegaConfBaseException, yaml.YAMLError) as error:
         raise UserError(first_lines(error)) from None
     assert isinstance(resolved, dict)
     return {str(key): value for key, value in resolved.items() if key != "hydra"}

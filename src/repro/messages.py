@@ -32,6 +32,9 @@ def lines(error: "ValidationError", raw: Mapping[str, Any], prefix: str = "") ->
         if problem["type"] == "extra_forbidden":
             allowed = [str(key) for key in _siblings(raw, problem["loc"]) if key not in unknown]
             yield f"{key}: unknown key{meant(path[-1], allowed)}; allowed are {', '.join(sorted(allowed))}"
+        elif problem["type"] == "union_tag_invalid":
+            name = problem["ctx"]["discriminator"].strip("'")
+            yield f"{key}.{name} = {problem['ctx']['tag']!r}: allowed are {problem['ctx']['expected_tags']}"
         elif problem["type"] == "missing":
             yield f"{key}: a value is needed"
         else:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import fields
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, get_type_hints
+from typing import TYPE_CHECKING, Any, Literal, get_type_hints
 
 from pydantic import BaseModel, ValidationError, create_model
 
@@ -24,7 +24,7 @@ def model_options(raw: Mapping[str, Any]) -> dict[str, Any]:
     """Check conf/model against the keywords of `build` in repro/models/<kind>.py; UserError names what is allowed."""
     kind = raw.get("kind")
     if not _builds(str(kind)):
-        raise UserError(choose("model.kind", kind, [name for name in choices("repro.models") if _builds(name)]))
+        raise UserError(choose("model.kind", kind, kinds("model")))
     checked = _checked(_model_schema(str(kind)), "model", raw)
     for key, value in checked.items():
         numbers = value if isinstance(value, list) else [value]
@@ -37,8 +37,7 @@ def optimiser_options(raw: Mapping[str, Any]) -> dict[str, Any]:
     """Check conf/optimiser against the fields of the optimiser in repro/learning/<kind>.py; UserError as above."""
     kind = raw.get("kind")
     if _optimiser(str(kind)) is None:
-        allowed = [name for name in choices("repro.learning") if _optimiser(name) is not None]
-        raise UserError(choose("optimiser.kind", kind, allowed))
+        raise UserError(choose("optimiser.kind", kind, kinds("optimiser")))
     checked = _checked(_optimiser_schema(str(kind)), "optimiser", raw)
     for key, value in checked.items():
         if isinstance(value, int | float) and not isinstance(value, bool) and value < 0:
@@ -54,6 +53,13 @@ def optimiser_class(kind: str) -> type["Optimiser"]:
     if found is None:
         raise UserError(f"repro/learning/{kind}.py holds no optimiser")
     return found
+
+
+def kinds(group: Literal["model", "optimiser"]) -> list[str]:
+    """The files of a group that hold something to choose."""
+    if group == "model":
+        return [name for name in choices("repro.models") if _builds(name)]
+    return [name for name in choices("repro.learning") if _optimiser(name) is not None]
 
 
 def choices(package: str) -> list[str]:

@@ -34,9 +34,9 @@ def expand(overrides: Sequence[str], *, paired: bool = False, lines: bool = True
     given = {_key(override) for override in overrides}
     jobs = [
         (*(override for override in line_job if _key(override) not in given), *own)
-        for line in (_sweep_lines(overrides) if lines else [[]])
-        for line_job in _product(line)
         for own in (_pairs(overrides) if paired else _product(overrides))
+        for line in (_sweep_lines(own) if lines else [[]])
+        for line_job in _product(line)
     ]
     return list(dict.fromkeys(jobs))
 
@@ -66,12 +66,13 @@ def _key(override: str) -> str:
 
 
 def renamed(override: str) -> str:
-    """`experiment=NAME` and `+experiment=NAME` both mean the file experiments/NAME.yaml."""
+    """`experiment=NAME` and `+experiment=NAME` both mean the file experiments/NAME.yaml (NAME,OTHER: each of them)."""
     key, _, value = override.partition("=")
     if key not in ("experiment", "+experiment", "+experiments", "+experiments@_global_"):
         return override
-    if value not in experiments():
-        raise UserError(f"experiment={value}: allowed are {', '.join(experiments())}{meant(value, experiments())}")
+    for name in value.split(","):
+        if name not in experiments():
+            raise UserError(f"experiment={name}: allowed are {', '.join(experiments())}{meant(name, experiments())}")
     return EXPERIMENT + value
 
 
@@ -79,8 +80,7 @@ def _sweep_lines(overrides: Sequence[str]) -> list[list[str]]:
     name = experiment_of(overrides)
     if not name:
         return [[]]
-    content = yaml.safe_load((EXPERIMENTS / f"{name}.yaml").read_text())
-    return [line.split() for line in content.get("sweep", [""])]
+    return [str(line).split() for line in _yaml(EXPERIMENTS / f"{name}.yaml").get("sweep") or [""]]
 
 
 def _product(overrides: Sequence[str]) -> Iterable[tuple[str, ...]]:
@@ -133,9 +133,10 @@ def check(overrides: Sequence[str]) -> None:
 
 
 def _check_leaf(override: str, group: str, path: Sequence[str], overrides: Sequence[str]) -> None:
+    chosen = [option for option in _groups()[group] if f"{group}={option}" in overrides]
     allowed: set[str] = set()
-    for option in (CONF / group).glob("*.yaml"):
-        section = _yaml(option)
+    for option in (CONF / group / f"{name}.yaml" for name in chosen or _groups()[group]):
+        section: Any = _yaml(option)
         for part in path[:-1]:
             section = section.get(part, {}) if isinstance(section, dict) else {}
         allowed |= set(section) if isinstance(section, dict) else set()
@@ -158,5 +159,11 @@ def _groups() -> dict[str, list[str]]:
 
 
 @cache
-def _yaml(path: Path) -> Any:
-    return yaml.safe_load(path.read_text())
+def _yaml(path: Path) -> dict[str, Any]:
+    try:
+        content = yaml.safe_load(path.read_text())
+    except yaml.YAMLError as error:
+        raise UserError(f"{path} is no valid YAML: {' '.join(str(error).split())}") from None
+    if not isinstance(content, dict):
+        raise UserError(f"{path} must hold `key: value` lines")
+    return content

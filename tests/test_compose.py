@@ -1,0 +1,76 @@
+"""Every choice composes, a job's command makes the same configuration again, and a cache changes nothing."""
+
+import json
+import shlex
+
+import pytest
+import yaml
+
+from repro.compose import compose, plan
+from repro.options import choices, kinds
+from repro.overrides import expand
+from repro.settings import CONF, digest
+
+# What an option needs beside it.
+COMPANIONS = {
+    "data=file": ["data.path={file}"],
+    "model=blackbox": ["objective=forward"],
+    "optimiser=lasso": ["basis=library"],
+    "optimiser=thresholded_least_squares": ["basis=library"],
+    "optimiser=least_squares": ["basis=t1"],
+}
+OPTIONS = [f"{path.parent.name}={path.stem}" for path in sorted(CONF.glob("*/*.yaml"))]
+
+
+@pytest.mark.parametrize("option", OPTIONS)
+def test_every_option_composes(option, tmp_path):
+    recording = tmp_path / "recording.csv"
+    recording.write_text("time\n")
+    companions = [text.replace("{file}", str(recording)) for text in COMPANIONS.get(option, [])]
+    composed = compose([option, *companions])
+    assert composed.config.members == list(range(composed.config.scale.seeds))
+
+
+@pytest.mark.parametrize(("group", "package"), [("model", "repro.models"), ("optimiser", "repro.learning")])
+def test_every_file_that_can_be_chosen_is(group, package):
+    named = {yaml.safe_load(path.read_text())["kind"] for path in (CONF / group).glob("*.yaml")}
+    assert named == set(kinds(group))
+    assert named <= set(choices(package))
+
+
+def test_every_basis_can_be_chosen():
+    hidden = {"position"}  # of the momentum transform and the structured model
+    assert set(choices("repro.models.bases")) - hidden == {path.stem for path in (CONF / "basis").glob("*.yaml")}
+
+
+@pytest.mark.parametrize(
+    "overrides", [["basis=t1", "seeds=[3,4]"], ["experiment=sip_energies", "sequence=joint", "scale=smoke"]]
+)
+def test_the_command_makes_the_same_configuration(overrides):
+    composed = compose(overrides)
+    program, command, *again = shlex.split(composed.command)
+    assert (program, command) == ("repro", "run")
+    (job,) = expand(again, lines=False)
+    assert compose(job).config == composed.config
+
+
+def test_what_was_composed_is_read_from_the_cache(tmp_path):
+    jobs = expand(["basis=t1,t2", "scale=smoke"])
+    first = plan(jobs, tmp_path)
+    (file,) = tmp_path.iterdir()
+    stored = json.loads(file.read_text())
+    assert stored["settings"] == digest()
+    stored["jobs"]["basis=t1 scale=smoke"]["seeds"] = 7
+    file.write_text(json.dumps(stored))
+    again = plan(jobs, tmp_path)
+    assert again[0].config.members == list(range(7))
+    assert again[1].config == first[1].config
+    file.write_text(json.dumps(stored | {"settings": "of yesterday"}))
+    assert plan(jobs, tmp_path)[0].config == first[0].config
+    file.write_text("{")
+    assert plan(jobs, tmp_path)[0].config == first[0].config
+
+
+def test_the_digest_is_of_one_experiment_alone():
+    assert digest("sip_basis") != digest("sip_energies")
+    assert digest("sip_basis") == digest("sip_basis")

@@ -1,0 +1,110 @@
+"""A mistake in the settings is one clear line that names key, value and what is allowed, before anything runs."""
+
+import pytest
+
+from repro import cli
+
+MISTAKES = {
+    "system=spi": "system=spi: allowed are sip, sip_rod (did you mean sip?)",
+    "sytem=sip": "unknown key 'sytem' (did you mean system?); allowed are basis, curriculum, data,",
+    "optimiser.epoch=3": "optimiser.epoch=3: unknown key 'epoch' (did you mean epochs?); allowed are batch_size,",
+    "optimiser=adam optimiser.starts=3": "unknown key 'starts'; allowed are batch_size, decay",
+    "optimiser.epochs=ten": "optimiser.epochs = 'ten': should be a valid integer",
+    "optimiser.epochs=0": "optimiser.epochs = 0: must be at least 1",
+    "optimiser.learning_rate=-1": "optimiser.learning_rate = -1.0: must not be negative",
+    "optimiser.kind=sgd": "optimiser.kind = 'sgd': allowed are adam, lbfgs, least_squares",
+    "basis=t3": "basis=t3: allowed are engineered, library, raw, t1, t2",
+    "basis.name=t3": "basis.name = 't3': allowed are engineered, library",
+    "model.kind=mlp": "model.kind = 'mlp': allowed are blackbox, degenerate, lagrangian",
+    "model.hidden=10": "model.hidden = 10: should be a valid list",
+    "model.hidden=[10,0]": "model.hidden = [10, 0]: every number must be at least 1",
+    "model.activation=relu": "model.activation = 'relu': should be 'softplus' or 'tanh'",
+    "seeds=[0,0]": "seeds = [0, 0]: a seed is given twice",
+    "seeds=2 seeds=3": "seeds is given twice: seeds=2 and seeds=3; give it once",
+    "seeds=0": "seeds = 0: give a number of members (1 or more), a list of seeds",
+    "seeds=[]": "seeds = []: give a number of members",
+    "seeds=[1,a]": "seeds = [1, 'a']: give a number of members",
+    "data.samples=0": "data.samples = 0: should be greater than or equal to 10",
+    "data.train_fraction=1": "data.train_fraction = 1",
+    "data.regime=looong": "data.regime = 'looong': should be 'episodes' or 'long'",
+    "data.time_step=nan": "data.time_step = nan: should be a finite number",
+    "data.source=web": "data.source = 'web': allowed are 'random_force', 'file'",
+    "data=file": "data.path: a value is needed",
+    "data=file data.path=nothing.csv": "data.path = 'nothing.csv': no such file",
+    "system.damping=[0.1]": "system.damping = [0.1]: damping of sip needs 2 non-negative numbers (x, theta)",
+    "system.damping=[-1,0]": "system.damping.0 = -1: should be greater than or equal to 0",
+    "scale=tiny": "scale=tiny: allowed are paper, quick, smoke",
+    "record=perhaps": "record = 'perhaps': should be a valid boolean",
+    "+foo=1": "unknown key 'foo'; allowed are basis",
+    "+data.foo=1": "keys cannot be added",
+    "~data.samples": "data.samples: a value is needed",
+    "basis": "basis: not understood",
+    "reading=physical,printed": "this makes 2 jobs: add -m to run them all",
+    "experiment=sip_basics": "did you mean sip_basis?",
+    "experiment=sip_basis": "jobs: add -m to run them all",
+    "hydra/launcher=slurm": "hydra/launcher=slurm: allowed are submitit_slurm, submitit_local, ray",
+    "hydra.verbose=true": "settings of Hydra itself go with hydra/launcher=",
+}
+COMBINATIONS = {
+    "basis=t2 optimiser=least_squares": "needs model=lagrangian and a linear basis (t1, library), not lagrangian, t2",
+    "basis=t1 optimiser=least_squares objective=forward": "needs objective=inverse, not forward",
+    "model=blackbox": "model=blackbox predicts accelerations only; use objective=forward",
+    "model=blackbox objective=forward sequence=joint": "use sequence=d_only",
+    "model=blackbox objective=forward energies=anchor": "use energies=raw",
+    "objective.transform_weight=1": "Omega_tran needs both, or neither",
+    "model.transform_hidden=[8]": "Omega_tran needs both, or neither",
+    "basis=t2 objective.l1_kinetic=0.1": "act on coefficients under optimiser=adam and a linear basis",
+    "sequence=joint system.damping=[0.1,0.1]": "D_H keeps its energy only without damping",
+    "data=file data.path={file} sequence=joint": "data=file goes with sequence=d_only",
+    "data=file data.path={file} curriculum=growing_episodes": "data=file goes with curriculum=none",
+}
+
+
+@pytest.mark.parametrize("overrides", [*MISTAKES, *COMBINATIONS])
+def test_a_mistake_is_one_line_and_nothing_runs(overrides, tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("REPRO_OUTPUTS", str(tmp_path / "outputs"))
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "recording.csv").write_text("time\n0\n")
+    given = overrides.replace("{file}", str(tmp_path / "recording.csv"))
+    assert cli.main(["run", *given.split()]) == 2
+    told = capsys.readouterr().err.strip()
+    assert (MISTAKES | COMBINATIONS)[overrides] in told
+    assert told.startswith("repro: ")
+    assert len(told.splitlines()) == 1
+    assert not (tmp_path / "outputs" / "data").exists()
+
+
+def test_every_mistake_is_told_at_once(capsys):
+    assert cli.main(["run", "data.samples=0", "seeds=0"]) == 2
+    assert len(capsys.readouterr().err.strip().splitlines()) == 2
+
+
+def test_one_wrong_job_stops_a_sweep_before_it_starts(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("REPRO_OUTPUTS", str(tmp_path))
+    assert cli.main(["run", "-m", "basis=t1,t2", "optimiser=least_squares", "scale=smoke"]) == 2
+    assert "not lagrangian, t2" in capsys.readouterr().err
+    assert not (tmp_path / "data").exists()
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["--cfg", "job", "basis=t1"], ["--cfg", "basis=t1"], ["basis=t1", "--cfg"], ["-m", "basis=t1", "--cfg", "job"]],
+)
+def test_the_configuration_is_printed_as_hydra_users_expect(arguments, capsys):
+    import yaml
+
+    assert cli.main(["run", *arguments]) == 0
+    shown = yaml.safe_load(capsys.readouterr().out)
+    assert shown["basis"] == {"name": "t1"}
+    assert shown["optimiser"]["epochs"] == 1000
+
+
+def test_help_lists_every_choice_in_the_words_of_its_file(capsys):
+    with pytest.raises(SystemExit):
+        cli.main(["run", "--help"])
+    text = capsys.readouterr().out
+    assert "optimiser=least_squares                closed form, for linear bases" in text
+    assert "experiment=sip_basis" in text
+    assert "record=true" in text
+    bare = [line for line in text.partition("choices:")[2].splitlines() if line and not line[40:].strip()]
+    assert bare == []
