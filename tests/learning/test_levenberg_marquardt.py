@@ -1,0 +1,87 @@
+"""Levenberg-Marquardt: Gauss-Newton in the limit, a choice among starts, and its accuracy."""
+
+import numpy as np
+import pytest
+import torch
+
+from repro.data.random_force import random_force
+from repro.evaluation.metrics import pointwise
+from repro.learning.levenberg_marquardt import LevenbergMarquardt
+from repro.learning.objective import Objective
+from repro.learning.problem import Problem
+from repro.learning.result import NoCheckpoint, silent
+from repro.learning.training import make_task
+from repro.models.bases import t1, t2
+from repro.models.lagrangian import Lagrangian
+from repro.models.structured import Structured
+
+
+def test_with_little_damping_a_linear_problem_takes_a_few_steps(t1_problem, start, true_t1):
+    optimiser = LevenbergMarquardt(iterations=6, samples=None, damping=1e-3, decrease=10)
+    fitted = optimiser.fit(t1_problem, start(t1_problem.model), silent, NoCheckpoint())
+    np.testing.assert_allclose(fitted.parameters.numpy(), np.tile(true_t1, (3, 1)), rtol=1e-9)
+
+
+def test_the_best_of_several_starts_goes_on(make_problem, data, start):
+    problem = make_problem(Lagrangian(t2, 2, hidden=(4,)), data)
+    model, short = problem.model, LevenbergMarquardt(iterations=5, samples=None)
+    first = start(model)
+    others = [np.stack([model.initial([np.random.default_rng([s, 2, k])])[0] for s in range(3)]) for k in range(3)]
+    tries = [
+        short.fit(problem, candidate, silent, NoCheckpoint()).curves[-1][2]
+        for candidate in (first, *map(torch.from_numpy, others))
+    ]
+    assert np.ptp(tries, axis=0).min() > 0
+    scouted = LevenbergMarquardt(iterations=0, samples=None, starts=4, scouting=5)
+    best = scouted.fit(problem, first, silent, NoCheckpoint()).curves[-1][2]
+    np.testing.assert_array_equal(best, np.min(tries, axis=0))
+
+
+def test_a_start_that_is_not_finite_is_passed_over(make_problem, data, start):
+    problem = make_problem(Lagrangian(t2, 2, hidden=(4,)), data)
+    broken = torch.full((3, problem.model.n_parameters), 1e308, dtype=torch.float64)
+    fitted = LevenbergMarquardt(iterations=2, starts=2, scouting=1).fit(problem, broken, silent, NoCheckpoint())
+    assert fitted.status == ["ok"] * 3
+    assert fitted.parameters.abs().max() < 1e3
+
+
+def test_a_later_phase_does_not_look_for_another_start():
+    assert LevenbergMarquardt(starts=8).continued() == LevenbergMarquardt(starts=1)
+
+
+def test_it_stops_where_nothing_is_gained(t1_problem, true_t1):
+    fitted = LevenbergMarquardt(iterations=500, samples=None).fit(
+        t1_problem, torch.from_numpy(np.tile(true_t1, (3, 1))), silent, NoCheckpoint()
+    )
+    assert len(fitted.curves) < 60
+
+
+@pytest.fixture(scope="module")
+def episodes(system):
+    return random_force(system, seeds=[0, 1], samples=5000, episode_steps=100)
+
+
+def _test_error(model, data, system, optimiser):
+    parameters = torch.from_numpy(model.initial([np.random.default_rng([seed, 1]) for seed in (0, 1)]))
+    problem = Problem(model, [make_task(model, data.train, Objective())], [0, 1])
+    fitted = optimiser.fit(problem, parameters, silent, NoCheckpoint())
+    metrics = {m.name: m.values for m in pointwise(model, fitted.parameters, data.test, system, "test", "raw")}
+    return metrics["mae_tau"]
+
+
+def test_the_papers_network_reaches_a_tenth_of_the_papers_error(episodes, system):
+    """1x10 on T2; the paper's Adam reports MAE_tau 0.26."""
+    optimiser = LevenbergMarquardt(iterations=150, samples=1000, starts=8, scouting=30)
+    errors = _test_error(Lagrangian(t2, 2, hidden=(10,)), episodes, system, optimiser)
+    assert np.all(errors < 0.02)
+
+
+def test_a_model_that_contains_the_truth_finds_it(episodes, system):
+    model = Structured(2, np.array([0.9, 5.0]), hidden=(8,))
+    errors = _test_error(model, episodes, system, LevenbergMarquardt(iterations=80, samples=500, decrease=10))
+    assert np.all(errors < 1e-5)
+
+
+def test_t1_is_the_case_where_it_is_gauss_newton(episodes, system):
+    errors = _test_error(Lagrangian(t1, 2), episodes, system, LevenbergMarquardt(iterations=20, decrease=10))
+    assert np.all(errors < 1e-9)

@@ -1,0 +1,139 @@
+"""Generated code against torch: two independent derivations of the same loss, gradient and Jacobian."""
+
+import numpy as np
+import pytest
+import torch
+
+from repro.learning import native as module
+from repro.learning.adam import Adam
+from repro.learning.levenberg_marquardt import LevenbergMarquardt
+from repro.learning.members import MemberProblem
+from repro.learning.native import LANES, can_compile, native
+from repro.learning.objective import Objective
+from repro.learning.problem import Problem
+from repro.learning.result import NoCheckpoint, silent
+from repro.learning.training import make_task
+from repro.models.bases import raw, t1, t2
+from repro.models.blackbox import BlackBox
+from repro.models.lagrangian import Lagrangian
+from repro.models.structured import Structured
+
+pytestmark = pytest.mark.skipif(not can_compile(), reason="generated code needs a C compiler")
+
+MODELS = {
+    "t1": lambda: Lagrangian(t1, 2),
+    "t2": lambda: Lagrangian(t2, 2, hidden=(4,)),
+    "structured": lambda: Structured(2, np.array([0.9, 5.0]), hidden=(2,)),
+    "transformed": lambda: Lagrangian(t1, 2, transform_hidden=(2,)),
+    "blackbox": lambda: BlackBox(2, hidden=(3,)),
+}
+INVERSE, FORWARD = Objective("inverse"), Objective("forward")
+ANCHOR = Objective(None, energy_weight=0.7, energy_form="sum")
+CASES = {
+    "t1 inverse": ("t1", [INVERSE]),
+    "t1 forward": ("t1", [FORWARD]),
+    "t2 inverse": ("t2", [INVERSE]),
+    "t2 forward": ("t2", [FORWARD]),
+    "structured inverse": ("structured", [INVERSE]),
+    "structured forward": ("structured", [FORWARD]),
+    "momentum transform": ("transformed", [Objective("inverse", transform_weight=0.3)]),
+    "black box": ("blackbox", [FORWARD]),
+    "energy as sum, alone": ("t2", [ANCHOR]),
+    "joint with the Legendre energy": ("t2", [INVERSE, Objective("inverse", energy_weight=0.4)]),
+}
+
+
+@pytest.fixture(params=CASES)
+def case(request, data, free):
+    name, objectives = CASES[request.param]
+    return _problem(MODELS[name](), objectives, data, free)
+
+
+def _problem(model, objectives, data, free):
+    """The last task is on D_H where its energy is asked for; its samples, and those of D, fill no whole lanes."""
+    chosen = [free if objective.energy_weight else data for objective in objectives]
+    scale = 20.0 if len(objectives) == 1 else None  # sample weights
+    tasks = [make_task(model, d.train, o, error_scale=scale) for d, o in zip(chosen, objectives, strict=True)]
+    l1 = torch.linspace(0, 0.1, model.n_parameters, dtype=torch.float64) if model.n_parameters == 4 else None
+    return Problem(model, tasks, [0, 1, 2], l1)
+
+
+def _close(ours, expected):
+    np.testing.assert_allclose(ours, expected, rtol=1e-12, atol=1e-12 * np.abs(expected).max())
+
+
+def test_loss_and_gradient_agree(case, start):
+    parameters = start(case.model).requires_grad_()
+    losses = case.loss(parameters)
+    (gradients,) = torch.autograd.grad(losses.sum(), parameters)
+    compiled = native(case)
+    assert case.samples % LANES
+    for member in range(case.members):
+        loss, gradient = compiled.loss_and_gradient(member, parameters[member].detach().numpy().copy())
+        _close(loss, losses[member].item())
+        _close(gradient, gradients[member].numpy())
+
+
+def test_rows_and_their_jacobian_agree(case, start):
+    parameters = start(case.model)
+    member = case.member(1)
+    rows, jacobian = (part[0].numpy() for part in member.linearise(parameters[1:2]))
+    ours, our_jacobian = MemberProblem(member).linearise(parameters[1].numpy().copy())
+    # the order of the rows is free: every sum over them must agree
+    _close(np.sort(ours), np.sort(rows))
+    _close(our_jacobian.T @ our_jacobian, jacobian.T @ jacobian)
+    _close(our_jacobian.T @ ours, jacobian.T @ rows)
+
+
+def test_weights_that_are_exactly_zero_leave_softplus_its_curvature(data, start):
+    """Raw coordinates at the upright rest are all zero, and so are fresh biases: every unit is at 0 there."""
+    model = Lagrangian(raw, 2, hidden=(3,))
+    parameters = model.initial([np.random.default_rng(0)] * 3)
+    assert np.all(data.q[0, 0] == 0) and np.all(data.qd[0, 0] == 0)
+    for objective in (INVERSE, FORWARD):
+        problem = _problem(model, [objective], data, None)
+        expected = problem.loss(torch.from_numpy(parameters))[0].item()
+        assert native(problem).loss_and_gradient(0, parameters[0])[0] == pytest.approx(expected, rel=1e-11)
+
+
+@pytest.mark.parametrize("objectives", [[FORWARD], [INVERSE, Objective("inverse", energy_weight=0.4)]])
+def test_adam_takes_the_same_steps_in_both_engines(objectives, data, free, start):
+    problem = _problem(MODELS["t2"](), objectives, data, free)
+    parameters = start(problem.model)
+    fits = [
+        Adam(epochs=3, batch_size=32, engine=engine).fit(problem, parameters, silent, NoCheckpoint())
+        for engine in ("auto", "torch")
+    ]
+    assert not torch.equal(fits[0].parameters, parameters)
+    torch.testing.assert_close(fits[0].parameters, fits[1].parameters, rtol=1e-10, atol=1e-10)
+    for (step, name, values), (other_step, other_name, others) in zip(*(fit.curves for fit in fits), strict=True):
+        assert (step, name) == (other_step, other_name)
+        np.testing.assert_allclose(values, others, rtol=1e-10)
+
+
+def test_without_a_compiler_torch_gives_the_same_result(data, start, monkeypatch):
+    problem = _problem(MODELS["t2"](), [INVERSE], data, None)
+    parameters = start(problem.model)
+    optimisers = [Adam(epochs=3, batch_size=50), LevenbergMarquardt(iterations=5)]
+    compiled = [optimiser.fit(problem, parameters, silent, NoCheckpoint()).parameters for optimiser in optimisers]
+    monkeypatch.setattr(module, "can_compile", lambda: False)
+    assert native(problem) is None
+    for optimiser, expected in zip(optimisers, compiled, strict=True):
+        ours = optimiser.fit(problem, parameters, silent, NoCheckpoint()).parameters
+        torch.testing.assert_close(ours, expected, rtol=1e-9, atol=1e-9)
+
+
+def test_a_compiler_that_cannot_compile_counts_as_none(monkeypatch):
+    def refuse(source, flags):
+        raise module.CompilerError("math.h: no such file")
+
+    monkeypatch.setattr(module, "load_library", refuse)
+    can_compile.cache_clear()
+    assert not can_compile()
+    monkeypatch.undo()
+    can_compile.cache_clear()
+    assert can_compile()
+
+
+def test_large_models_stay_with_torch(data):
+    assert native(_problem(Lagrangian(t2, 2, hidden=(150,)), [INVERSE], data, None)) is None
