@@ -12,6 +12,7 @@ from repro.listing import list_jobs
 from repro.overrides import belongs, expand, experiment_of, experiments, setting
 from repro.planned import Planned, planned
 from repro.tracking.board import Board
+from repro.tracking.files import check_writable
 from repro.tracking.jobs import Job, JobResult, failure_table
 from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.pool import run_jobs
@@ -99,6 +100,7 @@ def _run_missing(
     missing.sort(key=lambda job: -job.expected_seconds)
     if not missing:
         return []
+    check_writable(paths.root)
     todo = [
         Job(
             name=job.label,

@@ -132,6 +132,13 @@ def disk_errors_explained(folder: Path) -> Iterator[None]:
         raise trouble from error
 
 
+def check_writable(folder: Path) -> None:
+    """UserError when a folder takes no new file: a full disk, a read-only mount, missing rights."""
+    with disk_errors_explained(folder):
+        write_atomically(folder / ".cache" / "probe", b"0" * _NO_ROOM_BYTES)
+        (folder / ".cache" / "probe").unlink(missing_ok=True)
+
+
 def _is_full(folder: Path) -> bool:
     while not folder.exists():
         folder = folder.parent

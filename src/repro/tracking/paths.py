@@ -6,6 +6,8 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
+from repro.errors import UserError
+
 RUN_FILE = "run.json"
 HOLDER_FILE = "holder.json"
 TEMPORARY_SUFFIX = ".tmp"
@@ -16,8 +18,12 @@ NOT_KINDS = frozenset({"experiments", "report", "logs", "patches"})
 
 
 def outputs_root() -> Path:
-    """The folder of all results: $REPRO_OUTPUTS, else ./outputs."""
-    return Path(os.environ.get(ROOT_VARIABLE) or "outputs").absolute()
+    """The folder of all results: $REPRO_OUTPUTS, else ./outputs; UserError when it cannot be a folder."""
+    root = Path(os.environ.get(ROOT_VARIABLE) or "outputs").absolute()
+    for place in (root, *root.parents):
+        if place.is_file():
+            raise UserError(f"{ROOT_VARIABLE}={root}: {place} is a file, not a folder; choose another folder")
+    return root
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from multiprocessing import connection, parent_process
 from pathlib import Path
 from typing import Any
 
+from repro.errors import UserError
 from repro.tracking import code, progress
 from repro.tracking.files import disk_errors_explained
 from repro.tracking.store import StageFailed
@@ -48,12 +49,20 @@ def main(pipe: connection.Connection, target: str, arguments: dict[str, Any], lo
     except KeyboardInterrupt:
         pipe.send(("interrupted", None))
     except StageFailed as failure:
-        traceback.print_exc()
         pipe.send(("failed", dict(failure.record.error or {})))
+        _print_trace()
+    except UserError as error:
+        pipe.send(("failed", {"type": "", "message": str(error), "trace": ""}))
     except Exception as error:
-        traceback.print_exc()
         trace = "".join(traceback.format_exception(error))
         pipe.send(("failed", {"type": type(error).__name__, "message": str(error), "trace": trace}))
+        _print_trace()
+
+
+def _print_trace() -> None:
+    # On a full disk the log takes nothing more; the launcher has been told already.
+    with suppress(OSError):
+        traceback.print_exc()
 
 
 def _die_with_launcher() -> None:
