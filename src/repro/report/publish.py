@@ -1,4 +1,4 @@
-"""What is committed: results, tables, figures and the README's verdicts, of the full scale and a clean tree."""
+"""What is committed: results, tables, figures and the README's tables, of the full scale and a clean tree."""
 
 import shutil
 import subprocess
@@ -7,13 +7,13 @@ from pathlib import Path
 
 from repro.errors import UserError
 from repro.report.build import render
-from repro.report.readme import write_verdicts
+from repro.report.readme import write_tables
 from repro.report.results import Results
 from repro.report.verdicts import FULL_SCALE
 
 
 def publish(results: Results, root: Path) -> None:
-    """Write paper/results, paper/tables, paper/figures and the verdict table of README.md in the checkout `root`.
+    """Write paper/results, paper/tables, paper/figures and the tables of README.md in the checkout `root`.
 
     Raises UserError for another scale, an unclean git tree or results older than the code.
     """
@@ -35,7 +35,7 @@ def publish(results: Results, root: Path) -> None:
         for name in ("tables", "figures"):
             shutil.rmtree(root / "paper" / name, ignore_errors=True)
             shutil.copytree(Path(temporary) / name, root / "paper" / name)
-    write_verdicts(root / "README.md", verdicts)
+    write_tables(root / "README.md", results, verdicts)
 
 
 def _refuse_unclean(root: Path) -> None:

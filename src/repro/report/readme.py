@@ -1,4 +1,4 @@
-"""The verdict table in README.md: generated between two marks, and checked against the committed results."""
+"""The tables in README.md: generated between marks, and checked against the committed results."""
 
 import csv
 import re
@@ -10,11 +10,12 @@ from repro.errors import UserError
 from repro.report import writing
 from repro.report.claims import load_claims
 from repro.report.files import write_text
+from repro.report.front_table import models_block
 from repro.report.results import Results
 from repro.report.verdict_table import mark, measured
 from repro.report.verdicts import VERDICTS, Verdict, judge_all
 
-BEGIN, END = "<!-- verdicts:begin -->", "<!-- verdicts:end -->"
+BLOCKS = ("verdicts", "models")
 
 
 def verdict_block(verdicts: Sequence[Verdict]) -> str:
@@ -42,10 +43,11 @@ def verdict_block(verdicts: Sequence[Verdict]) -> str:
     return "\n".join(lines)
 
 
-def write_verdicts(readme: Path, verdicts: Sequence[Verdict]) -> None:
-    """Replace the text between the marks. Raises UserError where README.md lacks them."""
-    before, _, after = _parts(readme)
-    write_text(readme, f"{before}{BEGIN}\n{verdict_block(verdicts)}\n{END}{after}")
+def write_tables(readme: Path, results: Results, verdicts: Sequence[Verdict]) -> None:
+    """Replace the text between the marks of each table. Raises UserError where README.md lacks them."""
+    for name, block in _blocks(results, verdicts).items():
+        before, _, after = _parts(readme, name)
+        write_text(readme, f"{before}{_begin(name)}\n{block}\n{_end(name)}{after}")
 
 
 def drift(root: Path) -> list[str]:
@@ -55,10 +57,11 @@ def drift(root: Path) -> list[str]:
     """
     results = Results.load(root / "paper" / "results")
     verdicts = judge_all(load_claims(root / "paper" / "claims.yaml"), results)
-    _, stands, _ = _parts(root / "README.md")
     found = []
-    if stands.strip() != verdict_block(verdicts).strip():
-        found.append("README.md shows another verdict table than paper/results gives")
+    for name, block in _blocks(results, verdicts).items():
+        _, stands, _ = _parts(root / "README.md", name)
+        if stands.strip() != block.strip():
+            found.append(f"README.md shows another table of {name} than paper/results gives")
     path = root / "paper" / "results" / "claims.csv"
     with path.open(encoding="utf-8", newline="") as stream:
         committed = {row["id"]: row["verdict"] for row in csv.DictReader(stream)}
@@ -69,10 +72,23 @@ def drift(root: Path) -> list[str]:
     return [*found, *(f"{path.name} holds {name}, which is no claim" for name in committed)]
 
 
-def _parts(readme: Path) -> tuple[str, str, str]:
+def _blocks(results: Results, verdicts: Sequence[Verdict]) -> dict[str, str]:
+    return dict(zip(BLOCKS, (verdict_block(verdicts), models_block(results)), strict=True))
+
+
+def _begin(name: str) -> str:
+    return f"<!-- {name}:begin -->"
+
+
+def _end(name: str) -> str:
+    return f"<!-- {name}:end -->"
+
+
+def _parts(readme: Path, name: str) -> tuple[str, str, str]:
     text = readme.read_text(encoding="utf-8")
-    match = re.fullmatch(rf"(.*?){re.escape(BEGIN)}(.*?){re.escape(END)}(.*)", text, flags=re.DOTALL)
+    begin, end = _begin(name), _end(name)
+    match = re.fullmatch(rf"(.*?){re.escape(begin)}(.*?){re.escape(end)}(.*)", text, flags=re.DOTALL)
     if match is None:
-        message = f"{readme} lacks the marks {BEGIN} and {END}; the verdict table goes between them"
+        message = f"{readme} lacks the marks {begin} and {end}; the table of {name} goes between them"
         raise UserError(message)
     return match[1], match[2], match[3]
