@@ -153,7 +153,8 @@ def make_checkout(root: Path) -> Path:
     (root / "paper").mkdir(parents=True)
     for name in ("claims.yaml", "assumptions.yaml"):
         (root / "paper" / name).write_bytes((ROOT / "paper" / name).read_bytes())
-    (root / "README.md").write_text(f"# Title\n{readme.BEGIN}\n{readme.END}\nbelow\n", encoding="utf-8")
+    marks = "".join(f"<!-- {name}:begin -->\n<!-- {name}:end -->\n" for name in readme.BLOCKS)
+    (root / "README.md").write_text(f"# Title\n{marks}below\n", encoding="utf-8")
     git(root, "init", "-q")
     commit(root)
     return root
@@ -172,8 +173,8 @@ def commit(root: Path) -> None:
 def test_publishing_writes_what_the_drift_check_accepts(published):
     assert readme.drift(published) == []
     text = (published / "README.md").read_text(encoding="utf-8")
-    assert text.startswith(f"# Title\n{readme.BEGIN}\n")
-    assert text.endswith(f"{readme.END}\nbelow\n")
+    assert text.startswith("# Title\n<!-- verdicts:begin -->\n")
+    assert text.endswith("<!-- models:end -->\nbelow\n")
     assert "| C4a | PLNN" in text
     assert (published / "paper" / "tables" / "verdicts.tex").is_file()
     assert (published / "paper" / "figures" / "validation.pdf").is_file()
@@ -184,7 +185,7 @@ def test_drift_of_the_readme_and_of_the_claims_is_reported(published, tmp_path):
     shutil.copytree(published, root)
     page = root / "README.md"
     page.write_text(page.read_text(encoding="utf-8").replace("| matched", "| better", 1), encoding="utf-8")
-    assert readme.drift(root) == ["README.md shows another verdict table than paper/results gives"]
+    assert readme.drift(root) == ["README.md shows another table of verdicts than paper/results gives"]
     claims = root / "paper" / "claims.yaml"
     claims.write_text(claims.read_text(encoding="utf-8").replace("printed: 0.26", "printed: 26.0"), encoding="utf-8")
     assert "claims.csv holds another verdict on C4a than better" in readme.drift(root)
@@ -207,10 +208,10 @@ def test_only_a_clean_tree_of_the_full_scale_and_the_present_code_is_published(c
         publish.publish(quick, checkout)
 
 
-def test_a_readme_without_marks_is_an_error(tmp_path):
+def test_a_readme_without_marks_is_an_error(built, tmp_path):
     (tmp_path / "README.md").write_text("# Title\n", encoding="utf-8")
     with pytest.raises(UserError, match="lacks the marks"):
-        readme.write_verdicts(tmp_path / "README.md", [])
+        readme.write_tables(tmp_path / "README.md", Results.load(built.results), [])
 
 
 def test_the_committed_verdicts_have_not_drifted():

@@ -29,6 +29,5 @@ def _title(setting: Setting) -> str:
     if name is not None:
         return ANCHOR_TITLES[name]
     first = "basis" if setting.card["model"] == "lagrangian" else "model"
-    return setting.title(
-        first, "hidden", "optimiser", "epochs" if setting.card["optimiser"] == "adam" else "curriculum"
-    )
+    title = setting.title(first, "hidden", "optimiser")
+    return f"{title}, {setting.card['epochs']} epochs" if setting.card["optimiser"] == "adam" else title
