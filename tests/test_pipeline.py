@@ -166,3 +166,12 @@ def test_two_runs_of_one_configuration_are_equal_to_the_bit(tmp_path):
     np.testing.assert_array_equal(*map(weights, made))
     metrics = [json.loads((record.folder / "run.json").read_bytes())["files"] for record in made]
     assert metrics[0]["trajectories.parquet"] == metrics[1]["trajectories.parquet"]
+
+
+def test_a_model_too_wide_to_simulate_is_measured_but_not_recorded(tmp_path):
+    store = Store(tmp_path)
+    made = pipeline("basis=t2", "model.hidden=[60,60]", "optimiser.epochs=1", "record=true", "seeds=1")
+    record = made.execute(store)
+    assert record.summary["card"]["n_parameters"] > 2000
+    assert made.finished(store) == record
+    assert not list(tmp_path.glob("recordings/*/run.json"))

@@ -108,9 +108,10 @@ class Pipeline:
 
     def finished(self, store: Store) -> Record | None:
         """The stored run, when all that this run should leave is there."""
-        if self.config.record and self._records and store.find(self.recording_stage.id, kind="recordings") is None:
-            return None
-        return store.find(self.run_stage.id, kind="runs")
+        run = store.find(self.run_stage.id, kind="runs")
+        if run is None or not self._is_recorded(run) or store.find(self.recording_stage.id, kind="recordings"):
+            return run
+        return None
 
     def execute(self, store: Store) -> Record:
         """Make whatever is not there yet, and return the run's record; StageFailed when a stage fails."""
@@ -123,7 +124,7 @@ class Pipeline:
         fit = store.compute(self.fit_stage, work.make_fit)
         progress.report(0.95, "evaluation")
         run = store.compute(self.run_stage, lambda folder: work.make_run(folder, fit))
-        if self.config.record and self._records:
+        if self._is_recorded(run):
             store.compute(self.recording_stage, lambda folder: work.make_recording(folder, run))
         return run
 
@@ -131,11 +132,14 @@ class Pipeline:
     def _without_fit(self) -> bool:
         return self.config.model["kind"] in ANCHOR_ROWS
 
-    @property
-    def _records(self) -> bool:
-        """Whether there is motion and energy to show: a model that can be simulated, of a known system."""
-        energetic = self.config.model["kind"] not in (*ANCHOR_ROWS, "blackbox")
-        return energetic and isinstance(self.config.data, RandomForce)
+    def _is_recorded(self, run: Record) -> bool:
+        """Whether a recording is wanted, and has motion and energy to show: a simulated model of a known system."""
+        from repro.evaluation.rollouts import LARGEST
+
+        shows = self.config.model["kind"] not in (*ANCHOR_ROWS, "blackbox") and isinstance(
+            self.config.data, RandomForce
+        )
+        return self.config.record and shows and run.summary["card"]["n_parameters"] <= LARGEST
 
     @property
     def _system_module(self) -> str:

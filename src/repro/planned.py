@@ -38,7 +38,8 @@ class Planned:
 
     def failures(self, store: Store) -> list[Record]:
         """Those of its stages whose last attempt failed."""
-        found = (store.failure(stage.id, kind=stage.kind) for stage in self.pipeline.stages)
+        stages = [*self.pipeline.stages, self.pipeline.recording_stage]
+        found = (store.failure(stage.id, kind=stage.kind) for stage in stages)
         return [record for record in found if record is not None]
 
     @property

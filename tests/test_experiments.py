@@ -1,0 +1,57 @@
+"""Every experiment says how to run it, composes at every scale, and runs."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+import time
+
+import pytest
+import yaml
+
+from repro.compose import parse, plan
+from repro.config import scaled
+from repro.overrides import expand, experiments
+from repro.settings import CONF, EXPERIMENTS
+
+
+@pytest.mark.parametrize("name", experiments())
+def test_an_experiment_says_how_to_run_it_and_what_it_asks(name):
+    command, question, *_ = (EXPERIMENTS / f"{name}.yaml").read_text().splitlines()
+    assert command == f"# repro run -m experiment={name}"
+    assert re.match(r"# .*\((C\d+|.*; C\d+|[IVX]+-)", question), "the claims or the section that it answers"
+
+
+@pytest.mark.parametrize("name", experiments())
+def test_all_jobs_compose_at_every_scale(name):
+    jobs = plan(expand([f"experiment={name}", "scale=paper"]))
+    for composed in jobs:
+        raw = composed.config.model_dump()
+        for scale in ("smoke", "quick", "paper"):
+            config = scaled(parse(raw | {"scale": yaml.safe_load((CONF / "scale" / f"{scale}.yaml").read_text())}))
+            assert config.experiment == name
+            assert config.optimiser.get("epochs", 1) >= 1
+    assert {"trivial", "degenerate"} <= {composed.config.model["kind"] for composed in jobs}, "the anchor rows"
+
+
+@pytest.mark.slow
+def test_all_experiments_run_and_a_second_pass_repeats_nothing(tmp_path):
+    environment = {**os.environ, "REPRO_OUTPUTS": str(tmp_path)}
+
+    def repro(*arguments):
+        started = time.monotonic()
+        command = [sys.executable, "-m", "repro.cli", *arguments]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout, time.monotonic() - started
+
+    repro("reproduce", "scale=smoke")
+    before = {path: path.stat().st_mtime_ns for path in tmp_path.glob("*/*/run.json")}
+    states = {item["id"]: item["state"] for item in json.loads(repro("status", "--json")[0])}
+    assert set(states.values()) == {"done"}
+    assert sorted(path.stem for path in (tmp_path / "experiments" / "smoke").iterdir()) == experiments()
+
+    _, seconds = repro("reproduce", "scale=smoke")
+    assert seconds < 15  # 5 on an idle machine
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.glob("*/*/run.json")} == before
