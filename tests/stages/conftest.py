@@ -1,0 +1,69 @@
+"""Tiny data and recipes."""
+
+from dataclasses import replace
+
+import pytest
+import torch
+
+from repro.data.free_motion import free_motion
+from repro.data.random_force import random_force
+from repro.mechanics.system import load
+from repro.models.bases import t1
+from repro.models.lagrangian import Lagrangian
+from repro.stages.evaluation import Fit
+from repro.stages.fit import Recipe
+
+L1 = ("l1_kinetic", "l1_potential")
+
+
+@pytest.fixture(autouse=True)
+def one_thread():
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(before)
+
+
+@pytest.fixture(scope="session")
+def system():
+    return load("sip")
+
+
+@pytest.fixture(scope="session")
+def data(system):
+    return random_force(system, seeds=[3, 8], samples=600, episode_steps=100)
+
+
+@pytest.fixture(scope="session")
+def free(system):
+    return free_motion(system, seeds=[3, 8], starts=12, steps=10)
+
+
+@pytest.fixture
+def recipe():
+    """recipe(kind of sequence, changed settings of the objective or the sequence)."""
+
+    def make(kind="d_only", **changes):
+        objective = {"kind": "inverse", "transform_weight": 0.0, "error_scale": None} | dict.fromkeys(L1, 0.0)
+        sequence = {"kind": kind, "energy_weight": 1.0, "energy_form": "legendre"}
+        for name, value in changes.items():
+            (objective if name in objective else sequence)[name] = value
+        return Recipe(objective, sequence, [3, 8])
+
+    return make
+
+
+@pytest.fixture
+def exact():
+    parameters = torch.tensor([[0.4, 0.025, 0.1, 0.98]] * 2, dtype=torch.float64)
+    return Fit(Lagrangian(t1, 2), parameters, [3, 8], ["ok", "ok"], 1.5, {"epochs": 7})
+
+
+@pytest.fixture
+def shortened():
+    def cut(dataset, samples, n_train):
+        arrays = {name: getattr(dataset, name)[:, :samples] for name in ("q", "qd", "qdd", "tau")}
+        shared = {name: getattr(dataset, name)[:samples] for name in ("time", "episode")}
+        return replace(dataset, **arrays, **shared, n_train=n_train)
+
+    return cut

@@ -1,0 +1,145 @@
+"""Which data in which order: the phases that a sequence and a curriculum make, and what they achieve."""
+
+import numpy as np
+import pandas as pd
+import pytest
+import torch
+
+from repro.data.random_force import random_force
+from repro.evaluation.predictions import predict
+from repro.learning.adam import Adam
+from repro.learning.least_squares import LeastSquares
+from repro.learning.levenberg_marquardt import LevenbergMarquardt
+from repro.learning.result import Fitted, NoCheckpoint, silent
+from repro.models.bases import t1, t2
+from repro.models.lagrangian import Lagrangian
+from repro.models.trivial import Trivial
+from repro.stages.fit import CURVES, build_model, fit, keep, load_parameters
+
+MODEL = Lagrangian(t2, 2, hidden=(4,))
+SHORT = LevenbergMarquardt(iterations=20, samples=None)
+
+
+def _fit(recipe, data, free, system, optimiser=SHORT, model=MODEL):
+    told = []
+    fitted, seconds = fit(
+        model, recipe, optimiser, data, free, system, lambda fraction, text: told.append(text), NoCheckpoint()
+    )
+    assert seconds >= 0
+    return fitted, list(dict.fromkeys(text.split(":")[0] for text in told))
+
+
+def _energy_error(parameters, dataset, form):
+    said = predict(MODEL, parameters, dataset.q, dataset.qd, dataset.qdd, dataset.tau)
+    energy = said.hamiltonian(dataset.qd) if form == "legendre" else said.kinetic + said.potential
+    return np.abs(energy - dataset.energy).mean(1)
+
+
+def test_each_member_starts_from_its_own_seed(recipe, data, system):
+    fitted, _ = _fit(recipe(), [data], None, system, Adam(epochs=1, learning_rate=1e-12, epsilon=1.0))
+    start = MODEL.initial([np.random.default_rng([seed, 1]) for seed in (3, 8)])
+    np.testing.assert_allclose(fitted.parameters.numpy(), start, atol=1e-9)
+
+
+def test_pretraining_on_known_energies_comes_first(recipe, data, free, system):
+    fitted, names = _fit(recipe("d_h_then_d"), [data], free, system)
+    assert names == ["D_H", "D"]
+    alone, _ = _fit(recipe(), [data], None, system)
+    assert not torch.equal(fitted.parameters, alone.parameters)
+    assert fitted.notes == {"epochs": 20}
+
+
+@pytest.mark.parametrize("form", ["legendre", "sum"])
+@pytest.mark.parametrize("kind", ["d_h_only", "joint"])
+def test_known_energies_are_learned_where_they_are_asked_for(kind, form, recipe, data, free, system):
+    optimiser = LevenbergMarquardt(iterations=60, samples=None)
+    asked, names = _fit(recipe(kind, energy_form=form, energy_weight=100.0), [data], free, system, optimiser)
+    assert not {"D_H", "D"} & set(names)  # one phase needs no name
+    alone, _ = _fit(recipe(), [data], None, system, optimiser)
+    assert np.all(_energy_error(asked.parameters, free.train, form) < 0.1)
+    assert np.all(_energy_error(alone.parameters, free.train, form) > 0.2)
+
+
+@pytest.mark.parametrize("convention", ["physical", "printed"])
+def test_an_anchor_fixes_the_energy_of_the_upright_rest(convention, recipe):
+    from repro.mechanics.system import load
+
+    system = load("sip", convention)
+    data = random_force(system, seeds=[3, 8], samples=300, episode_steps=100)
+    optimiser = LevenbergMarquardt(iterations=40, samples=None)
+    anchored, _ = _fit(recipe("anchor", energy_weight=10.0), [data], None, system, optimiser)
+    free, _ = _fit(recipe(), [data], None, system, optimiser)
+    q = np.broadcast_to(system.upright, (2, 1, 2)).copy()
+    zero = np.zeros_like(q)
+    energies = []
+    for fitted in (anchored, free):
+        said = predict(MODEL, fitted.parameters, q, zero, zero, zero)
+        energies.append(said.hamiltonian(zero)[:, 0])
+    np.testing.assert_allclose(energies[0], 0.98, atol=0.01)
+    assert np.all(np.abs(energies[1] - 0.98) > 0.02)
+
+
+def test_a_curriculum_goes_through_its_stages(recipe, data, free, system):
+    earlier = random_force(system, seeds=[3, 8], samples=100, episode_steps=20)
+    fitted, names = _fit(recipe("d_h_then_d"), [earlier, data], free, system)
+    assert names == ["D_H", "D, stage 1", "D"]
+    direct, _ = _fit(recipe("d_h_then_d"), [data], free, system)
+    assert not torch.equal(fitted.parameters, direct.parameters)
+
+
+def test_only_training_samples_are_used(recipe, data, system):
+    """The test part may be anything."""
+    from dataclasses import replace
+
+    tau = data.tau.copy()
+    tau[:, data.n_train :] = np.nan
+    fits = [_fit(recipe(), [each], None, system)[0].parameters for each in (data, replace(data, tau=tau))]
+    assert torch.equal(*fits)
+
+
+def test_the_l1_weights_of_an_objective_fall_on_their_own_coefficients(recipe, data, system):
+    model, optimiser = Lagrangian(t1, 2), Adam(epochs=600, learning_rate=0.02)
+    plain, shrunk = (
+        _fit(recipe(l1_potential=weight), [data], None, system, optimiser, model)[0].parameters for weight in (0, 50)
+    )
+    assert torch.all(shrunk[:, 3].abs() < 0.05) and torch.all(plain[:, 3].abs() > 0.3)
+    assert torch.all(shrunk[:, 0] > 0.3)
+
+
+def test_d_h_is_asked_for_where_it_is_needed(recipe, data, system):
+    with pytest.raises(ValueError, match="needs D_H"):
+        _fit(recipe("joint"), [data], None, system)
+
+
+def test_a_model_without_weights_is_not_fitted(recipe, data, system):
+    fitted, _ = _fit(recipe(), [data], None, system, SHORT, Trivial(2))
+    assert fitted.parameters.shape == (2, 0) and fitted.status == ["ok", "ok"] and fitted.curves == []
+
+
+def test_the_velocity_scale_is_that_of_the_first_phase(data, system):
+    short = random_force(system, seeds=[3, 8], samples=100, episode_steps=10)
+    model = build_model({"kind": "structured", "hidden": [4]}, "t2", [short, data], system)
+    np.testing.assert_allclose(model.velocity_scale, short.train.qd.reshape(-1, 2).std(0))
+    assert np.all(model.velocity_scale < data.qd.reshape(-1, 2).std(0))
+
+
+def test_weights_and_curves_are_kept(tmp_path, recipe, data, system):
+    fitted, _ = _fit(recipe(), [data], None, system)
+    summary = keep(tmp_path, fitted, [3, 8], 12.5)
+    assert summary == {"status": ["ok", "ok"], "seconds": 12.5, "notes": {"epochs": 20}}
+    assert torch.equal(load_parameters(tmp_path), fitted.parameters)
+    table = pd.read_parquet(tmp_path / CURVES)
+    assert set(table["member"]) == {3, 8} and set(table["name"]) == {"loss"}
+    last = table[(table["member"] == 8)].sort_values("step")["value"].iloc[-1]
+    assert last == fitted.curves[-1][2][1]
+
+
+def test_a_fit_without_curves_leaves_an_empty_table_of_the_same_types(tmp_path):
+    keep(tmp_path, Fitted(torch.zeros(1, 2), [], ["ok"]), [0], 0.0)
+    table = pd.read_parquet(tmp_path / CURVES)
+    assert len(table) == 0 and str(table["value"].dtype) == "float64" and str(table["member"].dtype) == "int64"
+
+
+def test_least_squares_through_the_stage_is_exact(recipe, data, free, system):
+    fitted, _ = fit(Lagrangian(t1, 2), recipe("joint"), LeastSquares(), [data], free, system, silent, NoCheckpoint())
+    np.testing.assert_allclose(fitted.parameters, [[0.4, 0.025, 0.1, 0.98]] * 2, atol=1e-9)

@@ -1,0 +1,64 @@
+"""What is drawn is what was stored."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from repro.stages import recording as module
+from repro.stages.evaluation import TRAJECTORIES, measure
+from repro.stages.recording import record
+
+CURVES = pd.DataFrame(
+    [(seed, step, "loss", value) for seed in (3, 8) for step, value in ((1, 10.0), (2, 0.01), (3, 0.0))],
+    columns=["member", "step", "name", "value"],
+)
+
+
+@pytest.fixture
+def recorded(tmp_path, exact, data, system, monkeypatch):
+    """The recording that would be written for the exact model."""
+    measure(tmp_path, exact, data, system, "raw")
+    written = []
+    monkeypatch.setattr(module, "write_recording", lambda path, recording: written.append(recording))
+    trajectories = pd.read_parquet(tmp_path / TRAJECTORIES)
+    summary = record(tmp_path, "run-1", "a title", {"key": 1}, trajectories, CURVES, system)
+    assert summary == {"member": 3}
+    return written[0]
+
+
+def test_plant_and_model_are_the_first_members(recorded, data):
+    test = data.test
+    np.testing.assert_array_equal(recorded.plant.state, np.concatenate([test.q[0], test.qd[0]], axis=-1))
+    np.testing.assert_allclose(recorded.models["seed 3"].state, recorded.plant.state, atol=1e-8)
+    np.testing.assert_array_equal(recorded.force, test.tau[0, :, 0])
+
+
+def test_points_are_the_cart_and_a_tip_at_the_length_of_the_pole(recorded):
+    cart, tip = np.moveaxis(recorded.plant.points, 1, 0)
+    np.testing.assert_array_equal(cart[:, 1], 0)
+    np.testing.assert_array_equal(cart[:, 0], recorded.plant.state[:, 0])
+    np.testing.assert_allclose(np.linalg.norm(tip - cart, axis=1), 0.5)
+
+
+def test_supplied_power_is_stored_or_dissipated(recorded, data):
+    """No damping: f dx/dt = dH/dt in every step, and a restart is not a step."""
+    power = recorded.power
+    restart = np.flatnonzero(np.diff(data.test.episode))
+    assert restart.tolist() == [19]
+    np.testing.assert_allclose(power["dissipated"], 0, atol=1e-3)
+    for values in power.values():
+        assert values[19] == 0 and values[-1] == 0
+    assert np.abs(power["supplied"]).max() > 0.1
+
+
+def test_curves_are_drawn_on_a_logarithmic_scale_without_zeros(recorded):
+    curve = recorded.curves["log10 loss"]
+    np.testing.assert_array_equal(curve.step, [1, 2, 3])
+    np.testing.assert_allclose(curve.values["seed 8"], [1, -2, np.nan])
+
+
+def test_a_recording_is_written(tmp_path, exact, data, system):
+    measure(tmp_path, exact, data, system, "raw")
+    trajectories = pd.read_parquet(tmp_path / TRAJECTORIES)
+    record(tmp_path, "run-1", "a title", {}, trajectories, CURVES, system)
+    assert (tmp_path / module.FILE).stat().st_size > 1000
