@@ -35,6 +35,9 @@ COMMANDS = (
     Command("diff", "how two runs differ", "diff 9f3c2a81bd 04be7d1f6a", "repro.tracking.details:diff"),
     Command("report", "make tables, figures and verdicts from stored runs", "report", "repro.report.command:main"),
     Command("view", "open a run's recording", "view 9f3c2a81bd", "repro.tracking.viewer:main"),
+    Command(
+        "export", "a learned model for CasADi, C and torch", "export 9f3c2a81bd exported", "repro.export.command:main"
+    ),
     Command("bench", "time this project against others", "bench", "repro.bench.command:main"),
     Command("clean", "remove leftovers, never a current result", "clean --yes", "repro.tracking.commands:clean"),
 )

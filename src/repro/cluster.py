@@ -1,22 +1,25 @@
 """The jobs of a sweep on one of Hydra's launchers: submitit (SLURM, or local processes) and Ray.
 
-Hydra sweeps over the jobs' numbers; each looks its number up in a file, runs, and leaves its result in the store, which
-tells afterwards what became of it. The store must lie where all machines see it.
+Hydra sweeps over the jobs' numbers; each looks its number up in a file, runs in a process of its own, leaves its result
+in the store, and how it ended beside its log. The store must lie where all machines see it.
 """
 
+import importlib
 import importlib.util
 import json
 import os
 import subprocess
 import sys
 import time
-import traceback
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from repro.errors import UserError
 from repro.tracking.files import write_json
+from repro.tracking.jobs import Event, Job, JobResult, reason
+from repro.tracking.pool import run_jobs
 
 LAUNCHER = "hydra/launcher="
 EXTRAS = {
@@ -24,6 +27,7 @@ EXTRAS = {
     "submitit_local": ("slurm", "hydra_plugins.hydra_submitit_launcher"),
     "ray": ("ray", "hydra_plugins.hydra_ray_launcher"),
 }
+_SUBMITTED = "_submitted.pkl"
 
 
 def split(overrides: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -45,16 +49,41 @@ def split(overrides: Sequence[str]) -> tuple[list[str], list[str]]:
     return jobs, where
 
 
-def launch(jobs: Sequence[dict[str, Any]], where: Sequence[str], logs: Path) -> None:
-    """Run the jobs (arguments of `pipeline.run_job`) on a launcher and wait; what became of them is in the store."""
+def launch(jobs: Sequence[dict[str, Any]], where: Sequence[str], logs: Path) -> list[JobResult]:
+    """Run the jobs (arguments of `pipeline.run_job`) on a launcher, wait, and tell how each ended, in their order."""
     folder = logs / f"{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}"
-    write_json(folder / "jobs.json", list(jobs))
-    told = [f"+jobs={folder / 'jobs.json'}", f"+job=range({len(jobs)})", f"hydra.sweep.dir={folder}"]
-    quiet = ["hydra.output_subdir=null", "hydra.job.chdir=false"]
+    write_json(_jobs_file(folder), list(jobs))
+    told = [f"+folder={_quoted(folder)}", f"hydra.sweep.dir={_quoted(folder)}", f"+job=range({len(jobs)})"]
+    quiet = ["hydra.job.name=repro", "hydra.output_subdir=null", "hydra.job.chdir=false"]
     print(f"{len(jobs)} jobs on {' '.join(where)}; their logs: {folder}", file=sys.stderr, flush=True)
-    one_thread = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-    command = [sys.executable, "-m", __name__, "-m", *where, *told, *quiet]
-    subprocess.run(command, env={**one_thread, **os.environ}, check=False)
+    subprocess.run([sys.executable, "-m", __name__, str(folder), "-m", *quiet, *where, *told], check=False)
+    return [_ending(folder, number, arguments) for number, arguments in enumerate(jobs)]
+
+
+def _jobs_file(folder: Path) -> Path:
+    return folder / "jobs.json"
+
+
+def _ending_file(folder: Path, number: int) -> Path:
+    return folder / str(number) / "ended.json"
+
+
+def _quoted(path: Path) -> str:
+    """A path as Hydra's grammar of overrides takes any text."""
+    return "'" + str(path).replace("'", r"\'") + "'"
+
+
+def _job(arguments: dict[str, Any], number: int) -> Job:
+    return Job(f"job {number}", "repro.pipeline:run_job", arguments, arguments["command"])
+
+
+def _ending(folder: Path, number: int, arguments: dict[str, Any]) -> JobResult:
+    job = _job(arguments, number)
+    try:
+        return JobResult(job, **json.loads(_ending_file(folder, number).read_bytes()))
+    except FileNotFoundError:
+        message = "the scheduler stopped it, or never started it: see the messages above and the logs"
+        return JobResult(job, "killed", error={"message": message}, log=str(folder))
 
 
 def _is_there(plugin: str) -> bool:
@@ -65,18 +94,51 @@ def _is_there(plugin: str) -> bool:
 
 
 def _run_one(config: Any) -> None:
-    from repro.pipeline import run_job
+    """One job, on the machine that the launcher chose.
 
-    arguments = json.loads(Path(config.jobs).read_bytes())[config.job]
-    print(arguments["command"], flush=True)
+    Whatever happens in its process, this one ends well: Hydra's launchers give up a whole sweep for one failed job.
+    """
+    folder, number = Path(config.folder), config.job
+    job = _job(json.loads(_jobs_file(folder).read_bytes())[number], number)
+    print(job.command, flush=True)
+    own = _ending_file(folder, number)
     try:
-        run_job(**arguments)
-    except Exception:
-        # A job that fails costs no other: the store keeps why, and the launcher sees a job that has ended.
-        traceback.print_exc()
+        [result] = run_jobs([job], workers=1, preload=(), on_progress=_print_notice, logs=own.parent)
+    except Exception as error:  # submitit's word, raised by its signal handler, that the time is over
+        result = JobResult(job, "killed", error={"type": type(error).__name__, "message": str(error)})
+    print(reason(result), result.log, flush=True)
+    write_json(own, {"outcome": result.outcome, "error": result.error, "seconds": result.seconds, "log": result.log})
+
+
+def _print_notice(event: Event) -> None:
+    if event.what == "notice":
+        print(event.text, flush=True)
+
+
+def _drive() -> None:
+    """Hydra's multi-run over the jobs; its arguments follow the folder of the sweep."""
+    import hydra
+
+    folder = Path(sys.argv.pop(1))
+    try:
+        hydra.main(version_base="1.3", config_path=None)(_run_one)()
+    except (Exception, SystemExit):
+        _wait_for_the_others(folder)
+        raise
+
+
+def _wait_for_the_others(folder: Path) -> None:
+    """Submitit's launchers listen no more once the scheduler has killed a job; the others still run."""
+    submitted = list(folder.glob(f".submitit/*/*{_SUBMITTED}"))
+    if not submitted:
+        return
+    with suppress(ChildProcessError):
+        while True:
+            os.wait()  # the local launcher's jobs are children of this process, SLURM's are not
+    slurm_job = importlib.import_module("submitit").SlurmJob
+    for file in submitted:
+        slurm_job(file.parent, file.name.removesuffix(_SUBMITTED)).wait()
 
 
 if __name__ == "__main__":
-    import hydra
-
-    hydra.main(version_base="1.3", config_path=None)(_run_one)()
+    _drive()
