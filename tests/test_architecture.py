@@ -79,10 +79,15 @@ def test_the_bench_times_the_science_without_the_schema(path):
     assert _rooms(path) <= {*SCIENCE, "bench", "errors", "tracking"}
 
 
+@pytest.mark.parametrize("path", _files("export"), ids=_name)
+def test_the_export_opens_runs_and_reads_no_schema(path):
+    assert _rooms(path) <= {*SCIENCE, "export", "errors", "opened", "tracking"}
+
+
 def test_rooms_are_all_known():
     """A room that is not named here escapes every rule above."""
     rooms = {path.parent.name for path in SOURCE.glob("*/__init__.py")}
-    assert rooms <= {*SCIENCE, "tracking", "report", "stages", "bench"}
+    assert rooms <= {*SCIENCE, "tracking", "report", "stages", "bench", "export"}
 
 
 @pytest.mark.parametrize("path", FILES, ids=_name)

@@ -4,10 +4,8 @@ import json
 import shlex
 
 import pytest
-import yaml
 
 from repro.compose import compose, plan
-from repro.options import choices, kinds
 from repro.overrides import expand
 from repro.settings import CONF, digest
 
@@ -29,18 +27,6 @@ def test_every_option_composes(option, tmp_path):
     companions = [text.replace("{file}", str(recording)) for text in COMPANIONS.get(option, [])]
     composed = compose([option, *companions])
     assert composed.config.members == list(range(composed.config.scale.seeds))
-
-
-@pytest.mark.parametrize(("group", "package"), [("model", "repro.models"), ("optimiser", "repro.learning")])
-def test_every_file_that_can_be_chosen_is(group, package):
-    named = {yaml.safe_load(path.read_text())["kind"] for path in (CONF / group).glob("*.yaml")}
-    assert named == set(kinds(group))
-    assert named <= set(choices(package))
-
-
-def test_every_basis_can_be_chosen():
-    hidden = {"position"}  # of the momentum transform and the structured model
-    assert set(choices("repro.models.bases")) - hidden == {path.stem for path in (CONF / "basis").glob("*.yaml")}
 
 
 @pytest.mark.parametrize(

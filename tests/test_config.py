@@ -56,6 +56,7 @@ COMBINATIONS = {
     "basis=t2 objective.l1_kinetic=0.1": "act on coefficients under optimiser=adam and a linear basis",
     "sequence=joint system.damping=[0.1,0.1]": "D_H keeps its energy only without damping",
     "data=file data.path={file} sequence=joint": "data=file goes with sequence=d_only",
+    "data=file data.path={file} model=degenerate": "is made from the true system",
     "data=file data.path={file} curriculum=growing_episodes": "data=file goes with curriculum=none",
 }
 

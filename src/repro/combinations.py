@@ -91,6 +91,8 @@ def _recording(config: Config) -> Iterator[str]:
         yield "data.path: a value is needed: your CSV or Parquet file"
     elif not Path(config.data.path).is_file():
         yield f"data.path = {config.data.path!r}: no such file; give a CSV or Parquet file"
+    if config.model["kind"] == "degenerate":
+        yield "model.kind = 'degenerate': is made from the true system, which data=file does not tell"
     if config.sequence.kind != "d_only":
         yield f"sequence.kind = {config.sequence.kind!r}: needs simulated data; data=file goes with sequence=d_only"
     if config.curriculum.episodes:
