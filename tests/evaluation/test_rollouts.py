@@ -8,6 +8,7 @@ import torch
 
 from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
+from repro.evaluation import rollouts
 from repro.evaluation.rollouts import (
     POINTS,
     acceleration,
@@ -86,6 +87,19 @@ def test_an_euler_step_of_the_true_model_is_of_first_order(exact, system):
         assert ratio == pytest.approx(4.0, rel=0.05)
 
 
+def test_an_euler_step_takes_the_models_acceleration_at_its_start(exact, system):
+    part = _single_steps(system, 0.01)
+    model, parameters = exact
+    heavier = parameters[:1] * torch.tensor([2.0, 2.0, 2.0, 0.0])  # and without gravity
+    rollout = first_points(model, heavier, part)
+    theta, thetad = part.q[0, ::2, 1], part.qd[0, ::2, 1]
+    mass = 2 * np.array([[0.8 + 0 * theta, 0.1 * np.cos(theta)], [0.1 * np.cos(theta), 0.05 + 0 * theta]])
+    force = np.stack([part.tau[0, ::2, 0] + 0.2 * thetad**2 * np.sin(theta), 0 * theta], axis=-1)
+    qdd = np.linalg.solve(mass.transpose(2, 0, 1), force[..., None])[..., 0]
+    np.testing.assert_allclose(rollout.one_step_euler[0, 1::2, 2:], part.qd[0, ::2] + 0.01 * qdd, atol=1e-12)
+    np.testing.assert_allclose(rollout.one_step_euler[0, 1::2, :2], part.q[0, ::2] + 0.01 * part.qd[0, ::2], atol=1e-12)
+
+
 def test_an_exact_step_uses_each_members_own_weights(exact, data):
     model, parameters = exact
     mixed = parameters.clone()
@@ -102,6 +116,25 @@ def test_a_window_error_grows_with_the_error_of_the_model_and_is_at_most_one(exa
         for scale in (torch.tensor([1.0, 1.0, 1.0, factor]) for factor in (1.001, 1.1, -20.0))
     ]
     assert np.all(errors[0] < errors[1]) and np.all(errors[1] < errors[2]) and np.all(errors[2] <= 1)
+
+
+def test_a_window_error_is_a_geometric_mean_of_relative_distances(exact, system, monkeypatch):
+    """At rest upright z = (0, 1, 0, 0, 0): a model whose cart moves at a is a away from it, and (1 + a^2)^.5 long."""
+    still, at = np.zeros((2, 101, 2)), np.arange(101)
+    part = Dataset(
+        q=still, qd=still, qdd=still, tau=still, time=at * 0.04, episode=0 * at, n_train=0,
+        coordinates=system.coordinates, time_step=0.04,
+    )  # fmt: skip
+    speeds = np.linspace(0.1, 2.0, 50)
+
+    def moving(acceleration, initial, tau, time_step, parameters):
+        states = np.zeros((len(initial), 51, 4))
+        states[:, 1:, 2] = speeds
+        return states
+
+    monkeypatch.setattr(rollouts, "simulate", moving)
+    expected = np.exp(np.log(speeds / (1 + np.sqrt(1 + speeds**2))).mean())
+    np.testing.assert_allclose(_values(window_error(*exact, part, "test"))["rollout_error"], expected, rtol=1e-12)
 
 
 def test_a_model_that_blows_up_has_infinite_errors_and_the_largest_window_error(exact, data):

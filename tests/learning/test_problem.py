@@ -1,5 +1,7 @@
 """A problem's loss is the mean over samples of the squared rows; parts of it are the same problem."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -78,9 +80,15 @@ def test_a_sub_sample_is_drawn_by_each_members_seed(problem):
         at_rest = chosen.count((0.0, 0.0))  # every episode starts there, the other states occur once
         assert known.issuperset(chosen)
         assert len(set(chosen)) == 40 - max(0, at_rest - 1)
-    assert not torch.equal(q[0], q[1])
     assert problem.subsample(None) is problem
     assert problem.subsample(500) is problem
+
+
+def test_members_draw_differently_from_the_same_data(data, make_problem):
+    names = ("q", "qd", "qdd", "tau")
+    same = replace(data, **{name: np.repeat(getattr(data, name)[:1], 3, axis=0) for name in names})
+    tau = make_problem(Lagrangian(t1, 2), same).subsample(40).tasks[0].measured["tau"]
+    assert not torch.equal(tau[0], tau[1])
 
 
 def test_a_members_sub_sample_does_not_depend_on_its_company(problem):

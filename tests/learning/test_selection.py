@@ -74,7 +74,7 @@ def test_gauge_columns_are_dropped_and_named(system, data):
 
 def test_a_term_stays_while_it_carries_its_share():
     """Orthonormal columns: a coefficient is the share of the signal that its term carries."""
-    right = np.array([0.6, 0.8 * 0.6, 0.8 * 0.8, 0.0])
+    right = 7 * np.array([0.6, 0.8 * 0.6, 0.8 * 0.8, 0.0])
     np.testing.assert_allclose(thresholded_least_squares(np.eye(4), right, 0.1), right, atol=1e-15)
     np.testing.assert_allclose(thresholded_least_squares(np.eye(4), right, 0.5), right * [1, 0, 1, 0], atol=1e-15)
     np.testing.assert_array_equal(thresholded_least_squares(np.eye(4), right, 2.0), np.zeros(4))
