@@ -45,7 +45,7 @@ def split(overrides: Sequence[str]) -> tuple[list[str], list[str]]:
             raise UserError(f"{LAUNCHER}{name}: allowed are {', '.join(EXTRAS)}; leave it out to run on this machine")
         extra, plugin = EXTRAS[name]
         if not _is_there(plugin):
-            raise UserError(f"{LAUNCHER}{name} needs an extra: pip install 'repro[{extra}]'")
+            raise UserError(f"{LAUNCHER}{name} needs an extra: pip install -e '.[{extra}]' in the project's folder")
     return jobs, where
 
 
