@@ -29,13 +29,15 @@ def test_every_dependency_is_pinned():
 def test_make_help_names_every_target():
     text = (ROOT / "Makefile").read_text()
     (phony,) = re.findall(r"^\.PHONY: (.*)$", text, re.MULTILINE)
-    shown = subprocess.run(["make", "help"], cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    shown = subprocess.run(
+        ["make", "--no-print-directory", "help"], cwd=ROOT, check=True, capture_output=True, text=True
+    ).stdout
     assert all(f"make {target} " in shown for target in phony.split())
     assert "SCALE=smoke|quick|paper" in shown
 
 
 @pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
 def test_make_passes_the_scale_on():
-    command = ["make", "-n", "-o", ".venv/.installed", "reproduce", "SCALE=paper"]
+    command = ["make", "--no-print-directory", "-n", "-o", ".venv/.installed", "reproduce", "SCALE=paper"]
     shown = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
     assert shown.strip().endswith("repro reproduce scale=paper")
