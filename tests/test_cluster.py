@@ -129,7 +129,7 @@ def launcher() -> Callable[[str], list[str]]:
     settings = {
         "submitit_local": ["hydra.launcher.timeout_min=5"],
         "submitit_slurm": ["hydra.launcher.timeout_min=5", "hydra.launcher.cpus_per_task=1", "hydra.launcher.mem_gb=1"],
-        "ray": ["hydra.launcher.ray.init.num_cpus=2", "hydra.launcher.ray.remote.num_cpus=1"],
+        "ray": ["+hydra.launcher.ray.init.num_cpus=2", "+hydra.launcher.ray.remote.num_cpus=1"],
     }
 
     def overrides(name: str) -> list[str]:

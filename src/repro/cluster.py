@@ -129,15 +129,14 @@ def _drive() -> None:
 
 def _wait_for_the_others(folder: Path) -> None:
     """Submitit's launchers listen no more once the scheduler has killed a job; the others still run."""
-    submitted = list(folder.glob(f".submitit/*/*{_SUBMITTED}"))
-    if not submitted:
-        return
-    with suppress(ChildProcessError):
-        while True:
-            os.wait()  # the local launcher's jobs are children of this process, SLURM's are not
-    slurm_job = importlib.import_module("submitit").SlurmJob
-    for file in submitted:
-        slurm_job(file.parent, file.name.removesuffix(_SUBMITTED)).wait()
+    if f"{LAUNCHER}submitit_local" in sys.argv:
+        with suppress(ChildProcessError):
+            while True:
+                os.wait()  # its jobs are children of this process
+    if f"{LAUNCHER}submitit_slurm" in sys.argv:
+        slurm_job = importlib.import_module("submitit").SlurmJob
+        for file in folder.glob(f".submitit/*/*{_SUBMITTED}"):
+            slurm_job(file.parent, file.name.removesuffix(_SUBMITTED)).wait()
 
 
 if __name__ == "__main__":
