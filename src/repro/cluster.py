@@ -122,6 +122,8 @@ def _drive() -> None:
     folder = Path(sys.argv.pop(1))
     try:
         hydra.main(version_base="1.3", config_path=None)(_run_one)()
+    except KeyboardInterrupt:
+        sys.exit(130)
     except (Exception, SystemExit):
         _wait_for_the_others(folder)
         raise
