@@ -3,6 +3,7 @@
 import argparse
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 
 from repro import cluster
 from repro.choices import choices_text
@@ -117,22 +118,14 @@ def _run_missing(
         for job in missing
     ]
     if where:
-        cluster.launch([job.arguments for job in todo], where, paths.logs)
-        results = [_result(job, entry, Store(paths.root)) for job, entry in zip(missing, todo, strict=True)]
+        ended = cluster.launch([job.arguments for job in todo], where, paths.logs)
+        results = [replace(result, job=job) for result, job in zip(ended, todo, strict=True)]
     else:
         with Board(todo, workers) as board:
             results = run_jobs(todo, workers=workers, timeout_s=timeout, preload=PRELOAD, on_progress=board)
     if table := failure_table(results):
         print(table)
     return results
-
-
-def _result(planned: Planned, job: Job, store: Store) -> JobResult:
-    """What the store says of a job that ran elsewhere."""
-    if planned.pipeline.finished(store):
-        return JobResult(job, "ok")
-    failures = [record.error for record in planned.failures(store)]
-    return JobResult(job, "failed", error=failures[0] if failures else {"message": "it left no result; see its log"})
 
 
 def _time(paths: Paths, scale: str) -> bool:
