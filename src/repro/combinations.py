@@ -32,9 +32,9 @@ def _system(config: Config) -> Iterator[str]:
 
     system = config.system
     try:
-        load(system.name, config.reading.name, system.damping, system.damping_frame)
+        load(system.name, config.reading.name, system.damping, system.damping_frame, **system.constants)
     except UserError as error:
-        yield f"system.damping = {system.damping}: {error}"
+        yield f"system: {error}"
 
 
 def _closed_form(config: Config) -> Iterator[str]:

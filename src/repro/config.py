@@ -18,11 +18,19 @@ class Section(BaseModel):
 
 
 class System(Section):
-    """The true system (conf/system)."""
+    """The true system (conf/system); further keys change constants of the system, which knows their names."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+    __pydantic_extra__: dict[str, int | float]
 
     name: str
     damping: list[NotNegative]
     damping_frame: Literal["relative", "absolute"]
+
+    @property
+    def constants(self) -> dict[str, int | float]:
+        """Constants that differ from the system's own."""
+        return dict(self.__pydantic_extra__)
 
 
 class Reading(Section):
@@ -102,6 +110,7 @@ class Sequence(Section):
     energy_weight: Positive
     energy_form: Literal["legendre", "sum"]
     starts: Annotated[int, Field(ge=2)]
+    grid: Literal["product", "diagonal"]
     steps: Annotated[int, Field(ge=1)]
 
 
@@ -117,6 +126,7 @@ class Scale(Section):
     name: Literal["smoke", "quick", "paper"]
     samples: Annotated[int, Field(ge=10)]
     seeds: Count
+    starts: Annotated[int, Field(ge=2)]
     epochs: Annotated[float, Field(gt=0, le=1)]
     iterations: Annotated[float, Field(gt=0, le=1)]
 
@@ -169,5 +179,7 @@ def scaled(config: Config) -> Config:
     if isinstance(config.data, RandomForce):
         updates["data"] = config.data.model_copy(update={"samples": min(config.data.samples, scale.samples)})
         shorter = min(config.curriculum.samples, scale.samples)
+        fewer = min(config.sequence.starts, scale.starts)
+        updates["sequence"] = config.sequence.model_copy(update={"starts": fewer})
         updates["curriculum"] = config.curriculum.model_copy(update={"samples": shorter})
     return config.model_copy(update=updates)

@@ -50,10 +50,9 @@ class OpenedRun(Run):
         """The true system; None for one's own recordings."""
         from repro.stages.dataset import true_system
 
-        system = self.settings["system"]
         if self.upstream["data"].config["source"] == "file":
             return None
-        return true_system(system["name"], system["damping"], system["damping_frame"], self.settings["convention"])
+        return true_system(self.settings["system"], self.settings["convention"])
 
     @cached_property
     def model(self) -> "Model":

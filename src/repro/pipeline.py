@@ -38,7 +38,7 @@ class Pipeline:
                 stages[f"stage_{number}"] = self._data_stage(config.data.model_copy(update=shorter))
         stages["data"] = self._data_stage(config.data)
         if config.sequence.kind in FREE_MOTION and not self._without_fit:
-            free = {"starts": config.sequence.starts, "steps": config.sequence.steps, "time_step": _time_step(config)}
+            free = config.sequence.model_dump(include={"starts", "grid", "steps"}) | {"time_step": _time_step(config)}
             stages["free"] = self._stage(
                 "data",
                 f"{config.system.name}-free",

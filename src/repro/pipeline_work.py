@@ -33,8 +33,7 @@ class Work:
     @cached_property
     def system(self) -> System:
         """The true system."""
-        system = self.config.system
-        return dataset.true_system(system.name, system.damping, system.damping_frame, self.config.reading.name)
+        return dataset.true_system(self.config.system.model_dump(), self.config.reading.name)
 
     @property
     def truth(self) -> System | None:

@@ -46,7 +46,12 @@ def is_literal(config: Config) -> bool:
     data, model = config.data, config.model
     if not isinstance(data, RandomForce) or model["kind"] != "lagrangian" or config.sequence.kind != "d_only":
         return False
-    if config.system.name != "sip" or any(config.system.damping) or config.curriculum.episodes:
+    if (
+        config.system.name != "sip"
+        or config.system.constants
+        or any(config.system.damping)
+        or config.curriculum.episodes
+    ):
         return False
     if model["activation"] != "softplus" or model["initialisation"] != "glorot":
         return False

@@ -8,10 +8,15 @@ from repro.mechanics.system import READINGS, load, names
 every_system = pytest.mark.parametrize("system", [load(name, reading) for name in names() for reading in READINGS])
 
 
+def sampled(n_q: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Random q, qd, qdd (30, n_q)."""
+    random = np.random.default_rng(0)
+    return random.uniform(-4, 4, (30, n_q)), random.uniform(-9, 9, (30, n_q)), random.uniform(-30, 30, (30, n_q))
+
+
 @pytest.fixture
 def points() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    random = np.random.default_rng(0)
-    return random.uniform(-4, 4, (30, 2)), random.uniform(-9, 9, (30, 2)), random.uniform(-30, 30, (30, 2))
+    return sampled(2)
 
 
 def test_inverse_of_the_printed_pendulum_is_equation_13(points: tuple) -> None:
@@ -25,16 +30,16 @@ def test_inverse_of_the_printed_pendulum_is_equation_13(points: tuple) -> None:
 
 
 @every_system
-def test_acceleration_undoes_inverse(system, points: tuple) -> None:
-    q, qd, qdd = points
+def test_acceleration_undoes_inverse(system) -> None:
+    q, qd, qdd = sampled(system.n_q)
     dynamics = dynamics_of(system)
     tau = evaluate(dynamics.inverse, q, qd, qdd)
     np.testing.assert_allclose(evaluate(dynamics.acceleration, q, qd, tau), qdd, rtol=1e-10, atol=1e-10)
 
 
 @every_system
-def test_legendre_transform_gives_the_sum_of_energies(system, points: tuple) -> None:
-    q, qd, _ = points
+def test_legendre_transform_gives_the_sum_of_energies(system) -> None:
+    q, qd, _ = sampled(system.n_q)
     dynamics = dynamics_of(system)
     kinetic, potential = evaluate(dynamics.kinetic, q, qd)[:, 0], evaluate(dynamics.potential, q, qd)[:, 0]
     np.testing.assert_allclose(evaluate(dynamics.hamiltonian, q, qd)[:, 0], kinetic + potential, rtol=1e-12, atol=1e-12)
@@ -44,8 +49,8 @@ def test_legendre_transform_gives_the_sum_of_energies(system, points: tuple) -> 
 
 
 @every_system
-def test_momentum_is_mass_times_velocity_and_mass_is_positive_definite(system, points: tuple) -> None:
-    q, qd, _ = points
+def test_momentum_is_mass_times_velocity_and_mass_is_positive_definite(system) -> None:
+    q, qd, _ = sampled(system.n_q)
     dynamics = dynamics_of(system)
     mass = evaluate(dynamics.mass_matrix, q, qd)
     assert mass.shape == (30, system.n_q, system.n_q)
@@ -54,9 +59,9 @@ def test_momentum_is_mass_times_velocity_and_mass_is_positive_definite(system, p
 
 
 @every_system
-def test_power_balance_holds_pointwise(system, points: tuple) -> None:
+def test_power_balance_holds_pointwise(system) -> None:
     """DH/dt = qd . tau, with dH/dt by central differences along the motion."""
-    q, qd, tau = points
+    q, qd, tau = sampled(system.n_q)
     dynamics = dynamics_of(system)
     qdd = evaluate(dynamics.acceleration, q, qd, tau)
     step = 1e-6

@@ -8,12 +8,24 @@ from repro.mechanics.derive import dynamics_of, evaluate
 from repro.mechanics.simulate import simulate
 from repro.mechanics.system import DAMPING_FRAMES, READINGS, System, load, names
 
-every_system = pytest.mark.parametrize("system", [load(name, reading) for name in names() for reading in READINGS])
+MISPRINTED = ("dip", "printed")  # its T and V are not those of its bodies
+SYSTEMS = [load(name, reading) for name in names() for reading in READINGS if (name, reading) != MISPRINTED]
+
+every_system = pytest.mark.parametrize("system", SYSTEMS, ids=lambda system: f"{system.name}-{system.reading}")
 
 
 def states(system: System, count: int = 50) -> tuple[np.ndarray, np.ndarray]:
     random = np.random.default_rng(1)
     return random.uniform(-3, 3, (count, system.n_q)), random.uniform(-5, 5, (count, system.n_q))
+
+
+def speeds(system: System, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
+    """Squared speeds (state, point) of the body points, by central differences."""
+    step = 1e-6
+    ahead, behind = (
+        np.array([system.body_points(list(point), np) for point in q + sign * step * qd]) for sign in (1, -1)
+    )
+    return (((ahead - behind) / (2 * step)) ** 2).sum(axis=-1)
 
 
 @every_system
@@ -52,28 +64,90 @@ def test_body_points_move_as_the_coordinates_say(system: System) -> None:
 def test_kinetic_energy_of_the_point_mass_is_that_of_its_points() -> None:
     system = load("sip")
     q, qd = states(system)
-    step = 1e-6
-    ahead, behind = (
-        np.array([system.body_points(list(point), np) for point in q + sign * step * qd]) for sign in (1, -1)
-    )
-    speed_squared = (((ahead - behind) / (2 * step)) ** 2).sum(axis=-1)
+    speed_squared = speeds(system, q, qd)
     expected = 0.5 * speed_squared @ np.array([0.6, 0.2])
     np.testing.assert_allclose([system.kinetic(*pair, np) for pair in zip(q, qd, strict=True)], expected, rtol=1e-8)
 
 
-def test_kinetic_energy_of_the_rod_is_the_integral_over_its_length() -> None:
-    system = load("sip_rod")
+@every_system
+def test_energies_of_rods_are_integrals_over_their_lengths(system: System) -> None:
+    if system.name == "sip":
+        pytest.skip("has no rod")
     q, qd = states(system)
+    step = 1e-6
+    at, ahead, behind = (
+        np.array([system.body_points(list(point), np) for point in q + shift * qd]) for shift in (0, step, -step)
+    )
+    velocity = (ahead - behind) / (2 * step)
     nodes, weights = np.polynomial.legendre.leggauss(3)
-    along = (nodes + 1) / 2 * 0.5
-    velocity_x = qd[:, :1] + along * qd[:, 1:] * np.cos(q[:, 1:])
-    velocity_y = along * qd[:, 1:] * np.sin(q[:, 1:])
-    rod = 0.5 * (velocity_x**2 + velocity_y**2) @ (0.2 * weights / 2)
-    expected = 0.5 * 0.6 * qd[:, 0] ** 2 + rod
-    np.testing.assert_allclose([system.kinetic(*pair, np) for pair in zip(q, qd, strict=True)], expected)
+    kinetic, potential = 0.5 * 0.6 * velocity[:, 0, 0] ** 2, 0.0
+    for along, weight in zip((nodes + 1) / 2, weights / 2, strict=True):
+        speed = (1 - along) * velocity[:, :-1] + along * velocity[:, 1:]
+        height = ((1 - along) * at[:, :-1] + along * at[:, 1:])[..., 1]
+        kinetic = kinetic + 0.5 * 0.2 * weight * (speed**2).sum((1, 2))
+        potential = potential + 0.2 * 9.8 * weight * height.sum(1)
+    np.testing.assert_allclose([system.kinetic(*pair, np) for pair in zip(q, qd, strict=True)], kinetic, rtol=1e-8)
+    np.testing.assert_allclose([system.potential(point, np) for point in q], potential, rtol=1e-8, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize(("n", "name"), [(1, "sip_rod"), (2, "dip")])
+@pytest.mark.parametrize("frame", DAMPING_FRAMES)
+def test_the_pendulum_of_one_and_two_links_is_the_single_and_the_double_one(n: int, name: str, frame: str) -> None:
+    damping = [0.3, 0.01, 0.005][: n + 1]
+    chain, known = (load(*which, damping_frame=frame, damping=damping, **more) for which, more in (
+        (("pendulum",), {"n": n}), ((name,), {}),
+    ))  # fmt: skip
+    q, qd = states(known)
+    qdd = np.random.default_rng(3).uniform(-30, 30, q.shape)
+    for function in ("inverse", "acceleration"):
+        one, other = (evaluate(getattr(dynamics_of(s), function), q, qd, qdd) for s in (chain, known))
+        np.testing.assert_allclose(one, other, rtol=0, atol=1e-10)
+    assert chain.coordinates == known.coordinates
+
+
+def test_without_its_second_rod_the_double_pendulum_is_the_single_one() -> None:
+    double, single = load("dip", m2=1e-12), load("sip_rod")
+    q, qd = states(double)
+    inverse = evaluate(dynamics_of(double).inverse, q, qd, qd)
+    np.testing.assert_allclose(
+        inverse[:, :2], evaluate(dynamics_of(single).inverse, q[:, :2], qd[:, :2], qd[:, :2]), rtol=0, atol=1e-9
+    )
+
+
+def test_the_printed_energies_of_the_double_pendulum_break_the_energy_balance() -> None:
+    """Along the free motion of the bodies from (90, 90) deg over 10 s."""
+    right, misprinted = load("dip"), load("dip", "printed")
+    start = np.array([[0.0, np.pi / 2, np.pi / 2, 0.0, 0.0, 0.0]])
+    states = simulate(dynamics_of(right).acceleration, start, np.zeros((1, 250, 3)), 0.04)[0]
+    q, qd = states[:, :3], states[:, 3:]
+    turned, turned_rates = np.pi - q * [-1.0, 1.0, 1.0] - [np.pi, 0.0, 0.0], qd * [1.0, -1.0, -1.0]
+    drift = np.ptp(evaluate(dynamics_of(right).hamiltonian, q, qd))
+    kinetic, potential = (
+        evaluate(getattr(dynamics_of(misprinted), part), turned, turned_rates)[:, 0]
+        for part in ("kinetic", "potential")
+    )
+    true_kinetic, true_potential = (
+        evaluate(getattr(dynamics_of(right), part), q, qd)[:, 0] for part in ("kinetic", "potential")
+    )
+    assert drift < 1e-4
+    assert np.ptp(kinetic + true_potential) > 0.2
+    assert np.ptp(true_kinetic + potential) > 0.2
+
+
+@pytest.mark.parametrize("n", [2, 5, 8])
+def test_energy_balance_of_chains_at_every_step(n: int) -> None:
+    system = load("pendulum", n=n)
+    random = np.random.default_rng(n)
+    start = np.concatenate([random.uniform(-3, 3, (4, n + 1)), random.uniform(-1, 1, (4, n + 1))], axis=1)
+    force = random.uniform(-4, 4, (4, 100, 1)) * system.input_map[:, 0]
+    dynamics = dynamics_of(system)
+    states = simulate(dynamics.acceleration, start, force, 0.04, angles=system.angles)
+    energy = evaluate(dynamics.hamiltonian, states[..., : n + 1], states[..., n + 1 :])[..., 0]
+    balance = np.diff(energy) - force[..., 0] * np.diff(states[..., 0])
+    assert np.abs(balance).max() < 1e-4
+
+
+@pytest.mark.parametrize("name", [name for name in names() if (name, "printed") != MISPRINTED])
 def test_readings_are_equivalent_under_the_mirror_map(name: str) -> None:
     physical, printed = (load(name, reading, damping=None) for reading in READINGS)
     turns = np.array([-1.0 if coordinate.is_angle else 1.0 for coordinate in physical.coordinates])
@@ -114,15 +188,11 @@ def test_damping_takes_the_rayleigh_power_out(frame: str) -> None:
 
 
 def test_relative_damping_sees_the_rates_between_links() -> None:
-    from repro.mechanics.system import Coordinate
-    from repro.mechanics.systems.sip import SinglePendulum
-
-    class Chain(SinglePendulum):
-        coordinates = (*SinglePendulum.coordinates, Coordinate("theta2", "rad", True))
-
     qd = [0.5, 2.0, -1.0]
-    relative = Chain(damping=(1.0, 2.0, 3.0)).dissipation([0.0] * 3, qd, np)
-    absolute = Chain(damping=(1.0, 2.0, 3.0), damping_frame="absolute").dissipation([0.0] * 3, qd, np)
+    relative, absolute = (
+        load("dip", damping=[1.0, 2.0, 3.0], damping_frame=frame).dissipation([0.0] * 3, qd, np)
+        for frame in ("relative", "absolute")
+    )
     matrix = np.array([[1.0, 0, 0], [0, 2.0 + 3.0, -3.0], [0, -3.0, 3.0]])
     assert relative == pytest.approx(0.5 * np.array(qd) @ matrix @ qd)
     assert absolute == pytest.approx(0.5 * (1.0 * 0.25 + 2.0 * 4.0 + 3.0 * 1.0))
@@ -137,6 +207,9 @@ def test_relative_damping_sees_the_rates_between_links() -> None:
         ({"name": "sip", "damping": [0.1]}, "2 non-negative"),
         ({"name": "sip", "damping": [0.1, -0.1]}, "2 non-negative"),
         ({"name": "sip", "damping": [0.1, math.nan]}, "2 non-negative"),
+        ({"name": "sip", "M1": 0.1}, "m1"),
+        ({"name": "sip", "m1": 0.0}, "m1 = 0.0 of sip: must be a positive number"),
+        ({"name": "pendulum", "n": 9}, "1 to 8 links"),
     ],
 )
 def test_what_is_not_allowed_is_said(arguments: dict, message: str) -> None:

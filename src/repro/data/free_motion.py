@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from repro.data.checks import check_positive, check_seeds, training_size
+from repro.data.checks import check_choice, check_positive, check_seeds, training_size
 from repro.data.dataset import Dataset
 from repro.errors import UserError
 from repro.mechanics.compile import active_engine
@@ -15,6 +15,7 @@ from repro.mechanics.system import System
 
 FIRST_ANGLE = 0.03  # rad
 LAST_ANGLE = 3.11  # rad
+MOST_STARTS = 200_000
 
 
 def free_motion(
@@ -22,20 +23,23 @@ def free_motion(
     *,
     seeds: Sequence[int],
     starts: int = 100,
+    grid: str = "product",
     steps: int = 10,
     time_step: float = 0.04,
     train_fraction: float = 0.8,
 ) -> Dataset:
-    """Simulate free motion from rest at each point of a uniform grid of angles, `starts` an angle, for `steps` samples.
+    """Simulate free motion from rest at each point of a grid over [0.03, 3.11] rad, for `steps` samples (V-B).
 
+    grid: `product` has `starts` angles a link in all combinations, `diagonal` has all links at the same angle.
     Every member has the same trajectories; its seed shuffles which whole ones are for training. The energy of all
     samples of a trajectory is that of its start, V there. UserError for a damped system or an argument out of range.
     """
     check_seeds(seeds)
     check_positive(starts=starts, steps=steps, time_step=time_step)
+    check_choice("grid", grid, ("product", "diagonal"))
     if any(system.damping):
         raise UserError(f"damping = {list(system.damping)}: free motion keeps its energy only without damping")
-    q_start = _grid(system, starts)
+    q_start = _grid(system, starts, grid)
     n_train = training_size(len(q_start), train_fraction, "starts") * steps
     dynamics = dynamics_of(system)
     at_rest = np.zeros_like(q_start)
@@ -64,16 +68,22 @@ def free_motion(
             "system": system.describe(),
             "seeds": [int(seed) for seed in seeds],
             "starts": starts,
+            "grid": grid,
             "steps": steps,
             "engine": active_engine(),
         },
     )
 
 
-def _grid(system: System, starts: int) -> np.ndarray:
-    """Return (starts ** number of angles, n_q) coordinates."""
-    grid = np.linspace(FIRST_ANGLE, LAST_ANGLE, starts)
-    combinations = np.array(list(itertools.product(grid, repeat=len(system.angles))))
-    q = np.zeros((len(combinations), system.n_q))
-    q[:, system.angles] = combinations
+def _grid(system: System, starts: int, grid: str) -> np.ndarray:
+    """Return coordinates (points, n_q): starts ** number of angles of them, or `starts` on the diagonal."""
+    angles = np.linspace(FIRST_ANGLE, LAST_ANGLE, starts)
+    links = len(system.angles)
+    if grid == "product" and starts**links > MOST_STARTS:
+        raise UserError(
+            f"starts = {starts}: {starts} angles for each of {links} links are {starts**links} trajectories, "
+            f"more than {MOST_STARTS}; take fewer, or grid = 'diagonal'"
+        )
+    q = np.zeros((starts if grid == "diagonal" else starts**links, system.n_q))
+    q[:, system.angles] = angles[:, None] if grid == "diagonal" else list(itertools.product(angles, repeat=links))
     return q

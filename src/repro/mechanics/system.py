@@ -5,7 +5,7 @@ import math
 import pkgutil
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import Any, ClassVar
 
 import numpy as np
@@ -35,7 +35,6 @@ class System(ABC):
     """
 
     name: ClassVar[str]
-    coordinates: ClassVar[tuple[Coordinate, ...]]
 
     reading: str = "physical"
     damping: tuple[float, ...] = ()
@@ -51,6 +50,20 @@ class System(ABC):
                 f"({', '.join(c.name for c in self.coordinates)}); got {list(self.damping)}"
             )
         object.__setattr__(self, "damping", damping)
+        for constant in self.constants():
+            value = getattr(self, constant)
+            if not math.isfinite(value) or value <= 0:
+                raise UserError(f"{constant} = {value} of {self.name}: must be a positive number")
+
+    @classmethod
+    def constants(cls) -> tuple[str, ...]:
+        """Names of the constants that a concrete system adds."""
+        return tuple(field.name for field in fields(cls) if field.name not in System.__dataclass_fields__)
+
+    @property
+    @abstractmethod
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """The generalised coordinates, in order."""
 
     @property
     def n_q(self) -> int:
@@ -123,8 +136,9 @@ def load(
     reading: str = "physical",
     damping: Sequence[float] | None = None,
     damping_frame: str = "relative",
+    **constants: float,
 ) -> System:
-    """Return the system of that name; UserError for a name, reading, frame or damping that is not allowed."""
+    """Return the system of that name, its constants changed where given; UserError for what is not allowed."""
     _check_choice("system", name, names())
     module = importlib.import_module(f"repro.mechanics.systems.{name}")
     (found,) = (
@@ -132,7 +146,9 @@ def load(
         for member in vars(module).values()
         if isinstance(member, type) and issubclass(member, System) and member.__module__ == module.__name__
     )
-    return found(reading=reading, damping=tuple(damping or ()), damping_frame=damping_frame)
+    for constant in constants:
+        _check_choice(f"constant of {name}", constant, found.constants())
+    return found(reading=reading, damping=tuple(damping or ()), damping_frame=damping_frame, **constants)
 
 
 def _check_choice(what: str, value: str, allowed: Sequence[str]) -> None:

@@ -13,9 +13,9 @@ from repro.mechanics.system import System, load
 ROLES = ("q", "qd", "tau", "qdd", "time", "episode")
 
 
-def true_system(name: str, damping: Sequence[float], damping_frame: str, reading: str) -> System:
-    """The true system of a run."""
-    return load(name, reading, damping, damping_frame)
+def true_system(options: Mapping[str, Any], reading: str) -> System:
+    """The true system of a run; options: name, damping, damping_frame and constants."""
+    return load(reading=reading, **options)
 
 
 def make_forced(folder: Path, system: System, seeds: Sequence[int], options: Mapping[str, Any]) -> dict[str, Any]:

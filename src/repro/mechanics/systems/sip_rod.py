@@ -3,21 +3,19 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from repro.mechanics.systems.sip import SinglePendulum
+from repro.mechanics.chain import Chain, Link
 
 
 @dataclass(frozen=True)
-class SinglePendulumRod(SinglePendulum):
-    """Cart and uniform rod, constants of Table I."""
+class SinglePendulumRod(Chain):
+    """Cart and uniform rod, constants of Table I (kg, m, m/s^2)."""
 
     name: ClassVar[str] = "sip_rod"
 
-    @property
-    def l1(self) -> float:
-        """Distance from the joint to the centre of mass in m."""
-        return self.L1 / 2
+    m1: float = 0.2
+    L1: float = 0.5
 
     @property
-    def inertia(self) -> float:
-        """Inertia about the centre of mass in kg m^2."""
-        return self.m1 * self.L1**2 / 12
+    def links(self) -> tuple[Link, ...]:
+        """One rod."""
+        return (Link.rod(self.m1, self.L1),)

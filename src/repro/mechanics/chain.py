@@ -1,0 +1,88 @@
+"""A cart that carries a chain of rigid links in one plane: T and V of every pendulum of the paper."""
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import accumulate
+from typing import Any
+
+from repro.mechanics.system import Coordinate, System
+
+
+@dataclass(frozen=True)
+class Link:
+    """One rigid link: mass in kg, length in m, distance from its joint to the centre of mass in m.
+
+    inertia: about the centre of mass, in kg m^2.
+    """
+
+    mass: float
+    length: float
+    centre: float
+    inertia: float
+
+    @classmethod
+    def rod(cls, mass: float, length: float) -> "Link":
+        """A uniform rod."""
+        return cls(mass, length, length / 2, mass * length**2 / 12)
+
+
+@dataclass(frozen=True)
+class Chain(System):
+    """Cart and links, each at the end of the one before; link angles are absolute.
+
+    With a_ij the arm of angle j at the centre of mass of link i (the length of link j < i, the centre distance of i),
+
+        T = m/2 xd^2 + sum_j h_j xd thd_j cos(th_j) + 1/2 sum_jk I_jk thd_j thd_k cos(th_j - th_k),
+        V = up g sum_j h_j cos(th_j),    h_j = sum_i m_i a_ij,    I_jk = sum_i m_i a_ij a_ik + delta_jk J_j.
+    """
+
+    m0: float = 0.6
+    g: float = 9.8
+
+    @property
+    @abstractmethod
+    def links(self) -> tuple[Link, ...]:
+        """The links from the cart outwards."""
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """The cart's position and the angle of every link."""
+        numbers = [""] if len(self.links) == 1 else range(1, len(self.links) + 1)
+        return (Coordinate("x", "m", False), *(Coordinate(f"theta{number}", "rad", True) for number in numbers))
+
+    def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
+        """Kinetic energy in J (sections V-A and V-B)."""
+        xd, rates, angles = qd[0], qd[1:], q[1:]
+        energy = 0.5 * (self.m0 + sum(link.mass for link in self.links)) * xd**2
+        for j, (rate, angle) in enumerate(zip(rates, angles, strict=True)):
+            energy = energy + self._first_moment(j) * xd * rate * m.cos(angle)
+            energy = energy + 0.5 * self._second_moment(j, j) * rate**2
+            for k in range(j):
+                energy = energy + self._second_moment(k, j) * rates[k] * rate * m.cos(angles[k] - angle)
+        return energy
+
+    def potential(self, q: Sequence[Any], m: Any) -> Any:
+        """Potential energy in J (sections V-A and V-B, signed by the reading)."""
+        return sum(self.up * self.g * self._first_moment(j) * m.cos(angle) for j, angle in enumerate(q[1:]))
+
+    def body_points(self, q: Sequence[Any], m: Any) -> list[list[Any]]:
+        """World points [x, y] in m of the cart and the end of every link."""
+        steps = [
+            (link.length * m.sin(angle), self.up * link.length * m.cos(angle))
+            for link, angle in zip(self.links, q[1:], strict=True)
+        ]
+        ends = accumulate(steps, lambda at, step: (at[0] + step[0], at[1] + step[1]), initial=(q[0], 0.0 * q[0]))
+        return [list(end) for end in ends]
+
+    def _first_moment(self, j: int) -> float:
+        return sum(link.mass * self._arm(i, j) for i, link in enumerate(self.links))
+
+    def _second_moment(self, j: int, k: int) -> float:
+        own = self.links[j].inertia if j == k else 0.0
+        return own + sum(link.mass * self._arm(i, j) * self._arm(i, k) for i, link in enumerate(self.links))
+
+    def _arm(self, i: int, j: int) -> float:
+        if j > i:
+            return 0.0
+        return self.links[j].centre if j == i else self.links[j].length
