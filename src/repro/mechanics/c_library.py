@@ -34,11 +34,16 @@ def has_compiler() -> bool:
 
 def load_library(source: str, flags: Sequence[str]) -> ctypes.CDLL:
     """The shared library of this source, compiled unless it is there; CompilerError with the compiler's words."""
+    return ctypes.CDLL(str(library_file(source, flags)))
+
+
+def library_file(source: str, flags: Sequence[str]) -> Path:
+    """Where that library lies, compiled unless it is there."""
     identity = [source, *flags, _version(), _processor()]
     library = cache_folder() / f"{hashlib.sha256(chr(10).join(identity).encode()).hexdigest()[:32]}.so"
     if not library.exists():
         _compile(source, flags, library)
-    return ctypes.CDLL(str(library))
+    return library
 
 
 def cache_folder() -> Path:
