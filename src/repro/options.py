@@ -74,8 +74,8 @@ def _optimiser(kind: str) -> type["Optimiser"] | None:
     if kind not in choices("repro.learning"):
         return None
     module = import_module(f"repro.learning.{kind}")
-    members = (member for member in vars(module).values() if inspect.isclass(member))
-    own = (m for m in members if issubclass(m, Optimiser) and m is not Optimiser and m.__module__ == module.__name__)
+    members = (m for m in vars(module).values() if inspect.isclass(m) and not inspect.isabstract(m))
+    own = (m for m in members if issubclass(m, Optimiser) and m.__module__ == module.__name__)
     return next(own, None)
 
 

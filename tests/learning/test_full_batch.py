@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import torch
 
+from repro.learning.full_batch import merge_curves
 from repro.learning.lbfgs import LBFGS
-from repro.learning.levenberg_marquardt import LevenbergMarquardt, merge_curves
+from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.result import NoCheckpoint, silent
 from repro.models.bases import t2
 from repro.models.lagrangian import Lagrangian

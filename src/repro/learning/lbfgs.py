@@ -1,44 +1,26 @@
-"""L-BFGS (SciPy's), full batch, float64, one member after another."""
+"""L-BFGS (SciPy's)."""
 
 from dataclasses import dataclass
 
 import numpy as np
-import torch
-from torch import Tensor
 
-from repro.learning.levenberg_marquardt import merge_curves
+from repro.learning.full_batch import FullBatch, Solution
 from repro.learning.members import MemberProblem
-from repro.learning.optimiser import Optimiser
-from repro.learning.problem import Problem
-from repro.learning.result import Checkpoint, Fitted, Progress
+from repro.learning.result import Progress
 
 NOT_FINITE = 1e30  # what the line search is told where the model is singular
 
 
 @dataclass(frozen=True)
-class LBFGS(Optimiser):
+class LBFGS(FullBatch):
     """Limited-memory BFGS with `memory` pairs (Liu and Nocedal 1989) on a full batch of `samples` a member."""
 
     iterations: int = 1000
     samples: int | None = 6000
     memory: int = 30
 
-    def fit(self, problem: Problem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
-        """Train from `parameters` (member, n_parameters); the result is float64."""
-        reduced = problem.subsample(self.samples)
-        state = checkpoint.load() or {"done": []}
-        for member in range(len(state["done"]), problem.members):
-            share = (member / problem.members, 1 / problem.members)
-            start = parameters[member].double().numpy()
-            state["done"].append(self._one(MemberProblem(reduced.member(member)), start, progress, share))
-            checkpoint.save(state)
-        weights, curves, status = zip(*state["done"], strict=True)
-        fitted = torch.from_numpy(np.stack(weights))
-        return Fitted(fitted, merge_curves(curves), list(status), {"epochs": self.iterations})
-
-    def _one(
-        self, problem: MemberProblem, start: np.ndarray, progress: Progress, share: tuple[float, float]
-    ) -> tuple[np.ndarray, list[float], str]:
+    def solve(self, problem: MemberProblem, start: np.ndarray, progress: Progress) -> Solution:
+        """Minimise from the weights `start` (n_parameters,)."""
         from scipy.optimize import OptimizeResult, minimize
 
         def value_and_gradient(x: np.ndarray) -> tuple[float, np.ndarray]:
@@ -53,8 +35,7 @@ class LBFGS(Optimiser):
 
         def note(intermediate_result: OptimizeResult) -> None:
             losses.append(float(intermediate_result.fun))
-            done = share[0] + share[1] * len(losses) / self.iterations
-            progress(min(done, 1.0), f"iteration {len(losses)}, loss {losses[-1]:.2e}")
+            progress(min(len(losses) / self.iterations, 1.0), f"iteration {len(losses)}, loss {losses[-1]:.2e}")
 
         limits = {"maxiter": self.iterations, "maxfun": 3 * self.iterations, "maxcor": self.memory}
         found = minimize(

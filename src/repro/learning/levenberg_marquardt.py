@@ -1,22 +1,19 @@
-"""Levenberg-Marquardt in float64, one member after another."""
+"""Levenberg-Marquardt."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
-import torch
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
-from torch import Tensor
 
+from repro.learning.full_batch import FullBatch, Solution
 from repro.learning.members import MemberProblem
-from repro.learning.optimiser import Optimiser
-from repro.learning.problem import Problem
-from repro.learning.result import Checkpoint, Curve, Fitted, Progress, silent
+from repro.learning.result import Progress, silent
 
 INCREASE = 4.0  # of the damping after a failed step
 
 
 @dataclass(frozen=True)
-class LevenbergMarquardt(Optimiser):
+class LevenbergMarquardt(FullBatch):
     """Damped Gauss-Newton steps (J'J + lambda D) d = -J'r (Marquardt 1963), full batch of `samples` a member.
 
     D is the largest diagonal of J'J so far (More 1978). lambda is divided by `decrease` after a success (3 suits
@@ -33,19 +30,9 @@ class LevenbergMarquardt(Optimiser):
     starts: int = 1
     scouting: int = 40
 
-    def fit(self, problem: Problem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
-        """Train from `parameters` (member, n_parameters); the result is float64."""
-        reduced = problem.subsample(self.samples)
-        state = checkpoint.load() or {"done": []}
-        for member in range(len(state["done"]), problem.members):
-            share = (member / problem.members, 1 / problem.members)
-            start = parameters[member].double().numpy()
-            alone = MemberProblem(reduced.member(member))
-            state["done"].append(self._one(alone, self._scout(alone, start), progress, share))
-            checkpoint.save(state)
-        weights, curves, status = zip(*state["done"], strict=True)
-        fitted = torch.from_numpy(np.stack(weights))
-        return Fitted(fitted, merge_curves(curves), list(status), {"epochs": self.iterations})
+    def solve(self, problem: MemberProblem, start: np.ndarray, progress: Progress) -> Solution:
+        """Minimise from the weights `start` (n_parameters,), or from the best of several starts."""
+        return self._descend(problem, self._scout(problem, start), progress)
 
     def continued(self) -> "LevenbergMarquardt":
         """A later phase starts from what is there."""
@@ -57,12 +44,10 @@ class LevenbergMarquardt(Optimiser):
         (seed,) = problem.problem.seeds
         others = problem.problem.model.initial([np.random.default_rng([seed, 2, k]) for k in range(self.starts - 1)])
         short = replace(self, iterations=self.scouting)
-        tries = [short._one(problem, candidate, silent, (0.0, 0.0)) for candidate in (start, *others)]
+        tries = [short._descend(problem, candidate, silent) for candidate in (start, *others)]
         return min(tries, key=lambda result: result[1][-1] if np.isfinite(result[1][-1]) else np.inf)[0]
 
-    def _one(
-        self, problem: MemberProblem, parameters: np.ndarray, progress: Progress, share: tuple[float, float]
-    ) -> tuple[np.ndarray, list[float], str]:
+    def _descend(self, problem: MemberProblem, parameters: np.ndarray, progress: Progress) -> Solution:
         rows, jacobian = problem.linearise(parameters)
         loss, damping, stalled = float(rows @ rows), self.damping, 0
         losses = [loss]
@@ -84,16 +69,8 @@ class LevenbergMarquardt(Optimiser):
             losses.append(loss)
             if stalled == 20 or loss == 0:
                 break
-            done = share[0] + share[1] * (iteration + 1) / self.iterations
-            progress(done, f"iteration {iteration + 1}, loss {loss:.2e}")
+            progress((iteration + 1) / self.iterations, f"iteration {iteration + 1}, loss {loss:.2e}")
         return parameters, losses, "ok"
-
-
-def merge_curves(curves: tuple[list[float], ...]) -> Curve:
-    """Curves of different lengths as one, each held at its last value: [(step, "loss", (member,))]."""
-    steps = max(len(curve) for curve in curves)
-    padded = np.array([curve + [curve[-1]] * (steps - len(curve)) for curve in curves])
-    return [(step, "loss", padded[:, step]) for step in range(steps)]
 
 
 def _step(gram: np.ndarray, gradient: np.ndarray, damping: np.ndarray) -> np.ndarray:
