@@ -18,7 +18,7 @@ class Section(BaseModel):
 
 
 class System(Section):
-    """The true system (conf/system); further keys change constants of the system, which knows their names."""
+    """The true system (conf/system); further keys are constants of the system, which knows their names."""
 
     model_config = ConfigDict(extra="allow", frozen=True)
     __pydantic_extra__: dict[str, int | float]
@@ -29,7 +29,7 @@ class System(Section):
 
     @property
     def constants(self) -> dict[str, int | float]:
-        """Constants that differ from the system's own."""
+        """The constants by name."""
         return dict(self.__pydantic_extra__)
 
 
@@ -112,6 +112,7 @@ class Sequence(Section):
     starts: Annotated[int, Field(ge=2)]
     grid: Literal["product", "diagonal"]
     steps: Annotated[int, Field(ge=1)]
+    free_epochs: Count | None
 
 
 class Energies(Section):
@@ -179,7 +180,9 @@ def scaled(config: Config) -> Config:
     if isinstance(config.data, RandomForce):
         updates["data"] = config.data.model_copy(update={"samples": min(config.data.samples, scale.samples)})
         shorter = min(config.curriculum.samples, scale.samples)
-        fewer = min(config.sequence.starts, scale.starts)
-        updates["sequence"] = config.sequence.model_copy(update={"starts": fewer})
+        sequence: dict[str, Any] = {"starts": min(config.sequence.starts, scale.starts)}
+        if config.sequence.free_epochs is not None:
+            sequence["free_epochs"] = max(1, math.ceil(config.sequence.free_epochs * scale.epochs))
+        updates["sequence"] = config.sequence.model_copy(update=sequence)
         updates["curriculum"] = config.curriculum.model_copy(update={"samples": shorter})
     return config.model_copy(update=updates)

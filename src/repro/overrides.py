@@ -149,7 +149,9 @@ def first_lines(error: Exception) -> str:
     """The useful part of what Hydra says, on one line."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     useful = [line for line in lines if not line.startswith(("full_key", "object_type", "reference_type", "To append"))]
-    return "; ".join(useful[:3])
+    told = "; ".join(useful[:3])
+    missing = re.fullmatch(r"Could not override '([\w.]+)'\.?", told)
+    return f"{missing[1]}: unknown key; the chosen option has no such key" if missing else told
 
 
 @cache

@@ -4,6 +4,7 @@ from typing import Any
 
 from repro.config import Config, RandomForce
 
+TABLE_I = {"m0": 0.6, "m1": 0.2, "L1": 0.5, "g": 9.8}
 DATA: dict[str, Any] = {
     "samples": 100_000,
     "train_fraction": 0.8,
@@ -46,12 +47,8 @@ def is_literal(config: Config) -> bool:
     data, model = config.data, config.model
     if not isinstance(data, RandomForce) or model["kind"] != "lagrangian" or config.sequence.kind != "d_only":
         return False
-    if (
-        config.system.name != "sip"
-        or config.system.constants
-        or any(config.system.damping)
-        or config.curriculum.episodes
-    ):
+    system = config.system
+    if system.name != "sip" or system.constants != TABLE_I or any(system.damping) or config.curriculum.episodes:
         return False
     if model["activation"] != "softplus" or model["initialisation"] != "glorot":
         return False

@@ -66,7 +66,7 @@ def _single_steps(system, time_step):
     random = np.random.default_rng(0)
     initial = random.uniform([-1, -3, -1, -4], [1, 3, 1, 4], (100, 4))
     force = np.repeat(random.uniform(-5, 5, (100, 1, 1)), 2, axis=1) * [1.0, 0.0]
-    states = simulate(dynamics_of(system).acceleration, initial, force[:, :1], time_step)
+    states = simulate(dynamics_of(system).acceleration, initial, force[:, :1], time_step, angles=system.angles)
     q, qd, tau = (array.reshape(1, 200, 2) for array in (states[..., :2], states[..., 2:], force))
     return Dataset(
         q=q, qd=qd, qdd=evaluate(dynamics_of(system).acceleration, q, qd, tau), tau=tau, time=np.arange(200.0),
@@ -127,7 +127,7 @@ def test_a_window_error_is_a_geometric_mean_of_relative_distances(exact, system,
     )  # fmt: skip
     speeds = np.linspace(0.1, 2.0, 50)
 
-    def moving(acceleration, initial, tau, time_step, parameters):
+    def moving(acceleration, initial, tau, time_step, parameters, angles):
         states = np.zeros((len(initial), 51, 4))
         states[:, 1:, 2] = speeds
         return states

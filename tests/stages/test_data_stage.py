@@ -10,7 +10,8 @@ from repro.stages.dataset import make_forced, make_free, read_recording, true_sy
 
 
 def test_the_true_system_is_the_one_asked_for():
-    assert true_system("sip", [0.1, 0.02], "absolute", "printed") == load("sip", "printed", [0.1, 0.02], "absolute")
+    options = {"name": "sip", "damping": [0.1, 0.02], "damping_frame": "absolute", "m1": 0.3}
+    assert true_system(options, "printed") == load("sip", "printed", [0.1, 0.02], "absolute", m1=0.3)
 
 
 def test_forced_and_free_motion_are_written_as_made(tmp_path, system):

@@ -60,6 +60,11 @@ class Dataset:
         return self.q.shape[1]
 
     @property
+    def angles(self) -> tuple[int, ...]:
+        """Positions of the angles among the coordinates."""
+        return tuple(i for i, coordinate in enumerate(self.coordinates) if coordinate.is_angle)
+
+    @property
     def n_q(self) -> int:
         """Number of generalised coordinates."""
         return self.q.shape[2]

@@ -51,7 +51,7 @@ def first_points(model: Model, parameters: Tensor, part: Dataset) -> Rollout:
     plant = np.concatenate([part.q, part.qd], axis=-1)[:, :points]
     states = plant.copy()
     for start, stop in _segments(part.episode[:points]):
-        rolled = _simulate(model, parameters, plant[:, start], part.tau[:, start : stop - 1], part.time_step)
+        rolled = _simulate(model, parameters.double().numpy(), plant[:, start], part.tau[:, start : stop - 1], part)
         states[:, start:stop] = rolled
     euler = plant.copy()
     said = predict(model, parameters, *(array[:, :points] for array in (part.q, part.qd, part.qdd, part.tau)))
@@ -82,7 +82,7 @@ def one_step_errors(model: Model, parameters: Tensor, part: Dataset, split: str)
     flat = states[:, inside].reshape(-1, states.shape[-1])
     tau = part.tau[:, inside].reshape(-1, 1, part.n_q)
     weights = np.repeat(parameters.double().numpy(), len(inside), axis=0)
-    following = simulate(acceleration(model), flat, tau, part.time_step, parameters=weights)[:, 1]
+    following = _simulate(model, weights, flat, tau, part)[:, 1]
     error = np.abs(following.reshape(part.members, len(inside), -1) - states[:, inside + 1])
     error = np.where(np.isfinite(error), error, np.inf)
     for component, coordinate in enumerate(part.coordinates):
@@ -105,20 +105,16 @@ def window_error(model: Model, parameters: Tensor, part: Dataset, split: str) ->
     tau = np.stack([part.tau[:, s : s + steps] for s in starts], axis=1)
     shape = true.shape
     weights = np.repeat(parameters.double().numpy(), len(starts), axis=0)
-    rolled = simulate(
-        acceleration(model), true[:, :, 0].reshape(-1, shape[-1]), tau.reshape(-1, *tau.shape[2:]), part.time_step,
-        parameters=weights,
-    ).reshape(shape)  # fmt: skip
-    z, z_hat = (_embedded(array, true[:, :, :1], part)[:, :, 1:] for array in (true, rolled))
+    rolled = _simulate(model, weights, true[:, :, 0].reshape(-1, shape[-1]), tau.reshape(-1, *tau.shape[2:]), part)
+    z, z_hat = (_embedded(array, true[:, :, :1], part)[:, :, 1:] for array in (true, rolled.reshape(shape)))
     distance = np.linalg.norm(z - z_hat, axis=-1)
     relative = distance / (np.linalg.norm(z, axis=-1) + np.linalg.norm(z_hat, axis=-1))
     relative = np.where(np.isfinite(relative), np.maximum(relative, 1e-16), 1.0)
     yield Metric(split, "rollout_error", np.exp(np.log(relative).mean((1, 2))), "1")
 
 
-def _simulate(model: Model, parameters: Tensor, initial: np.ndarray, tau: np.ndarray, time_step: float) -> np.ndarray:
-    weights = parameters.double().numpy()
-    return simulate(acceleration(model), initial, tau, time_step, parameters=weights)
+def _simulate(model: Model, weights: np.ndarray, initial: np.ndarray, tau: np.ndarray, part: Dataset) -> np.ndarray:
+    return simulate(acceleration(model), initial, tau, part.time_step, parameters=weights, angles=part.angles)
 
 
 def _segments(episode: np.ndarray) -> Iterator[tuple[int, int]]:
