@@ -12,6 +12,7 @@ from torch import Tensor
 from repro.data.dataset import Dataset
 from repro.evaluation.canonical import Gauge, Reading
 from repro.evaluation.coefficients import coefficient_errors
+from repro.evaluation.damping import damping_errors
 from repro.evaluation.metrics import Metric, pointwise
 from repro.evaluation.predictions import Predictions, predict
 from repro.evaluation.rollouts import (
@@ -24,10 +25,12 @@ from repro.evaluation.rollouts import (
 )
 from repro.mechanics.derive import dynamics_of, evaluate
 from repro.mechanics.system import System
+from repro.models.damped import without_damping
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
 
 METRICS, TRAJECTORIES = "metrics.parquet", "trajectories.parquet"
+ON_D_H = ("mae_tau", "mae_qdd", "mae_H_legendre", "mae_H_sum", "mae_L_raw", "min_eig_M")
 TRAIN_SAMPLES = 20_000  # of the training part, enough for its mean errors
 
 
@@ -43,10 +46,25 @@ class Fit:
     notes: Mapping[str, Any]
 
 
-def measure(folder: Path, fit: Fit, data: Dataset, system: System | None, reading: Reading) -> dict[str, Any]:
-    """All metrics on the test part, the equation errors on the training part, and the first test points as curves."""
+def measure(
+    folder: Path,
+    fit: Fit,
+    data: Dataset,
+    system: System | None,
+    reading: Reading,
+    free: Dataset | None = None,
+    others: Sequence[Metric] = (),
+) -> dict[str, Any]:
+    """All metrics on the test part, the equation errors on the training part, and the first test points as curves.
+
+    free: D_H, whose test part is measured too (split `free`); others: metrics that were taken elsewhere.
+    """
     rollout = first_points(fit.model, fit.parameters, data.test) if can_simulate(fit.model) else None
-    metrics = list(_metrics(fit, data, system, reading, rollout))
+    metrics = [*_metrics(fit, data, system, reading, rollout), *others]
+    if free is not None:
+        metrics += [
+            m for m in pointwise(fit.model, fit.parameters, free.test, system, "free", reading) if m.name in ON_D_H
+        ]
     rows = [
         (seed, metric.split, metric.name, float(value), metric.unit)
         for metric in metrics
@@ -74,8 +92,11 @@ def _metrics(
     for metric in pointwise(fit.model, fit.parameters, head, None, "train", reading):
         if metric.name in ("mae_tau", "mae_qdd"):
             yield metric
-    if system is not None and isinstance(fit.model, Lagrangian) and fit.model.linear:
-        yield from coefficient_errors(fit.model, fit.parameters, system, "test")
+    learned = without_damping(fit.model)
+    if system is not None and isinstance(learned, Lagrangian) and learned.linear:
+        yield from coefficient_errors(learned, fit.parameters[:, : learned.n_parameters], system, "test")
+    if system is not None and fit.model.energetic:
+        yield from damping_errors(fit.model, fit.parameters, test, system, "test")
     if rollout is not None:
         yield from rollout_errors(rollout, "test", test)
         yield from one_step_errors(fit.model, fit.parameters, test, "test")
@@ -93,7 +114,8 @@ def _trajectories(
         return []
     points = len(rollout.time)
     names = [c.name for c in test.coordinates] + [f"{c.name}d" for c in test.coordinates]
-    columns: dict[str, np.ndarray] = {"force": test.tau[:, :points, 0]}
+    episode = np.broadcast_to(test.episode[:points], (test.members, points))
+    columns: dict[str, np.ndarray] = {"force": test.tau[:, :points, 0], "episode": episode}
     for role, states in (("plant", rollout.plant), ("model", rollout.model), ("euler", rollout.one_step_euler)):
         columns |= {f"{role}.{name}": states[..., index] for index, name in enumerate(names)}
     if system is not None and fit.model.energetic:

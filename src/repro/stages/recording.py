@@ -11,7 +11,6 @@ from repro.mechanics.system import System
 from repro.tracking.recording import Curve, Rollout, RunRecording, write_recording
 
 FILE = "recording.rrd"
-JUMP = 0.3  # m or rad beyond what the trapezoidal rule explains in one step
 SHOWN = 3  # members: more make the picture crowded
 
 
@@ -62,19 +61,9 @@ def _power(table: pd.DataFrame, energy: np.ndarray, time: np.ndarray, system: Sy
     steps = np.diff(time)
     supplied = np.append(table["force"].to_numpy()[:-1] * np.diff(position) / steps, 0.0)
     stored = np.append(np.diff(energy) / steps, 0.0)
-    restart = _restarts(table, steps, system)
+    restart = np.append(np.diff(table["episode"].to_numpy()) != 0, False)
     supplied[restart], stored[restart] = 0.0, 0.0
     return {"supplied": supplied, "dH/dt": stored, "dissipated": supplied - stored}
-
-
-def _restarts(table: pd.DataFrame, steps: np.ndarray, system: System) -> np.ndarray:
-    """Where the plant's coordinates jump further than their speeds allow, (steps,)."""
-    jumps = np.zeros(len(steps) + 1, dtype=bool)
-    for coordinate in system.coordinates:
-        position, speed = (table[f"plant.{coordinate.name}{suffix}"].to_numpy() for suffix in ("", "d"))
-        travelled = 0.5 * (speed[1:] + speed[:-1]) * steps
-        jumps[:-1] |= np.abs(np.diff(position) - travelled) > JUMP
-    return jumps
 
 
 def _curves(curves: pd.DataFrame, members: Sequence[int]) -> dict[str, Curve]:
