@@ -6,6 +6,7 @@ import torch
 
 from repro.models.bases import engineered, library, raw, t1, t2
 from repro.models.blackbox import BlackBox
+from repro.models.damped import Damped
 from repro.models.lagrangian import Lagrangian
 from repro.models.structured import Structured
 
@@ -19,6 +20,8 @@ LAGRANGIANS = {
     "raw": lambda: Lagrangian(raw, N_Q, hidden=(5,)),
     "engineered": lambda: Lagrangian(engineered, N_Q, hidden=(5,)),
     "structured": lambda: Structured(N_Q, np.array([0.9, 5.0]), hidden=(6,)),
+    "t1 beside friction": lambda: Damped(Lagrangian(t1, N_Q), "full"),
+    "structured beside joint friction": lambda: Damped(Structured(N_Q, np.array([0.9, 5.0]), hidden=(3,)), "diagonal"),
     "structured deep": lambda: Structured(N_Q, np.array([0.9, 5.0]), hidden=(4, 4), skip=False),
 }
 MODELS = LAGRANGIANS | {"blackbox": lambda: BlackBox(N_Q, hidden=(6, 5))}

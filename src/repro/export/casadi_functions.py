@@ -28,8 +28,8 @@ def functions(model: Model, weights: np.ndarray) -> list[casadi.Function]:
         _function("hamiltonian", state, "H", dynamics.hamiltonian(q, qd, none)),
         _function("momentum", state, "p", dynamics.momentum(q, qd, none)),
         _function("mass_matrix", state, "M", dynamics.mass_matrix(q, qd, none)),
-        _function("inverse", state | {"qdd": qdd}, "tau", dynamics.inverse(q, qd, qdd, none)),
-        _function("forward", state | {"tau": tau}, "qdd", dynamics.acceleration(q, qd, tau, none)),
+        _function("inverse", state | {"qdd": qdd}, "tau", model.inverse_dynamics(q, qd, qdd, fixed)),
+        _function("forward", state | {"tau": tau}, "qdd", model.acceleration(q, qd, tau, fixed)),
     ]
 
 

@@ -39,11 +39,20 @@ if_else_zero = _of_tensors(lambda condition, value: torch.where(condition != 0, 
 
 '''
 ENERGIES = '''
+def _all(q, qd):
+    value = [None] * (2 + q.shape[-1])
+    _energies_and_friction(q.unbind(-1), qd.unbind(-1), PARAMETERS.unbind(0), value)
+    return [part + 0 * q[..., 0] for part in value]
+
+
 def energies(q, qd):
     """T and V, each (...)."""
-    value, inputs = [None] * 2, (q.unbind(-1), qd.unbind(-1), PARAMETERS.unbind(0))
-    _energies(*inputs, value)
-    return tuple(part + 0 * q[..., 0] for part in value)
+    return tuple(_all(q, qd)[:2])
+
+
+def friction(q, qd):
+    """The forces against the motion that L does not know."""
+    return torch.stack(_all(q, qd)[2:], dim=-1)
 
 
 def lagrangian(q, qd):
@@ -70,9 +79,9 @@ def mass_matrix(q, qd):
 
 
 def inverse(q, qd, qdd):
-    """tau = d/dt(dL/dqd) - dL/dq."""
+    """tau = d/dt(dL/dqd) - dL/dq + friction."""
     rate = torch.func.jvp(momentum, (q, qd), (qd, qdd))[1]
-    return rate - torch.func.grad(lambda place: lagrangian(place, qd).sum())(q)
+    return rate - torch.func.grad(lambda place: lagrangian(place, qd).sum())(q) + friction(q, qd)
 
 
 def forward(q, qd, tau):
@@ -96,8 +105,8 @@ def write(folder: Path, model: Model, weights: np.ndarray, title: str) -> list[s
     parameters = casadi.SX.sym("parameters", len(weights))
     if model.energetic:
         energies = model.energies(q, qd, parameters)
-        both = casadi.vertcat(energies.kinetic, energies.potential)
-        body = _code("_energies", {"q": q, "qd": qd, "parameters": parameters}, both) + ENERGIES
+        said = casadi.vertcat(energies.kinetic, energies.potential, model.friction(q, qd, parameters))
+        body = _code("_energies_and_friction", {"q": q, "qd": qd, "parameters": parameters}, said) + ENERGIES
     else:
         inputs = {"q": q, "qd": qd, "tau": tau, "parameters": parameters}
         body = _code("_forward", inputs, model.acceleration(q, qd, tau, parameters)) + FORWARD

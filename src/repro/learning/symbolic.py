@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import casadi
 
 from repro.learning.objective import Objective
-from repro.mechanics.derive import euler_lagrange
 from repro.models.model import Model
 
 COLUMNS = ("q", "qd", "qdd", "tau", "energy", "weight")
@@ -45,7 +44,7 @@ def residual(model: Model, objective: Objective, s: Symbols) -> casadi.SX:
     momentum = casadi.gradient(lagrangian, s.qd)
     rows = []
     if objective.equation is not None:
-        error = euler_lagrange(lagrangian, s.q, s.qd, s.qdd) - s.tau
+        error = model.inverse_dynamics(s.q, s.qd, s.qdd, s.parameters) - s.tau
         rows.append(error if objective.equation == "inverse" else -_solve(casadi.jacobian(momentum, s.qd), error))
     if objective.transform_weight:
         transformed = model.transformed_momentum(s.q, s.qd, s.parameters)

@@ -59,7 +59,7 @@ def derive(
     mass = ca.jacobian(momentum, qd)
     friction = ca.gradient(dissipation, qd)
     inverse = euler_lagrange(lagrangian, q, qd, qdd) + friction
-    acceleration = _solve_symmetric(mass, tau - ca.substitute(inverse, qdd, ca.SX.zeros(q.numel())))
+    acceleration = solve_symmetric(mass, tau - ca.substitute(inverse, qdd, ca.SX.zeros(q.numel())))
 
     def function(name: str, expression: ca.SX, *third: ca.SX) -> ca.Function:
         return ca.Function(name, [q, qd, *third, free], [ca.densify(expression)], {"cse": True})
@@ -142,7 +142,8 @@ def _map(function: ca.Function, inputs: list[np.ndarray], result: np.ndarray) ->
     run()
 
 
-def _solve_symmetric(matrix: ca.SX, right: ca.SX) -> ca.SX:
+def solve_symmetric(matrix: ca.SX, right: ca.SX) -> ca.SX:
+    """x of matrix x = right, for a symmetric matrix (n, n) and right (n,)."""
     # cofactors need no pivot to be non-zero, and give fewer instructions than LDL' up to size 3
     if matrix.shape[0] <= 3:
         return ca.mtimes(ca.adj(matrix), right) / ca.det(matrix)

@@ -9,6 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from repro.models.damped import Damping, with_damping
 from repro.models.features import FeatureMap
 from repro.models.model import Energies, Model, Prepared
 from repro.models.momentum import MomentumTransform
@@ -168,13 +169,14 @@ def build(
     activation: Activation = "softplus",
     initialisation: Literal["glorot", "wide"] = "glorot",
     transform_hidden: list[int] | None = None,
-) -> Lagrangian:
-    """The model of this file for a setting; the keywords are its options in conf/model.
+    damping: Damping = "none",
+) -> Model:
+    """The model of this file for a setting, beside friction where asked; the keywords are its options in conf/model.
 
     initialisation `wide`: over the training data the first layer's units start within their quadratic range, from where
     a network of softplus units finds the quadratic T, and so extrapolates, far more often.
     """
-    return Lagrangian(
+    model = Lagrangian(
         setting.basis,
         setting.n_q,
         hidden=hidden,
@@ -182,3 +184,4 @@ def build(
         input_scale=WIDE * setting.feature_scale if initialisation == "wide" else None,
         transform_hidden=transform_hidden,
     )
+    return with_damping(model, damping)

@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from repro.mechanics.derive import derive
+from repro.mechanics.derive import euler_lagrange, solve_symmetric
 from repro.models.terms import Terms
 
 Prepared = dict[str, Tensor]
@@ -23,6 +23,14 @@ class Energies:
     potential: casadi.SX
 
 
+@dataclass(frozen=True)
+class PortForm:
+    """CasADi columns (2 n_q,) of eq. (5) at a state x = [q; p]: dH/dx, and (J - R) dH/dx, its motion without input."""
+
+    gradient: casadi.SX
+    drift: casadi.SX
+
+
 class Model(ABC):
     """An ensemble of models: the weights of all members are the rows of one array (member, n_parameters).
 
@@ -33,6 +41,7 @@ class Model(ABC):
     n_q: int
     inverse = True  # predicts tau: the inverse objective applies
     energetic = True  # has a Lagrangian
+    frozen = slice(0, 0)  # weights that a fit leaves as they are
 
     @property
     @abstractmethod
@@ -68,11 +77,32 @@ class Model(ABC):
     def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:
         """The learned T and V as CasADi expressions of columns q, qd (n_q,) and one member's parameters."""
 
-    def acceleration(self, q: casadi.SX, qd: casadi.SX, tau: casadi.SX, parameters: casadi.SX) -> casadi.SX:
-        """qdd as a CasADi expression: the forward dynamics of the learned Lagrangian."""
+    def friction(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
+        """The forces (n_q,) against the motion that L does not know, as a CasADi expression; 0 unless said."""
+        return casadi.SX.zeros(self.n_q)
+
+    def inverse_dynamics(self, q: casadi.SX, qd: casadi.SX, qdd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
+        """tau = d/dt(dL/dqd) - dL/dq + friction, eq. (2), as a CasADi expression."""
         energies = self.energies(q, qd, parameters)
-        derived = derive(energies.kinetic, energies.potential, casadi.SX(0), q, qd, parameters)
-        return derived.acceleration(q, qd, tau, parameters)
+        lagrangian = energies.kinetic - energies.potential
+        return euler_lagrange(lagrangian, q, qd, qdd) + self.friction(q, qd, parameters)
+
+    def acceleration(self, q: casadi.SX, qd: casadi.SX, tau: casadi.SX, parameters: casadi.SX) -> casadi.SX:
+        """qdd as a CasADi expression: the forward dynamics; not finite where the mass matrix is singular."""
+        qdd = casadi.SX.zeros(self.n_q)
+        mass = casadi.jacobian(self.momentum(q, qd, parameters), qd)
+        return solve_symmetric(mass, tau - self.inverse_dynamics(q, qd, qdd, parameters))
+
+    def momentum(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
+        """p = dL/dqd as a CasADi expression."""
+        energies = self.energies(q, qd, parameters)
+        return casadi.gradient(energies.kinetic - energies.potential, qd)
+
+    def port_form(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> PortForm:
+        """Eq. (5) with the canonical J, at p = dL/dqd: dH/dq = -dL/dq and dH/dp = qd, whatever L is."""
+        energies = self.energies(q, qd, parameters)
+        push = casadi.gradient(energies.kinetic - energies.potential, q)
+        return PortForm(casadi.vertcat(-push, qd), casadi.vertcat(qd, push - self.friction(q, qd, parameters)))
 
     def transformed_momentum(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
         """p_tran = M_hat(q) qd, eq. (8), as a CasADi expression; only for models with a momentum transform."""

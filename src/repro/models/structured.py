@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 from repro.models import position
+from repro.models.damped import Damping, with_damping
 from repro.models.features import FeatureMap
 from repro.models.model import Energies, Model, Prepared
 from repro.models.network import Activation, Network
@@ -130,6 +131,8 @@ def build(
     rank: int | None = None,
     activation: Activation = "tanh",
     skip: bool = True,
-) -> Structured:
-    """The model of this file for a setting; the keywords are its options in conf/model."""
-    return Structured(setting.n_q, setting.velocity_scale, hidden=hidden, rank=rank, activation=activation, skip=skip)
+    damping: Damping = "none",
+) -> Model:
+    """The model of this file for a setting, beside friction where asked; the keywords are its options in conf/model."""
+    model = Structured(setting.n_q, setting.velocity_scale, hidden=hidden, rank=rank, activation=activation, skip=skip)
+    return with_damping(model, damping)

@@ -1,0 +1,70 @@
+"""How well friction is identified: the learned damping matrix C = d(friction)/dqd against the true one."""
+
+from collections.abc import Iterator
+from functools import lru_cache
+
+import casadi
+import numpy as np
+from torch import Tensor
+
+from repro.data.dataset import Dataset
+from repro.evaluation.metrics import Metric
+from repro.mechanics.derive import evaluate
+from repro.mechanics.system import System
+from repro.models.model import Model
+
+STATES = 2000  # test samples over which C is averaged
+
+
+def damping_errors(model: Model, parameters: Tensor, part: Dataset, system: System, split: str) -> Iterator[Metric]:
+    """Relative errors of C over the test states, whole (Frobenius) and a joint each, and its least eigenvalue.
+
+    Nothing for a model without friction, or a system without damping. The coefficient of a joint is C along the motion
+    that turns this joint alone: all rates from this joint outwards are equal.
+    """
+    if not any(system.damping) or not _has_friction(model):
+        return
+    q, qd = (array[:, :STATES] for array in (part.q, part.qd))
+    learned = np.stack(
+        [evaluate(_learned(model), *state, w) for *state, w in zip(q, qd, parameters.numpy(), strict=True)]
+    )
+    true = evaluate(_true(system), q, qd)
+    error = np.linalg.norm(learned - true, axis=(-2, -1)).mean(1) / np.linalg.norm(true, axis=(-2, -1)).mean(1)
+    yield Metric(split, "damping_error", error, "1")
+    joints = _joint_motions(system)
+    ours, theirs = (np.einsum("ic,mnij,jc->mnc", joints, matrix, joints) for matrix in (learned, true))
+    for joint in np.flatnonzero(system.damping):
+        gap = np.abs(ours[..., joint] - theirs[..., joint]).mean(1) / theirs[..., joint].mean(1)
+        yield Metric(split, f"damping_error[{joint}]", gap, "1")
+    symmetric = (learned + learned.swapaxes(-2, -1)) / 2
+    yield Metric(split, "min_eig_C", np.linalg.eigvalsh(symmetric).min((1, 2)), "N s/m, N m s")
+
+
+def _joint_motions(system: System) -> np.ndarray:
+    """Columns: the velocities (n_q,) at which one joint alone turns, all links beyond it with it."""
+    if system.damping_frame == "absolute":
+        return np.eye(system.n_q)
+    motions = np.tril(np.ones((system.n_q, system.n_q)))
+    motions[1:, 0] = 0.0
+    return motions
+
+
+@lru_cache(maxsize=16)
+def _learned(model: Model) -> casadi.Function:
+    q, qd = casadi.SX.sym("q", model.n_q), casadi.SX.sym("qd", model.n_q)
+    parameters = casadi.SX.sym("parameters", model.n_parameters)
+    matrix = casadi.jacobian(model.friction(q, qd, parameters), qd)
+    return casadi.Function("damping", [q, qd, parameters], [casadi.densify(matrix)], {"cse": True})
+
+
+@lru_cache(maxsize=16)
+def _true(system: System) -> casadi.Function:
+    q, qd = casadi.SX.sym("q", system.n_q), casadi.SX.sym("qd", system.n_q)
+    rayleigh = casadi.SX(system.dissipation(casadi.vertsplit(q), casadi.vertsplit(qd), casadi))
+    return casadi.Function("damping", [q, qd], [casadi.densify(casadi.hessian(rayleigh, qd)[0])])
+
+
+def _has_friction(model: Model) -> bool:
+    q, qd = casadi.SX.sym("q", model.n_q), casadi.SX.sym("qd", model.n_q)
+    friction = model.friction(q, qd, casadi.SX.sym("parameters", model.n_parameters))
+    return friction.nnz() > 0 and not friction.is_zero()

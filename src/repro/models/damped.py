@@ -1,0 +1,107 @@
+"""A learned Lagrangian beside viscous friction that is linear in its coefficients: closed-form Rayleigh damping."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Literal
+
+import casadi
+import numpy as np
+import torch
+from torch import Tensor
+
+from repro.models.model import Energies, Model, Prepared
+from repro.models.terms import Terms
+
+Damping = Literal["none", "diagonal", "full"]
+
+
+class Damped(Model):
+    """tau = d/dt(dL/dqd) - dL/dq + C qd with a constant symmetric C = sum_k c_k E_k.
+
+    `diagonal`: one coefficient a joint, on relative rates, so that E_k = e e' with e qd the rate of joint k (the first
+    coordinate is the cart, the others absolute link angles); `full`: one coefficient an entry of C. No sign is imposed.
+    parameters: [those of the model | c].
+    """
+
+    def __init__(self, model: Model, damping: Damping) -> None:
+        self.model, self.n_q = model, model.n_q
+        self.shapes = diagonal(model.n_q) if damping == "diagonal" else full(model.n_q)
+        self.names = tuple(f"c{index}" for index in range(len(self.shapes)))
+        self.inverse, self.energetic = model.inverse, model.energetic
+        self.model_slice = slice(0, model.n_parameters)
+        self.damping_slice = slice(model.n_parameters, model.n_parameters + len(self.shapes))
+
+    @property
+    def n_parameters(self) -> int:
+        """Number of weights of one member."""
+        return self.damping_slice.stop
+
+    @property
+    def coefficient_names(self) -> tuple[str, ...]:
+        """Names of the model's coefficients, then c0, c1, ..."""
+        return (*self.model.coefficient_names, *self.names)
+
+    def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
+        """The model's start, without friction."""
+        start = self.model.initial(generators)
+        return np.concatenate([start, np.zeros((len(start), len(self.shapes)))], axis=1)
+
+    def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
+        """What the model needs, and the columns E_k qd (..., n_q, n_coefficients)."""
+        return self.model.prepare(q, qd, qdd, tau) | {"damping": np.einsum("kcd,...d->...ck", self.shapes, qd)}
+
+    def outputs(self, parameters: Tensor, prepared: Prepared, mass: bool) -> list[Tensor]:
+        """The model's outputs, and the friction C qd (member, sample, n_q)."""
+        outputs = self.model.outputs(parameters[:, self.model_slice], prepared, mass)
+        friction = torch.einsum("mnck,mk->mnc", prepared["damping"], parameters[:, self.damping_slice])
+        return [*outputs, friction]
+
+    def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:
+        """The model's terms, with friction in tau."""
+        terms = self.model.terms(outputs[:-1], prepared)
+        return replace(terms, tau=terms.tau + outputs[-1])
+
+    def pull(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
+        """Gradients with respect to all weights, (member, row, sample, n_parameters)."""
+        model = self.model.pull(parameters[:, self.model_slice], prepared, cotangents[:-1])
+        return torch.cat([model, torch.einsum("mrnc,mnck->mrnk", cotangents[-1], prepared["damping"])], dim=-1)
+
+    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:
+        """The model's T and V."""
+        return self.model.energies(q, qd, parameters[self.model_slice])
+
+    def friction(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
+        """C qd."""
+        coefficients = casadi.vertsplit(parameters[self.damping_slice])
+        matrix = sum(c * casadi.DM(shape) for c, shape in zip(coefficients, self.shapes, strict=True))
+        return matrix @ qd
+
+    def transformed_momentum(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
+        """The model's p_tran, eq. (8)."""
+        return self.model.transformed_momentum(q, qd, parameters[self.model_slice])
+
+
+def with_damping(model: Model, damping: Damping) -> Model:
+    """The model itself, or beside friction."""
+    return model if damping == "none" else Damped(model, damping)
+
+
+def without_damping(model: Model) -> Model:
+    """The model within."""
+    return model.model if isinstance(model, Damped) else model
+
+
+def diagonal(n_q: int) -> np.ndarray:
+    """Shapes E_k (n_q, n_q, n_q) of a cart with a chain of links: joint k turns at qd_k - qd_(k-1), k > 1."""
+    rates = np.eye(n_q)
+    rates[range(2, n_q), range(1, n_q - 1)] = -1
+    return np.einsum("ki,kj->kij", rates, rates)
+
+
+def full(n_q: int) -> np.ndarray:
+    """Shapes E_k (n_q (n_q + 1) / 2, n_q, n_q) of a symmetric matrix, upper entries in row order."""
+    rows, columns = np.triu_indices(n_q)
+    shapes = np.zeros((len(rows), n_q, n_q))
+    numbers = np.arange(len(rows))
+    shapes[numbers, rows, columns] = shapes[numbers, columns, rows] = 1
+    return shapes
