@@ -77,7 +77,7 @@ def test_a_run_leaves_its_stages_and_is_not_repeated(tmp_path):
     assert (card["n_train"], card["seeds"], card["literal"]) == (160, [0, 1], False)
     assert record.summary["median"]["mae_tau"] < 1e-10
     assert {path.name for path in record.folder.iterdir()} == {
-        "run.json", "metrics.parquet", "trajectories.parquet", "curves.parquet",
+        "run.json", "metrics.parquet", "trajectories.parquet", "curves.parquet", "identifiability.parquet",
     }  # fmt: skip
     times = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("run.json")}
     assert len(times) == 3

@@ -3,14 +3,20 @@
 from collections.abc import Callable, Iterator
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 from repro.config import Config, File
 from repro.errors import UserError
 from repro.messages import choose
 from repro.options import choices, optimiser_class
 
+if TYPE_CHECKING:
+    from repro.mechanics.system import System
+
 ANCHOR_ROWS = ("trivial", "degenerate")
 FREE_MOTION = ("d_h_only", "d_h_then_d", "joint")
+BASES = "repro.models.bases"
 
 
 def impossible(config: Config) -> Iterator[str]:
@@ -22,19 +28,29 @@ def impossible(config: Config) -> Iterator[str]:
 def _unknown_names(config: Config) -> Iterator[str]:
     named = {
         "system.name": (config.system.name, choices("repro.mechanics.systems")),
-        "basis.name": (config.basis.name, choices("repro.models.bases")),
+        "basis.name": (config.basis.name, choices(BASES)),
     }
     yield from (choose(key, name, allowed) for key, (name, allowed) in named.items() if name not in allowed)
 
 
 def _system(config: Config) -> Iterator[str]:
-    from repro.mechanics.system import load
-
-    system = config.system
     try:
-        load(system.name, config.reading.name, system.damping, system.damping_frame, **system.constants)
+        _load(config)
     except UserError as error:
         yield f"system: {error}"
+
+
+def _basis_of_another_system(config: Config) -> Iterator[str]:
+    needed = getattr(_features(config.basis.name), "N_Q", None)
+    if config.model["kind"] != "lagrangian" or needed is None or [*_system(config)]:
+        return
+    n_q = _load(config).n_q
+    if n_q != needed:
+        general = ", ".join(name for name in choices(BASES) if not hasattr(_features(name), "N_Q"))
+        yield (
+            f"basis.name = {config.basis.name!r}: is made for {needed} coordinates, a cart and one link, and "
+            f"system={config.system.name} has {n_q}; use one of {general}"
+        )
 
 
 def _closed_form(config: Config) -> Iterator[str]:
@@ -42,8 +58,8 @@ def _closed_form(config: Config) -> Iterator[str]:
         return
     name, kind, objective = config.optimiser["name"], config.model["kind"], config.objective
     if not _linear(config):
-        basis = config.basis.name
-        yield f"optimiser = {name}: needs model=lagrangian and a linear basis (t1, library), not {kind}, {basis}"
+        basis, linear = config.basis.name, ", ".join(name for name in choices(BASES) if _features(name).LINEAR)
+        yield f"optimiser = {name}: needs model=lagrangian and a linear basis ({linear}), not {kind}, {basis}"
     if objective.kind != "inverse":
         yield f"optimiser = {name}: is linear in tau only, so it needs objective=inverse, not {objective.kind}"
     if objective.transform_weight:
@@ -84,6 +100,17 @@ def _free_motion_keeps_its_energy(config: Config) -> Iterator[str]:
         yield f"system.damping = {config.system.damping}: D_H keeps its energy only without damping"
 
 
+def _pretraining_epochs(config: Config) -> Iterator[str]:
+    epochs, kind = config.sequence.free_epochs, config.sequence.kind
+    if epochs is None or _without_fit(config):
+        return
+    if kind not in ("d_h_only", "d_h_then_d"):
+        yield f"sequence.free_epochs = {epochs}: sequence={kind} has no phase on D_H alone; leave it at null"
+    if "epochs" not in config.optimiser:
+        name = config.optimiser["name"]
+        yield f"sequence.free_epochs = {epochs}: optimiser={name} does not count in epochs; leave it at null"
+
+
 def _recording(config: Config) -> Iterator[str]:
     if not isinstance(config.data, File):
         return
@@ -101,11 +128,13 @@ def _recording(config: Config) -> Iterator[str]:
 
 RULES: tuple[Callable[[Config], Iterator[str]], ...] = (
     _system,
+    _basis_of_another_system,
     _closed_form,
     _black_box,
     _momentum_transform,
     _l1,
     _free_motion_keeps_its_energy,
+    _pretraining_epochs,
     _recording,
 )
 
@@ -115,5 +144,15 @@ def _without_fit(config: Config) -> bool:
 
 
 def _linear(config: Config) -> bool:
-    features = import_module(f"repro.models.bases.{config.basis.name}")
-    return config.model["kind"] == "lagrangian" and features.LINEAR
+    return config.model["kind"] == "lagrangian" and _features(config.basis.name).LINEAR
+
+
+def _load(config: Config) -> "System":
+    from repro.mechanics.system import load
+
+    system = config.system
+    return load(system.name, config.reading.name, system.damping, system.damping_frame, **system.constants)
+
+
+def _features(basis: str) -> ModuleType:
+    return import_module(f"{BASES}.{basis}")

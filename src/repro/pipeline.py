@@ -75,9 +75,11 @@ class Pipeline:
     @cached_property
     def run_stage(self) -> Stage:
         """The evaluation: what is called a run."""
-        upstream = {"data": self.data_stages["data"].id, "fit": self.fit_stage.id}
+        roles = [role for role in ("data", "free") if role in self.data_stages]
+        upstream = {role: self.data_stages[role].id for role in roles} | {"fit": self.fit_stage.id}
         parts = {"reading": self.config.energies.reading}
-        modules = ("repro.stages.evaluation", f"repro.models.{self.config.model['kind']}", self._system_module)
+        model = f"repro.models.{self.config.model['kind']}"
+        modules = ("repro.stages.evaluation", "repro.stages.identifiability", model, self._system_module)
         return self._stage("runs", self.name, parts, upstream, modules)
 
     @cached_property

@@ -10,10 +10,11 @@ import pandas as pd
 from repro.card import run_card
 from repro.config import RandomForce
 from repro.data.dataset import Dataset
+from repro.evaluation.identifiability import Identifiability
 from repro.mechanics.system import System
 from repro.models.model import Model
 from repro.options import optimiser_class
-from repro.stages import dataset, evaluation, fit, recording
+from repro.stages import dataset, evaluation, fit, identifiability, recording
 from repro.stages.checkpoint import FileCheckpoint
 from repro.tracking import progress
 from repro.tracking.record import Record
@@ -43,7 +44,22 @@ class Work:
     @cached_property
     def model(self) -> Model:
         """The model, built for the final dataset."""
-        return fit.build_model(self.config.model, self.config.basis.name, self._forced(), self.truth)
+        return fit.build_model(self.config.model, self.config.basis.name, self.forced, self.truth)
+
+    @property
+    def recipe(self) -> fit.Recipe:
+        """What to minimise on which data."""
+        return fit.Recipe(self.config.objective.model_dump(), self.config.sequence.model_dump(), self.config.members)
+
+    @property
+    def forced(self) -> list[Dataset]:
+        """The curriculum's datasets, then D."""
+        return [self.data(role) for role in self.pipeline.data_stages if role != "free"]
+
+    @property
+    def free(self) -> Dataset | None:
+        """D_H, where the sequence asks for it."""
+        return self.data("free") if "free" in self.pipeline.data_stages else None
 
     def data(self, role: str) -> Dataset:
         """A finished dataset by its role."""
@@ -68,13 +84,12 @@ class Work:
         """Fit the ensemble, resuming where an interrupted attempt left off."""
         config = self.config
         settings = {key: value for key, value in config.optimiser.items() if key not in ("name", "kind")}
-        recipe = fit.Recipe(config.objective.model_dump(), config.sequence.model_dump(), config.members)
         fitted, seconds = fit.fit(
             self.model,
-            recipe,
+            self.recipe,
             optimiser_class(config.optimiser["kind"])(**settings),
-            self._forced(),
-            self.data("free") if "free" in self.pipeline.data_stages else None,
+            self.forced,
+            self.free,
             self.system,
             lambda fraction, text: progress.report(0.05 + 0.85 * fraction, text),
             FileCheckpoint(folder),
@@ -92,7 +107,18 @@ class Work:
             fitted.summary["seconds"],
             fitted.summary["notes"],
         )
-        measured = evaluation.measure(folder, ensemble, self.data("data"), self.truth, self.config.energies.reading)
+        identified = self.identified()
+        if identified:
+            identifiability.keep(folder, identified, self.config.members)
+        measured = evaluation.measure(
+            folder,
+            ensemble,
+            self.data("data"),
+            self.truth,
+            self.config.energies.reading,
+            self.free,
+            list(identifiability.metrics([*identified.values()][-1])) if identified else [],
+        )
         copyfile(fitted.path(fit.CURVES), folder / fit.CURVES)
         card = run_card(
             self.config,
@@ -103,13 +129,18 @@ class Work:
         )
         return measured | {"card": card}
 
+    def identified(self) -> dict[str, list[Identifiability]]:
+        """What the data can tell of a linear model, by the phase of its training; empty for other models."""
+        if not identifiability.applies(self.model, self.config.objective.kind):
+            return {}
+        forced = [identifiability.shortened(each) for each in self.forced]
+        free = None if self.free is None else identifiability.shortened(self.free)
+        phases = fit.phases_of(self.model, self.recipe, forced, free, self.system)
+        return identifiability.examine(self.model, phases)
+
     def make_recording(self, folder: Path, run: Record) -> dict[str, Any]:
         """Write the recording from what the run stored."""
         trajectories, curves = (pd.read_parquet(run.path(name)) for name in (evaluation.TRAJECTORIES, fit.CURVES))
         card = {**run.summary["card"], "test medians": run.summary["median"], "command": self.pipeline.command}
         title = self.pipeline.name.replace("-", " ")
         return recording.record(folder, run.id, title, card, trajectories, curves, self.system)
-
-    def _forced(self) -> list[Dataset]:
-        """The curriculum's datasets, then D."""
-        return [self.data(role) for role in self.pipeline.data_stages if role != "free"]

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -57,6 +57,10 @@ class Adam(Optimiser):
             checkpoint.save(state)
             progress((epoch + 1) / self.epochs, f"epoch {epoch + 1} of {self.epochs}, loss {losses.nanmedian():.2e}")
         return Fitted(state["parameters"], state["curves"], state["status"], {"epochs": self.epochs})
+
+    def lasting(self, epochs: int) -> "Adam":
+        """The same for so many epochs."""
+        return replace(self, epochs=epochs)
 
     def rate(self, step: int, total: int) -> float:
         """Learning rate at step 0, 1, ... of `total`, without the bias correction."""

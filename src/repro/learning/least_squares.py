@@ -1,7 +1,7 @@
 """Closed-form least squares for models that are linear in their parameters: the oracle of every table."""
 
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, replace
+from typing import ClassVar, Literal
 
 import numpy as np
 import torch
@@ -15,22 +15,34 @@ from repro.learning.result import Checkpoint, Fitted, Progress
 
 @dataclass(frozen=True)
 class LeastSquares(Optimiser):
-    """Minimum-norm least squares on normalised columns; singular values below `cutoff` of the largest count as zero."""
+    """Of all least-squares solutions the one nearest to `nearest_to`, in columns of unit norm.
+
+    Singular values below `cutoff` of the largest count as zero: what the data do not show stays as it was, at zero or
+    at the start, which is where gradient descent would leave it too. A later phase is nearest to the one before.
+    """
 
     linear_only: ClassVar[bool] = True
 
-    cutoff: float = 1e-12
+    cutoff: float = 1e-8
+    nearest_to: Literal["zero", "start"] = "zero"
 
     def fit(self, problem: Problem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
-        """Solve each member's problem; `parameters` (member, n_parameters) tell the shape only."""
+        """Solve each member's problem; the start `parameters` (member, n_parameters) tell at least the shape."""
         solutions, ranks = [], []
-        for member in range(problem.members):
+        for member, start in enumerate(parameters.double().numpy()):
             matrix, right = regression(problem.member(member), parameters.shape[1])
+            origin = start.copy() if self.nearest_to == "start" else np.zeros_like(start)
+            origin[problem.model.frozen] = start[problem.model.frozen]
+            matrix[:, problem.model.frozen], right = 0.0, right - matrix @ origin
             solution, rank = solve(matrix, right, self.cutoff)
-            solutions.append(solution)
+            solutions.append(origin + solution)
             ranks.append(rank)
             progress((member + 1) / problem.members, f"member {member + 1}")
         return Fitted(torch.from_numpy(np.stack(solutions)), [], ["ok"] * problem.members, {"rank": ranks, "epochs": 0})
+
+    def continued(self) -> "LeastSquares":
+        """What a later phase does not show stays as the phases before have left it."""
+        return replace(self, nearest_to="start")
 
 
 def regression(problem: Problem, n_parameters: int) -> tuple[np.ndarray, np.ndarray]:

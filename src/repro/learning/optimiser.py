@@ -18,6 +18,10 @@ class Optimiser(ABC):
     def fit(self, problem: Problem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Start from `parameters` (member, n_parameters) and return the fitted ones."""
 
+    def lasting(self, epochs: int) -> "Optimiser":
+        """The optimiser for so many epochs, where it counts in epochs."""
+        return self
+
     def continued(self) -> "Optimiser":
         """The optimiser for a later phase, which starts from weights that are already good."""
         return self

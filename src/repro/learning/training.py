@@ -16,10 +16,15 @@ from repro.models.model import Model
 
 @dataclass(frozen=True)
 class Phase:
-    """One problem to solve, with a name for the learning curves."""
+    """One problem to solve, with a name for the learning curves; epochs: where they are not the optimiser's own."""
 
     name: str
     problem: Problem
+    epochs: int | None = None
+
+    def settings(self, optimiser: Optimiser) -> Optimiser:
+        """The optimiser with this phase's epochs, where it counts in epochs."""
+        return optimiser if self.epochs is None else optimiser.lasting(self.epochs)
 
 
 def train(
@@ -36,7 +41,7 @@ def train(
     for number in range(state["phase"], len(phases)):
         phase, before = phases[number], state["fitted"]
         told = _told(progress, number, phases)
-        chosen = optimiser.continued() if number else optimiser
+        chosen = phase.settings(optimiser.continued() if number else optimiser)
         fitted = chosen.fit(phase.problem, before.parameters, told, _Inner(checkpoint, state))
         state = {"phase": number + 1, "fitted": _chain(before, fitted, phase.name), "inner": None}
         checkpoint.save(state)

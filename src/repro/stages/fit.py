@@ -18,6 +18,7 @@ from repro.learning.result import Checkpoint, Fitted, Progress
 from repro.learning.training import Phase, make_task, train
 from repro.mechanics.derive import dynamics_of, evaluate
 from repro.mechanics.system import System
+from repro.models.damped import without_damping
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
 from repro.models.setting import Setting
@@ -59,7 +60,7 @@ def fit(
     parameters = torch.from_numpy(model.initial(generators))
     if model.n_parameters == 0:
         return Fitted(parameters, status=["ok"] * len(parameters), notes={"epochs": 0}), 0.0
-    phases = _phases(model, recipe, data, free, system)
+    phases = phases_of(model, recipe, data, free, system)
     started = time.perf_counter()
     fitted = train(phases, optimiser, parameters, progress, checkpoint)
     return fitted, time.perf_counter() - started
@@ -87,7 +88,10 @@ def load_parameters(folder: Path) -> torch.Tensor:
         return torch.from_numpy(stored["parameters"])
 
 
-def _phases(model: Model, recipe: Recipe, data: Sequence[Dataset], free: Dataset | None, system: System) -> list[Phase]:
+def phases_of(
+    model: Model, recipe: Recipe, data: Sequence[Dataset], free: Dataset | None, system: System
+) -> list[Phase]:
+    """What is minimised, in turn; data: the curriculum's datasets, then D itself; free: D_H, where asked for."""
     chosen, sequence = recipe.objective, recipe.sequence
     objective = Objective(chosen["kind"], chosen["transform_weight"])
     energetic = replace(objective, energy_weight=sequence["energy_weight"], energy_form=sequence["energy_form"])
@@ -103,17 +107,18 @@ def _phases(model: Model, recipe: Recipe, data: Sequence[Dataset], free: Dataset
 
     kind = sequence["kind"]
     phases = []
+    if kind in ("d_h_only", "d_h_then_d"):
+        phases.append(Phase("D_H", problem(task(free, energetic)), sequence.get("free_epochs")))
     if kind == "d_h_only":
-        return [Phase("D_H", problem(task(free, energetic)))]
-    if kind == "d_h_then_d":
-        phases.append(Phase("D_H", problem(task(free, energetic))))
+        return phases
     for number, dataset in enumerate(data):
         tasks = [task(dataset, objective)]
         if kind == "joint":
             tasks.append(task(free, energetic))
         if kind == "anchor":
             tasks.append(_anchor_task(model, system, recipe.seeds, energetic))
-        name = "D" if number == len(data) - 1 else f"D, stage {number + 1}"
+        name = "D and D_H" if kind == "joint" else "D"
+        name += "" if number == len(data) - 1 else f", stage {number + 1}"
         phases.append(Phase(name, problem(*tasks)))
     return phases
 
@@ -131,9 +136,10 @@ def _anchor_task(model: Model, system: System, seeds: Sequence[int], objective: 
 
 
 def _l1(model: Model, objective: Mapping[str, Any]) -> torch.Tensor | None:
-    if not isinstance(model, Lagrangian) or not (objective["l1_kinetic"] or objective["l1_potential"]):
+    learned = without_damping(model)
+    if not isinstance(learned, Lagrangian) or not (objective["l1_kinetic"] or objective["l1_potential"]):
         return None
     weights = torch.zeros(model.n_parameters, dtype=torch.float64)
-    weights[model.kinetic_slice] = objective["l1_kinetic"]
-    weights[model.potential_slice] = objective["l1_potential"]
+    weights[learned.kinetic_slice] = objective["l1_kinetic"]
+    weights[learned.potential_slice] = objective["l1_potential"]
     return weights

@@ -1,0 +1,34 @@
+"""F (x) F of velocities and velocities times cos and sin (V-B), equal products merged: 28 of the 49 for two links."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from repro.models.products import pairwise
+
+LINEAR = True
+
+
+def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+    """Distinct products of F; the merged ones carry the sum of the two weights that the paper gives them."""
+    return pairwise(factors(q, qd, m))
+
+
+def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+    """Features of V: the cosine of every angle."""
+    return {f"cos({name})": m.cos(angle) for name, angle in _angles(q)}
+
+
+def factors(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+    """F = [xd; thd_i sin(th_i); thd_i cos(th_i); thd_i], for any number of links."""
+    turning = list(zip(_angles(q), qd[1:], strict=True))
+    found = {"xd": qd[0]}
+    for (name, angle), rate in turning:
+        found[f"{name}d sin({name})"] = rate * m.sin(angle)
+        found[f"{name}d cos({name})"] = rate * m.cos(angle)
+    return found | {f"{name}d": rate for (name, _), rate in turning}
+
+
+def _angles(q: Sequence[Any]) -> list[tuple[str, Any]]:
+    """Angles by name, as the systems call them: theta alone, else theta1, theta2, ..."""
+    angles = list(q[1:])
+    return [("theta", angles[0])] if len(angles) == 1 else [(f"theta{i}", a) for i, a in enumerate(angles, start=1)]

@@ -1,0 +1,18 @@
+"""F (x) F, and what a network for T can also hold but tau cannot see: a constant, cosines, terms linear in velocity."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from repro.models.bases import fxf
+
+LINEAR = True
+
+
+def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+    """F (x) F with gauge terms: L + constant and L + dF(q)/dt move alike, and cos(th) may stand in T or in V."""
+    return fxf.kinetic(q, qd, m) | {"1": 1.0} | fxf.potential(q, qd, m) | fxf.factors(q, qd, m)
+
+
+def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+    """Features of V: the cosine of every angle."""
+    return fxf.potential(q, qd, m)
