@@ -70,6 +70,12 @@ def test_each_member_has_its_own_data_and_weights():
     assert losses[0] != losses[1]
 
 
-def test_a_large_network_has_no_generated_code():
-    with pytest.raises(UserError, match="small network"):
-        native_step(lagrangian_case(t2, (64, 64), 1, 10), "inverse")
+@needs_compiler
+def test_a_wide_network_agrees_with_the_hessian_in_compiled_code():
+    case = lagrangian_case(t2, (40, 23), 1, 50)
+    agree(native_step(case, "inverse"), naive_step(case, "inverse", t2_features))
+
+
+def test_a_large_free_form_network_has_no_compiled_code():
+    with pytest.raises(UserError, match="no compiled code"):
+        native_step(structured_case((150,), 1, 10), "inverse")

@@ -6,9 +6,12 @@ import torch
 
 from repro.learning import native as module
 from repro.learning.adam import Adam
+from repro.learning.kernels.generated import LANES, generated_kernel
+from repro.learning.kernels.linear import linear_kernel
+from repro.learning.kernels.network import network_kernel
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.members import MemberProblem
-from repro.learning.native import LANES, can_compile, native
+from repro.learning.native import NativeProblem, can_compile, native
 from repro.learning.objective import Objective
 from repro.learning.problem import Problem
 from repro.learning.result import NoCheckpoint, silent
@@ -23,6 +26,7 @@ pytestmark = pytest.mark.skipif(not can_compile(), reason="generated code needs 
 MODELS = {
     "t1": lambda: Lagrangian(t1, 2),
     "t2": lambda: Lagrangian(t2, 2, hidden=(4,)),
+    "t2 deep": lambda: Lagrangian(t2, 2, hidden=(11, 4, 5), activation="tanh"),
     "structured": lambda: Structured(2, np.array([0.9, 5.0]), hidden=(2,)),
     "transformed": lambda: Lagrangian(t1, 2, transform_hidden=(2,)),
     "blackbox": lambda: BlackBox(2, hidden=(3,)),
@@ -32,7 +36,10 @@ ANCHOR = Objective(None, energy_weight=0.7, energy_form="sum")
 CASES = {
     "t1 inverse": ("t1", [INVERSE]),
     "t1 forward": ("t1", [FORWARD]),
+    "t1 joint": ("t1", [INVERSE, Objective("inverse", energy_weight=0.4)]),
     "t2 inverse": ("t2", [INVERSE]),
+    "t2 deep inverse": ("t2 deep", [INVERSE]),
+    "t2 deep, energy as sum": ("t2 deep", [ANCHOR]),
     "t2 forward": ("t2", [FORWARD]),
     "structured inverse": ("structured", [INVERSE]),
     "structured forward": ("structured", [FORWARD]),
@@ -66,12 +73,14 @@ def test_loss_and_gradient_agree(case, start):
     parameters = start(case.model).requires_grad_()
     losses = case.loss(parameters)
     (gradients,) = torch.autograd.grad(losses.sum(), parameters)
-    compiled = native(case)
     assert case.samples % LANES
-    for member in range(case.members):
-        loss, gradient = compiled.loss_and_gradient(member, parameters[member].detach().numpy().copy())
-        _close(loss, losses[member].item())
-        _close(gradient, gradients[member].numpy())
+    kernels = [make(case) for make in (generated_kernel, linear_kernel, network_kernel)]
+    for kernel in filter(None, kernels):
+        compiled = NativeProblem(case, kernel)
+        for member in range(case.members):
+            loss, gradient = compiled.loss_and_gradient(member, parameters[member].detach().numpy().copy())
+            _close(loss, losses[member].item())
+            _close(gradient, gradients[member].numpy())
 
 
 def test_rows_and_their_jacobian_agree(case, start):
@@ -135,5 +144,24 @@ def test_a_compiler_that_cannot_compile_counts_as_none(monkeypatch):
     assert can_compile()
 
 
-def test_large_models_stay_with_torch(data):
-    assert native(_problem(Lagrangian(t2, 2, hidden=(150,)), [INVERSE], data, None)) is None
+KERNELS = {
+    "t1": (linear_kernel, Lagrangian(t1, 2)),
+    "t2": (network_kernel, Lagrangian(t2, 2, hidden=(150, 40))),
+    "structured": (generated_kernel, Structured(2, np.array([0.9, 5.0]), hidden=(2,))),
+}
+
+
+@pytest.mark.parametrize("name", KERNELS)
+def test_each_kind_of_model_has_its_kernel(name, data):
+    wanted, model = KERNELS[name]
+    problem = _problem(model, [INVERSE], data, None)
+    kernels = {make: make(problem) for make in (linear_kernel, network_kernel, generated_kernel)}
+    assert kernels[wanted] is not None
+    assert native(problem) is not None
+    if name != "t2":
+        assert kernels[network_kernel] is None
+
+
+def test_wide_free_form_models_stay_with_torch(data):
+    model = Structured(2, np.array([0.9, 5.0]), hidden=(150,))
+    assert native(_problem(model, [INVERSE], data, None)) is None

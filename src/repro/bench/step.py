@@ -20,10 +20,10 @@ def torch_step(case: Case, equation: Equation) -> Step:
 
 
 def native_step(case: Case, equation: Equation) -> Step:
-    """Generated C, member by member. Raises UserError where the model is too large for it."""
+    """Compiled C, member by member. Raises UserError where there is none for the model."""
     compiled = native(case.problem(equation))
     if compiled is None:
-        raise UserError("generated code needs a C compiler and a small network")
+        raise UserError("no compiled code for this model: it needs a C compiler, and a kernel or a small model")
     weights = list(case.parameters.numpy())
 
     def step() -> tuple[np.ndarray, np.ndarray]:

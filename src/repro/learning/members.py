@@ -6,7 +6,8 @@ from functools import cached_property
 import numpy as np
 import torch
 
-from repro.learning.native import NativeProblem, native
+from repro.learning.kernels.generated import GeneratedRows, generated_rows
+from repro.learning.native import NativeProblem, can_compile, native
 from repro.learning.problem import Problem
 
 
@@ -14,12 +15,17 @@ from repro.learning.problem import Problem
 class MemberProblem:
     """The problem of one member as functions of its weights (n_parameters,)."""
 
-    problem: Problem  # of this member alone
+    problem: Problem  # of this member alone, and of the weights that are not frozen
 
     @cached_property
     def compiled(self) -> NativeProblem | None:
-        """The generated code, where it applies."""
+        """Compiled loss and gradient, where they apply."""
         return native(self.problem)
+
+    @cached_property
+    def compiled_rows(self) -> GeneratedRows | None:
+        """Compiled rows, where they apply."""
+        return generated_rows(self.problem) if can_compile() else None
 
     def loss_and_gradient(self, parameters: np.ndarray) -> tuple[float, np.ndarray]:
         """The loss and its gradient (n_parameters,); not finite where the model is singular."""
@@ -32,7 +38,7 @@ class MemberProblem:
 
     def linearise(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residual rows (n_rows,) and their Jacobian (n_rows, n_parameters)."""
-        if self.compiled is not None:
-            return self.compiled.linearise(0, parameters)
+        if self.compiled_rows is not None:
+            return self.compiled_rows.linearise(0, parameters)
         rows, jacobian = self.problem.linearise(torch.from_numpy(parameters.copy()).unsqueeze(0))
         return rows[0].numpy(), jacobian[0].numpy()

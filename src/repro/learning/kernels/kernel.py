@@ -1,0 +1,26 @@
+"""What every kind of compiled loss and gradient offers."""
+
+import ctypes
+from dataclasses import dataclass
+
+import numpy as np
+
+FLAGS = ("-O3", "-march=native", "-ffast-math", "-mprefer-vector-width=512")
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """C functions gradient_0, gradient_1, ... and the packed samples (member, sample, column) of the task of each.
+
+    void gradient_k(const double *samples, const int64_t *order, int64_t count, double factor, const double *parameters,
+    double *total) adds factor * [loss, gradient (n_parameters,)], summed over the samples `order` (all where it is
+    null), to `total`.
+    """
+
+    source: str
+    data: list[np.ndarray]
+
+
+def address(array: np.ndarray) -> ctypes.c_void_p:
+    """Where a contiguous array lies."""
+    return ctypes.c_void_p(array.ctypes.data)
