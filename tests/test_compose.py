@@ -1,11 +1,13 @@
 """Every choice composes, a job's command makes the same configuration again, and a cache changes nothing."""
 
 import json
+import os
 import shlex
 
 import pytest
 
 from repro.compose import compose, plan
+from repro.errors import UserError
 from repro.overrides import expand
 from repro.settings import CONF, digest
 
@@ -42,19 +44,43 @@ def test_the_command_makes_the_same_configuration(overrides):
 
 def test_what_was_composed_is_read_from_the_cache(tmp_path):
     jobs = expand(["basis=t1,t2", "scale=smoke"])
-    first = plan(jobs, tmp_path)
+    asked = []
+    first = plan(jobs, tmp_path, lambda: asked.append(1))
+    assert plan(jobs, tmp_path, lambda: asked.append(2)) == first
+    assert asked == [1]
     (file,) = tmp_path.iterdir()
     stored = json.loads(file.read_text())
     assert stored["settings"] == digest()
-    stored["jobs"]["basis=t1 scale=smoke"]["seeds"] = 7
+    for part, members in (("accepted", 7), ("composed", 9)):
+        stored[part]["basis=t1 scale=smoke"]["seeds"] = members
     file.write_text(json.dumps(stored))
     again = plan(jobs, tmp_path)
     assert again[0].config.members == list(range(7))
     assert again[1].config == first[1].config
+    file.write_text(json.dumps(stored | {"code": "of models that have other options"}))
+    assert plan(jobs, tmp_path)[0].config.members == list(range(9))
     file.write_text(json.dumps(stored | {"settings": "of yesterday"}))
-    assert plan(jobs, tmp_path)[0].config == first[0].config
+    assert plan(jobs, tmp_path) == first
     file.write_text("{")
-    assert plan(jobs, tmp_path)[0].config == first[0].config
+    assert plan(jobs, tmp_path) == first
+
+
+def test_a_job_that_reads_a_file_is_checked_each_time(tmp_path):
+    recording = tmp_path / "recording.csv"
+    recording.write_text("time\n")
+    jobs = expand(["data=file", f"data.path={recording}", "basis=t1"])
+    plan(jobs, tmp_path / "cache")
+    recording.unlink()
+    with pytest.raises(UserError, match="no such file"):
+        plan(jobs, tmp_path / "cache")
+
+
+def test_many_jobs_are_composed_by_several_processes_to_the_same(monkeypatch):
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    jobs = expand([f"data.samples={','.join(str(samples) for samples in range(1000, 1020))}", "basis=t1"])
+    assert [composed.config.data.samples for composed in plan(jobs)] == list(range(1000, 1020))
+    with pytest.raises(UserError, match=r"data\.train_fraction"):
+        plan([*jobs[:-1], (*jobs[-1], "data.train_fraction=2")])
 
 
 def test_the_digest_is_of_one_experiment_alone():

@@ -8,7 +8,6 @@ from typing import Any
 
 from repro.combinations import ANCHOR_ROWS, FREE_MOTION
 from repro.config import Config, File, RandomForce, scaled
-from repro.options import optimiser_class
 from repro.tracking import progress
 from repro.tracking.record import Record
 from repro.tracking.stage import Stage
@@ -68,7 +67,7 @@ class Pipeline:
                 "optimiser": settings,
                 "sequence": config.sequence.model_dump() if config.sequence.kind != "d_only" else {"kind": "d_only"},
             }
-            modules.append(optimiser_class(config.optimiser["kind"]).__module__)
+            modules.append(f"repro.learning.{config.optimiser['kind']}")
         upstream = {role: stage.id for role, stage in self.data_stages.items()}
         return self._stage("fits", self.name, parts, upstream, (*modules, self._system_module))
 
@@ -111,9 +110,9 @@ class Pipeline:
     def finished(self, store: Store) -> Record | None:
         """The stored run, when all that this run should leave is there."""
         run = store.find(self.run_stage.id, kind="runs")
-        if run is None or not self._is_recorded(run) or store.find(self.recording_stage.id, kind="recordings"):
-            return run
-        return None
+        if run is None or (self._is_recorded(run) and store.find(self.recording_stage.id, kind="recordings") is None):
+            return None
+        return run
 
     def execute(self, store: Store) -> Record:
         """Make whatever is not there yet, and return the run's record; StageFailed when a stage fails."""
@@ -136,12 +135,9 @@ class Pipeline:
 
     def _is_recorded(self, run: Record) -> bool:
         """Whether a recording is wanted, and has motion and energy to show: a simulated model of a known system."""
-        from repro.evaluation.rollouts import LARGEST
-
-        shows = self.config.model["kind"] not in (*ANCHOR_ROWS, "blackbox") and isinstance(
-            self.config.data, RandomForce
-        )
-        return self.config.record and shows and run.summary["card"]["n_parameters"] <= LARGEST
+        config = self.config
+        shows = config.model["kind"] not in (*ANCHOR_ROWS, "blackbox") and isinstance(config.data, RandomForce)
+        return config.record and shows and bool(run.summary.get("simulated"))
 
     @property
     def _system_module(self) -> str:

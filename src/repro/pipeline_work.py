@@ -11,6 +11,7 @@ from repro.card import run_card
 from repro.config import RandomForce
 from repro.data.dataset import Dataset
 from repro.evaluation.identifiability import Identifiability
+from repro.evaluation.rollouts import can_simulate
 from repro.mechanics.system import System
 from repro.models.model import Model
 from repro.options import optimiser_class
@@ -127,7 +128,7 @@ class Work:
             status=status,
             notes=fitted.summary["notes"],
         )
-        return measured | {"card": card}
+        return measured | {"card": card, "simulated": can_simulate(self.model)}
 
     def identified(self) -> dict[str, list[Identifiability]]:
         """What the data can tell of a linear model, by the phase of its training; empty for other models."""

@@ -1,6 +1,6 @@
 """A job of a sweep before it runs: what it will make, whether that is there already, and about how long it takes."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -59,7 +59,12 @@ class Planned:
         return 3.0
 
 
-def planned(jobs: Sequence[tuple[str, ...]], paths: Paths) -> list[Planned]:
-    """Compose, check and look up the jobs (the overrides of each); UserError before anything runs."""
+def planned(
+    jobs: Sequence[tuple[str, ...]], paths: Paths, on_unknown: Callable[[], None] = lambda: None
+) -> list[Planned]:
+    """Compose, check and look up the jobs (the overrides of each); UserError before anything runs.
+
+    `on_unknown` is called when there is a job that was not planned before, so that there is likely something to run.
+    """
     store = Store(paths.root)
-    return [Planned.of(composed, store) for composed in plan(jobs, paths.composed)]
+    return [Planned.of(composed, store) for composed in plan(jobs, paths.composed, on_unknown)]

@@ -1,12 +1,15 @@
 """Where the settings of all runs lie, and a digest that changes when any of them may have."""
 
 import hashlib
+from collections.abc import Iterable
+from functools import cache
 from pathlib import Path
 
 SOURCE = Path(__file__).resolve().parent
 ROOT = SOURCE.parents[1]
 CONF, EXPERIMENTS = ROOT / "conf", ROOT / "experiments"
 READERS = ("combinations", "compose", "config", "options", "overrides", "pipeline")
+DECLARERS = ("mechanics", "models", "learning")
 
 
 def digest(experiment: str = "") -> str:
@@ -17,6 +20,17 @@ def digest(experiment: str = "") -> str:
     files = [*sorted(CONF.rglob("*.yaml")), *(SOURCE / f"{name}.py" for name in READERS)]
     if experiment and (EXPERIMENTS / f"{experiment}.yaml").is_file():
         files.append(EXPERIMENTS / f"{experiment}.yaml")
+    return _summed(files)
+
+
+@cache
+def code_digest() -> str:
+    """SHA-256 of the code that says which options models, optimisers and systems have, and what they accept."""
+    files = [path for room in DECLARERS for path in sorted((SOURCE / room).rglob("*.py"))]
+    return _summed(files)
+
+
+def _summed(files: Iterable[Path]) -> str:
     summed = hashlib.sha256()
     for path in files:
         content = path.read_bytes()

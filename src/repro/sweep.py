@@ -16,12 +16,13 @@ from repro.tracking.board import Board
 from repro.tracking.files import check_writable
 from repro.tracking.jobs import Job, JobResult, failure_table
 from repro.tracking.paths import Paths, outputs_root
-from repro.tracking.pool import run_jobs
+from repro.tracking.pool import run_jobs, start_server
 from repro.tracking.stage import Stage
 from repro.tracking.store import StageFailed, Store
 from repro.tracking.text import duration
 
-PRELOAD = ("repro.pipeline", "repro.pipeline_work")
+# What takes a job longest to load; the server loads it once, while the jobs are planned.
+PRELOAD = ("repro.pipeline", "repro.pipeline_work", "repro.tracking.layout", "rerun.blueprint", "pyarrow.dataset")
 EPILOGUE = """examples:
   repro run basis=t1 optimiser=least_squares
   repro run -m basis=t1,t2 objective=forward,inverse
@@ -45,7 +46,8 @@ def run(argv: Sequence[str]) -> int:
     if options.cfg:
         return _print_configuration(overrides)
     paths = Paths(outputs_root())
-    jobs = planned(overrides, paths)
+    here = not where and not options.dry_run
+    jobs = planned(overrides, paths, on_unknown=_start_server if here else lambda: None)
     if options.failed:
         store = Store(paths.root)
         jobs = [job for job in jobs if job.failures(store)]
@@ -81,7 +83,8 @@ def reproduce(argv: Sequence[str]) -> int:
     scale = given.get("scale", "quick")
     names = given["experiment"].split(",") if "experiment" in given else experiments()
     paths = Paths(outputs_root())
-    jobs = planned([job for name in names for job in expand([f"experiment={name}", f"scale={scale}"])], paths)
+    overrides = [job for name in names for job in expand([f"experiment={name}", f"scale={scale}"])]
+    jobs = planned(overrides, paths, on_unknown=_start_server)
     list_jobs(paths, jobs)
     results = _run_missing(jobs, paths, options.workers)
     timed = "experiment" in given or _time(paths, scale)
@@ -92,6 +95,10 @@ def reproduce(argv: Sequence[str]) -> int:
 def expected_stages(overrides: Sequence[str]) -> list[Stage]:
     """The stages of a job by the present defaults and code, the run last (for `repro status`)."""
     return Planned.of(compose(overrides, Paths(outputs_root()).composed)).pipeline.stages
+
+
+def _start_server() -> None:
+    start_server(PRELOAD)
 
 
 def _run_missing(

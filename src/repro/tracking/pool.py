@@ -14,7 +14,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from multiprocessing import connection
+from multiprocessing import connection, forkserver
 from pathlib import Path
 from types import FrameType
 
@@ -47,10 +47,7 @@ def run_jobs(
 
     Raises SweepInterrupted (a KeyboardInterrupt that carries the results) after Ctrl-C.
     """
-    # The libraries read these when they are loaded, which happens in the server.
-    for variable in _THREAD_VARIABLES:
-        os.environ.setdefault(variable, str(threads))
-    multiprocessing.set_forkserver_preload([worker.__name__, *preload, f"{__package__}.preloaded"])
+    start_server(preload, threads=threads)
     if logs is None:
         logs = Paths(outputs_root()).logs / f"{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}"
     launcher = _Launcher(list(jobs), max(1, workers), timeout_s, on_progress, logs)
@@ -66,6 +63,20 @@ def run_jobs(
     if launcher.interrupts:
         raise SweepInterrupted(results)
     return results
+
+
+def start_server(preload: Sequence[str], *, threads: int = 1) -> None:
+    """Start the server that all jobs are forked from; it loads the modules while this process goes on.
+
+    One that runs already stays as it is.
+    """
+    # The libraries read these when they are loaded, which happens in the server.
+    for variable in _THREAD_VARIABLES:
+        os.environ.setdefault(variable, str(threads))
+    multiprocessing.set_forkserver_preload([worker.__name__, *preload, f"{__package__}.preloaded"])
+    # Ctrl-C reaches the launcher alone, also while the server still loads.
+    with _interrupts(signal.SIG_IGN):
+        forkserver.ensure_running()
 
 
 class _Launcher:
@@ -138,8 +149,8 @@ class _Launcher:
 
 
 @contextmanager
-def _interrupts(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
-    """Take Ctrl-C over while jobs run; outside the main thread Python allows no handlers, and it stays as it is."""
+def _interrupts(handler: Callable[[int, FrameType | None], None] | signal.Handlers) -> Iterator[None]:
+    """Take Ctrl-C over for a while; outside the main thread Python allows no handlers, and it stays as it is."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

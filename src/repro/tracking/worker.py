@@ -37,6 +37,8 @@ def main(pipe: connection.Connection, target: str, arguments: dict[str, Any], lo
     """Call `target` ("module:function") with the arguments and send its value or its exception to the launcher."""
     # A process group of its own: Ctrl-C in the terminal reaches the launcher alone, which passes it on.
     os.setpgid(0, 0)
+    # The server ignores Ctrl-C, a job obeys the launcher's.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     threading.Thread(target=_die_with_launcher, daemon=True).start()
     code.begin_job()
     progress.listen(_Channel(pipe), log)
