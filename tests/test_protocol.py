@@ -49,3 +49,36 @@ def test_anything_else_is_not(change):
     if change.startswith("basis"):
         overrides.remove("basis=t1")
     assert not is_literal(scaled(compose(overrides).config))
+
+
+DIP = ("system=dip", "basis=fxf", "data.force_limit=4", "objective.l1_kinetic=1e-5")
+PRETRAINED = (*DIP, "sequence=d_h_then_d", "sequence.free_epochs=1000", "optimiser.epochs=8000")
+
+
+@pytest.mark.parametrize("protocol", [PRETRAINED, (*PRETRAINED, "data=long"), (*DIP, "sequence=d_h_only")])
+def test_the_printed_protocols_of_the_double_pendulum(protocol):
+    assert is_literal(scaled(compose([*protocol, "scale=paper"]).config))
+    assert not is_literal(scaled(compose([*protocol, "scale=quick"]).config))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "system.m2=0.3",
+        "basis=fxf_gauge",
+        "data.force_limit=5",
+        "objective.l1_kinetic=0",
+        "objective.l1_potential=1e-5",
+        "sequence=d_only",
+        "sequence.free_epochs=500",
+        "sequence.grid=diagonal",
+        "sequence.starts=10",
+        "optimiser.epochs=1000",
+        "optimiser=adam_cosine",
+    ],
+)
+def test_anything_else_is_not_the_double_pendulum_s(change):
+    replaced = [o for o in PRETRAINED if o.partition("=")[0] != change.partition("=")[0]]
+    if change == "sequence=d_only":
+        replaced.remove("sequence.free_epochs=1000")
+    assert not is_literal(scaled(compose([*replaced, "scale=paper", change]).config))

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import Any
 
-from repro.combinations import ANCHOR_ROWS
+from repro.combinations import ANCHOR_ROWS, FREE_MOTION
 from repro.config import Config, File, RandomForce
 from repro.protocol import is_literal
 
@@ -19,7 +19,8 @@ def run_card(
     fitted = model["kind"] not in ANCHOR_ROWS
     basis = config.basis.name if model["kind"] == "lagrangian" else None
     linear = basis is not None and import_module(f"repro.models.bases.{basis}").LINEAR
-    l1 = "_l1" if objective.l1_kinetic or objective.l1_potential else ""
+    kind = "_l1" if objective.l1_kinetic or objective.l1_potential else ""
+    kind += "_from_start" if config.optimiser.get("nearest_to") == "start" else ""
     return {
         "system": config.system.name,
         "reading": config.reading.name,
@@ -30,8 +31,9 @@ def run_card(
         "basis": basis,
         "hidden": None if linear else _layers(model.get("hidden") or []) or None,
         "objective": objective.kind if fitted else None,
-        "optimiser": config.optimiser["name"] + l1 if fitted else None,
+        "optimiser": config.optimiser["name"] + kind if fitted else None,
         "sequence": config.sequence.kind,
+        **_of_free_motion(config),
         "energies": config.energies.reading,
         "energy_form": config.sequence.energy_form,
         "transform_weight": objective.transform_weight,
@@ -43,6 +45,16 @@ def run_card(
         "member_status": list(status),
         "notes": {key: value for key, value in notes.items() if key != "epochs"},
         "n_parameters": n_parameters,
+    }
+
+
+def _of_free_motion(config: Config) -> dict[str, Any]:
+    sequence = config.sequence
+    used = sequence.kind in FREE_MOTION and config.model["kind"] not in ANCHOR_ROWS
+    first = sequence.kind == "d_h_then_d" and used
+    return {
+        "grid": f"{sequence.grid} of {sequence.starts}" if used else None,
+        "free_epochs": (sequence.free_epochs or config.optimiser.get("epochs")) if first else None,
     }
 
 

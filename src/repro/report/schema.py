@@ -18,6 +18,8 @@ CARD: Mapping[str, type] = {
     "objective": str,
     "optimiser": str,
     "sequence": str,
+    "grid": str,
+    "free_epochs": int,
     "reset": str,
     "tau_noise": float,
     "qdd_noise": float,
