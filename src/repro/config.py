@@ -47,6 +47,7 @@ class RandomForce(Section):
     episode_steps: Count
     samples: Annotated[int, Field(ge=10)]
     train_fraction: Share
+    train_samples: Count | None
     time_step: Positive
     force_limit: Positive
     start: Literal["upright", "hanging"]

@@ -31,6 +31,18 @@ def test_energy_changes_by_the_work_of_the_held_force(regime: str, reading: str)
     assert np.abs(error[:, np.diff(data.episode) == 0]).max() < 1e-4
 
 
+def test_fewer_training_samples_are_the_first_ones_and_leave_the_test_part_as_it_is() -> None:
+    whole = random_force(SYSTEM, **SMALL, tau_noise=0.1)
+    fewer = random_force(SYSTEM, **SMALL, tau_noise=0.1, train_samples=37)
+    assert fewer.n_train == fewer.train.samples == 37
+    for name in ARRAYS:
+        np.testing.assert_array_equal(getattr(fewer.train, name), getattr(whole, name)[:, :37])
+        np.testing.assert_array_equal(getattr(fewer.test, name), getattr(whole.test, name))
+    np.testing.assert_array_equal(fewer.test.time, whole.test.time)
+    np.testing.assert_array_equal(fewer.test.episode, whole.test.episode)
+    assert random_force(SYSTEM, **SMALL, train_samples=500).n_train == whole.n_train
+
+
 def test_force_is_uniform_within_its_limit() -> None:
     data = random_force(SYSTEM, seeds=[0], samples=20_000, force_limit=2.0)
     force = data.tau[0, :, 0]
@@ -154,6 +166,7 @@ def test_the_papers_hundred_thousand_points_take_less_than_a_second() -> None:
         ("train_fraction", 0.0),
         ("train_fraction", 1.0),
         ("train_fraction", 1.5),
+        ("train_samples", 0),
         ("tau_noise", -0.1),
         ("qd_noise", float("inf")),
         ("regime", "short"),

@@ -25,6 +25,7 @@ def random_force(
     seeds: Sequence[int],
     samples: int = 100_000,
     train_fraction: float = 0.8,
+    train_samples: int | None = None,
     time_step: float = 0.04,
     force_limit: float = 5.0,
     regime: str = "episodes",
@@ -44,7 +45,9 @@ def random_force(
     reset: each episode from the `start`, or at `random` (any angle, abs(xd) <= 1 m/s, abs(thetad) <= 3 rad/s);
     labels: qdd `exact`, or `differenced` from qd. Noise is a standard deviation in the unit of the quantity. Noise and
     differencing touch the training part alone, so that a test error is an error of the model.
-    shared: every member has the data of the first seed. UserError names the argument that is out of range.
+    train_samples: only the first so many of the training part are kept, so that fits from more or from less data meet
+    the same test part. shared: every member has the data of the first seed. UserError names the argument that is out of
+    range.
     """
     check_seeds(seeds)
     check_positive(samples=samples, time_step=time_step, force_limit=force_limit, episode_steps=episode_steps)
@@ -86,8 +89,8 @@ def random_force(
             "engine": active_engine(),
         },
     )
-    measured = _measure(exact, labels, noise, streams)
-    return _repeat(measured, len(seeds)) if shared else measured
+    kept = _shorten(_measure(exact, labels, noise, streams), train_samples)
+    return _repeat(kept, len(seeds)) if shared else kept
 
 
 def _streams(seed: int) -> dict[str, np.random.Generator]:
@@ -138,6 +141,16 @@ def _measure(
             train[name] = train[name] + noise[name] * draws
     joined: dict[str, Any] = {name: np.concatenate([train[name], getattr(exact.test, name)], axis=1) for name in noise}
     return replace(exact, **joined)
+
+
+def _shorten(data: Dataset, train_samples: int | None) -> Dataset:
+    """Return the data without the training samples after the first `train_samples`."""
+    if train_samples is None or train_samples >= data.n_train:
+        return data
+    check_positive(train_samples=train_samples)
+    kept = np.r_[:train_samples, data.n_train : data.samples]
+    vectors: dict[str, Any] = {name: getattr(data, name)[:, kept] for name in ("q", "qd", "qdd", "tau")}
+    return replace(data, **vectors, time=data.time[kept], episode=data.episode[kept], n_train=train_samples)
 
 
 def _repeat(data: Dataset, members: int) -> Dataset:

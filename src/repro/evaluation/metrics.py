@@ -13,6 +13,8 @@ from repro.mechanics.system import System
 from repro.models.model import Model
 
 FORCE, ACCELERATION, MOMENTUM = "N, N m", "m/s^2, rad/s^2", "kg m/s, kg m^2/s"
+LARGEST_ENERGY_ERROR = 0.3  # J, after one constant; above it a model has not learned the energy
+SMALLEST_INERTIA = 1e-3  # kg, kg m^2; below it a mass matrix has lost a direction of motion
 
 
 @dataclass(frozen=True)
@@ -33,14 +35,15 @@ def pointwise(
     said = predict(model, parameters, *arrays)
     yield from _equation_errors(said, part, split)
     if said.mass is not None and model.energetic:
-        smallest = np.linalg.eigvalsh(np.where(np.isfinite(said.mass), said.mass, 0.0)).min((1, 2))
-        yield Metric(split, "min_eig_M", smallest, "kg, kg m^2")
+        yield Metric(split, "min_eig_M", _least_eigenvalue(said), "kg, kg m^2")
     if said.transformed_momentum is not None:
         gap = np.abs(said.transformed_momentum - said.momentum).mean((1, 2))
         yield Metric(split, "momentum_transform", gap, MOMENTUM)
     if system is not None and model.energetic:
         true = truth(system, *arrays)
         yield from _energy_errors(said, true, part.qd, split)
+        yield Metric(split, "trapped", _trapped(said, true, part.qd), "1")
+        yield from _gravity(model, parameters, system, part.q, split)
         yield from _gauge_errors(said, true, part, Gauge(model, parameters, system, reading), split)
         if said.transformed_momentum is not None:
             error = np.abs(said.transformed_momentum - true.momentum).mean((1, 2))
@@ -69,10 +72,48 @@ def _energy_errors(said: Predictions, true: Predictions, qd: np.ndarray, split: 
     lagrangian = np.abs(said.lagrangian - true.lagrangian).mean(1)
     yield Metric(split, "mae_L_raw", lagrangian, "J")
     yield Metric(split, "mae_L_relative", lagrangian / np.abs(true.lagrangian).mean(1), "1")
-    error = said.hamiltonian(qd) - true.hamiltonian(qd)
-    yield Metric(split, "mae_H_legendre", np.abs(error).mean(1), "J")
-    yield Metric(split, "mae_H_centred", np.abs(error - error.mean(1, keepdims=True)).mean(1), "J")
+    absolute = np.abs(said.hamiltonian(qd) - true.hamiltonian(qd)).mean(1)
+    yield Metric(split, "mae_H_legendre", absolute, "J")
+    yield Metric(split, "mae_H_centred", _centred_energy_error(said, true, qd), "J")
     yield Metric(split, "mae_p", np.abs(said.momentum - true.momentum).mean((1, 2)), MOMENTUM)
+
+
+def _centred_energy_error(said: Predictions, true: Predictions, qd: np.ndarray) -> np.ndarray:
+    error = said.hamiltonian(qd) - true.hamiltonian(qd)
+    return np.abs(error - error.mean(1, keepdims=True)).mean(1)
+
+
+def _least_eigenvalue(said: Predictions) -> np.ndarray:
+    return np.linalg.eigvalsh(np.where(np.isfinite(said.mass), said.mass, 0.0)).min((1, 2))
+
+
+def _trapped(said: Predictions, true: Predictions, qd: np.ndarray) -> np.ndarray:
+    """1 where a member has the cart's momentum and little else: L = p_x^2 / (2 m) has a small error of tau."""
+    trapped = ~(_centred_energy_error(said, true, qd) <= LARGEST_ENERGY_ERROR)
+    if said.mass is not None:
+        trapped |= _least_eigenvalue(said) < SMALLEST_INERTIA
+    return trapped.astype(float)
+
+
+def _gravity(model: Model, parameters: Tensor, system: System, q: np.ndarray, split: str) -> Iterator[Metric]:
+    """Learned weight of each cos(angle) over the true one, both fitted to the energy at rest, which has no gauge."""
+    rest = np.zeros_like(q)
+    at_rest = (q, rest, rest, rest)
+    learned, true = (
+        _cosine_weights(q[..., system.angles], said.hamiltonian(rest))
+        for said in (predict(model, parameters, *at_rest), truth(system, *at_rest))
+    )
+    ratio = learned / true
+    yield Metric(split, "gravity", ratio.mean(1), "1")
+    for index, angle in enumerate(system.angles):
+        yield Metric(split, f"gravity[{angle}]", ratio[:, index], "1")
+
+
+def _cosine_weights(angles: np.ndarray, energy: np.ndarray) -> np.ndarray:
+    """Least-squares weights (member, angle) of the cosines in an energy (member, sample), beside a constant."""
+    columns = np.concatenate([np.cos(angles), np.ones((*angles.shape[:2], 1))], axis=-1)
+    usable = np.where(np.isfinite(energy), energy, 0.0)
+    return np.stack([np.linalg.lstsq(c, e, rcond=None)[0] for c, e in zip(columns, usable, strict=True)])[:, :-1]
 
 
 def _gauge_errors(said: Predictions, true: Predictions, part: Dataset, gauge: Gauge, split: str) -> Iterator[Metric]:

@@ -60,6 +60,19 @@ METRICS: dict[str, Metric] = {
         scale="linear",
         lower_is_better=False,
     ),
+    "trapped": Metric(
+        "trapped",
+        "trapped",
+        "share of members that have the cart's momentum and little else: MAE H centred > 0.3 J or min eig M < 0.001",
+        scale="share",
+    ),
+    "gravity": Metric(
+        "gravity",
+        "gravity",
+        "learned weight of the cosines in the energy at rest, over the true one",
+        scale="linear",
+        lower_is_better=False,
+    ),
     "min_T": Metric(
         "min T",
         r"$\min \hat T$",
