@@ -7,7 +7,6 @@ import torch
 from repro.learning import native as module
 from repro.learning.adam import Adam
 from repro.learning.kernels.generated import LANES, generated_kernel
-from repro.learning.kernels.linear import linear_kernel
 from repro.learning.kernels.network import network_kernel
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.members import MemberProblem
@@ -27,6 +26,7 @@ MODELS = {
     "t1": lambda: Lagrangian(t1, 2),
     "t2": lambda: Lagrangian(t2, 2, hidden=(4,)),
     "t2 deep": lambda: Lagrangian(t2, 2, hidden=(11, 4, 5), activation="tanh"),
+    "raw": lambda: Lagrangian(raw, 2, hidden=(25, 3)),
     "structured": lambda: Structured(2, np.array([0.9, 5.0]), hidden=(2,)),
     "transformed": lambda: Lagrangian(t1, 2, transform_hidden=(2,)),
     "blackbox": lambda: BlackBox(2, hidden=(3,)),
@@ -39,7 +39,9 @@ CASES = {
     "t1 joint": ("t1", [INVERSE, Objective("inverse", energy_weight=0.4)]),
     "t2 inverse": ("t2", [INVERSE]),
     "t2 deep inverse": ("t2 deep", [INVERSE]),
+    "t2 deep forward": ("t2 deep", [FORWARD]),
     "t2 deep, energy as sum": ("t2 deep", [ANCHOR]),
+    "raw, forward and joint": ("raw", [FORWARD, Objective("forward", energy_weight=0.4)]),
     "t2 forward": ("t2", [FORWARD]),
     "structured inverse": ("structured", [INVERSE]),
     "structured forward": ("structured", [FORWARD]),
@@ -74,7 +76,7 @@ def test_loss_and_gradient_agree(case, start):
     losses = case.loss(parameters)
     (gradients,) = torch.autograd.grad(losses.sum(), parameters)
     assert case.samples % LANES
-    kernels = [make(case) for make in (generated_kernel, linear_kernel, network_kernel)]
+    kernels = [make(case) for make in (generated_kernel, network_kernel)]
     for kernel in filter(None, kernels):
         compiled = NativeProblem(case, kernel)
         for member in range(case.members):
@@ -145,7 +147,7 @@ def test_a_compiler_that_cannot_compile_counts_as_none(monkeypatch):
 
 
 KERNELS = {
-    "t1": (linear_kernel, Lagrangian(t1, 2)),
+    "t1": (generated_kernel, Lagrangian(t1, 2)),
     "t2": (network_kernel, Lagrangian(t2, 2, hidden=(150, 40))),
     "structured": (generated_kernel, Structured(2, np.array([0.9, 5.0]), hidden=(2,))),
 }
@@ -155,7 +157,7 @@ KERNELS = {
 def test_each_kind_of_model_has_its_kernel(name, data):
     wanted, model = KERNELS[name]
     problem = _problem(model, [INVERSE], data, None)
-    kernels = {make: make(problem) for make in (linear_kernel, network_kernel, generated_kernel)}
+    kernels = {make: make(problem) for make in (network_kernel, generated_kernel)}
     assert kernels[wanted] is not None
     assert native(problem) is not None
     if name != "t2":

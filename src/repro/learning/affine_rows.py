@@ -14,7 +14,9 @@ class AffineRows:
     """Rows r = value N + slope . DN + curvature . D^2 N[zdot] + potential . beta - right, for the network N(z) of T.
 
     z, zdot: (member, sample, n_z); value, right: (member, sample, row); slope, curvature: (member, sample, row, n_z);
-    potential: (member, sample, row, n_V). A linear basis has N = alpha . z.
+    potential: (member, sample, row, n_V). For the forward equation the first n_q rows are those of tau, and `bends`
+    (member, sample, n_q (n_q + 1) / 2, n_z) are the v_cd of the mass matrix; otherwise there are none.
+    weight: (member, sample), of the squared rows.
     """
 
     z: Tensor
@@ -24,29 +26,26 @@ class AffineRows:
     curvature: Tensor
     potential: Tensor
     right: Tensor
-
-    @property
-    def columns(self) -> Tensor:
-        """The rows' derivatives (member, sample, row, n_z + n_V) with respect to [alpha, beta] of a linear basis."""
-        kinetic = self.slope + self.value.unsqueeze(-1) * self.z.unsqueeze(2)
-        return torch.cat([kinetic, self.potential], dim=-1)
+    bends: Tensor
+    weight: Tensor
 
 
 def has_affine_rows(problem: Problem) -> bool:
-    """Whether the rows of every task are linear in this way: without a mass matrix or a momentum transform."""
-    model, objectives = problem.model, [task.objective for task in problem.tasks]
-    if not isinstance(model, Lagrangian) or model.transform is not None:
+    """Whether the rows of every task are made in this way: without a momentum transform."""
+    model = problem.model
+    if not isinstance(model, Lagrangian) or model.network is None or model.transform is not None:
         return False
-    return all(objective.equation != "forward" and not objective.transform_weight for objective in objectives)
+    return not any(task.objective.transform_weight for task in problem.tasks)
 
 
 def affine_rows(model: Lagrangian, task: Task) -> AffineRows:
-    """The rows of one task, in the order of `Objective.rows`, times the square roots of the sample weights."""
+    """The rows of one task, in the order of `Objective.rows`, and what the mass matrix needs."""
     n_q, objective, measured = model.n_q, task.objective, task.measured
-    z, zdot, u, w = task.prepared["kinetic"][:, :, : 2 + 2 * n_q].split([1, 1, n_q, n_q], dim=2)
+    kinetic = task.prepared["kinetic"]
+    z, zdot, u, w, bends = kinetic.split([1, 1, n_q, n_q, kinetic.shape[2] - 2 - 2 * n_q], dim=2)
     energy, force = task.prepared["potential"].split([1, n_q], dim=2)
     parts = []
-    if objective.equation == "inverse":
+    if objective.equation is not None:
         parts.append((torch.zeros_like(measured["tau"]), w, u, -force, measured["tau"]))
     if objective.energy_weight:
         scale, along = objective.energy_weight**0.5, (measured["qd"].unsqueeze(2) @ u)
@@ -55,8 +54,6 @@ def affine_rows(model: Lagrangian, task: Task) -> AffineRows:
         value = torch.full_like(known, sign)
         parts.append((scale * value, scale * slope, torch.zeros_like(z), scale * energy, scale * known))
     value, slope, curvature, potential, right = (torch.cat(part, dim=2) for part in zip(*parts, strict=True))
-    if task.sample_weight is not None:
-        root = task.sample_weight.sqrt().unsqueeze(-1)
-        value, right = value * root, right * root
-        slope, curvature, potential = (part * root.unsqueeze(-1) for part in (slope, curvature, potential))
-    return AffineRows(z[:, :, 0], zdot[:, :, 0], value, slope, curvature, potential, right)
+    weight = torch.ones_like(kinetic[:, :, 0, 0]) if task.sample_weight is None else task.sample_weight
+    bends = bends if objective.mass else bends[:, :, :0]
+    return AffineRows(z[:, :, 0], zdot[:, :, 0], value, slope, curvature, potential, right, bends, weight)

@@ -8,7 +8,6 @@ import numpy as np
 
 from repro.learning.kernels.generated import generated_kernel
 from repro.learning.kernels.kernel import FLAGS, Kernel, address
-from repro.learning.kernels.linear import linear_kernel
 from repro.learning.kernels.network import network_kernel
 from repro.learning.problem import Problem
 from repro.mechanics.c_library import CompilerError, load_library
@@ -93,7 +92,7 @@ def native(problem: Problem) -> NativeProblem | None:
     """The problem in compiled code, or None where there is no compiler or no kernel for the model."""
     if not can_compile():
         return None
-    kernel = linear_kernel(problem) or network_kernel(problem) or generated_kernel(problem)
+    kernel = network_kernel(problem) or generated_kernel(problem)
     return None if kernel is None else NativeProblem(problem, kernel)
 
 

@@ -1,23 +1,29 @@
-"""A network of features for T (or L), of any size: see `network_source` for how its rows are differentiated."""
+"""A network of features for T (or L), of any size, with the inverse or the forward objective."""
+
+from collections.abc import Iterable
 
 import numpy as np
+import torch
 
 from repro.learning.affine_rows import affine_rows, has_affine_rows
+from repro.learning.kernels import activations, forward_rows, passes, products, rows
 from repro.learning.kernels.kernel import Kernel
-from repro.learning.kernels.network_source import SOURCE
 from repro.learning.problem import Problem, Task
 from repro.models.lagrangian import Lagrangian
 
+NARROW = 24  # units: below this a small block of samples leaves more of the network in the first cache
+
 
 def network_kernel(problem: Problem) -> Kernel | None:
-    """The kernel of a problem whose rows need no mass matrix, or None."""
+    """The kernel of a problem whose model is a network without a momentum transform, or None."""
     model = problem.model
-    if not isinstance(model, Lagrangian) or model.network is None or not has_affine_rows(problem):
+    if not isinstance(model, Lagrangian) or not has_affine_rows(problem):
         return None
-    source, data = [_constants(model), SOURCE], []
+    parts = [products, activations, rows, forward_rows, passes]
+    source, data = [_constants(model), *(part.SOURCE for part in parts)], []
     for number, task in enumerate(problem.tasks):
-        packed, rows, valued = _pack(model, task)
-        source.append(f"#define gradient_{number}(...) network_gradient(__VA_ARGS__, {rows}, {int(valued)})\n")
+        form, packed = _pack(model, task, number)
+        source.append(form)
         data.append(packed)
     return Kernel("".join(source), data)
 
@@ -28,22 +34,39 @@ def _constants(model: Lagrangian) -> str:
     constants = {
         "INPUTS": network.n_in,
         "LAYERS": len(network.hidden),
-        "WIDTHS": ", ".join(map(str, network.hidden)),
+        "WIDTHS": _listed(network.hidden),
         "POTENTIAL": len(model.potential_features),
+        "COORDINATES": model.n_q,
         "TANH": int(network.activation == "tanh"),
-        "VALUES": network.n_parameters,
+        "VECTORS": 3 if max(network.hidden) < NARROW else 6,
     }
     return "".join(f"#define {name} {value}\n" for name, value in constants.items())
 
 
-def _pack(model: Lagrangian, task: Task) -> tuple[np.ndarray, int, bool]:
-    """Samples (member, sample, column), the number of rows, and whether a row has a value of the network."""
+def _pack(model: Lagrangian, task: Task, number: int) -> tuple[str, np.ndarray]:
+    """The C text of a task's `Form`, and its samples (member, sample, column): [z, zdot, the entries that vary]."""
     affine = affine_rows(model, task)
-    valued = bool(affine.value.any())
-    parts = [affine.z, affine.zdot]
+    entries = [affine.weight.unsqueeze(-1)]
     for row in range(affine.right.shape[-1]):
-        value = [affine.value[..., row, None]] if valued else []
-        parts += [*value, *(part[:, :, row] for part in (affine.slope, affine.curvature, affine.potential))]
-        parts.append(affine.right[..., row, None])
-    packed = np.concatenate([part.double().numpy() for part in parts], axis=-1)
-    return packed, affine.right.shape[-1], valued
+        several = (affine.slope, affine.curvature, affine.potential)
+        entries += [affine.value[..., row, None], *(part[:, :, row] for part in several), affine.right[..., row, None]]
+    entries.append(affine.bends.flatten(2))
+    columns = [column for part in entries for column in part.double().unbind(-1)]
+    fixed = [int(x) if (x := column[0, 0].item()) in (0.0, 1.0) and (column == x).all() else None for column in columns]
+    places = [place for place, value in enumerate(fixed) if value is None]
+    numbers = [affine.right.shape[-1], affine.bends.shape[2], int(task.objective.mass), int(bool(affine.value.any()))]
+    form = [
+        f"static const int32_t places_{number}[] = {{{_listed([*places, 0])}}};",
+        f"static const double fixed_{number}[] = {{{_listed(value or 0 for value in fixed)}}};",
+        f"static const Form form_{number} = {{{_listed(numbers)}, {len(places)}, places_{number}, fixed_{number}}};",
+        f"#define gradient_{number}(...) network_gradient(__VA_ARGS__, &form_{number})",
+        "",
+    ]
+    read = torch.stack(
+        [*affine.z.double().unbind(-1), *affine.zdot.double().unbind(-1), *(columns[k] for k in places)], -1
+    )
+    return "\n".join(form), read.contiguous().numpy()
+
+
+def _listed(numbers: Iterable[int]) -> str:
+    return ", ".join(map(str, numbers))
