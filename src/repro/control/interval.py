@@ -1,0 +1,149 @@
+"""One interval of the horizon: its motion as equations between decision variables, and what it costs."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import casadi as ca
+import numpy as np
+
+from repro.control.geometry import distances_squared
+from repro.control.predictive_model import PredictiveModel
+from repro.control.problem import Problem, Weights
+
+Discretisation = Literal["shooting", "collocation"]
+DEGREE, ELEMENTS = 2, 2  # Gauss-Radau, V-A.1
+SUBSTEPS = 2  # of classical RK4
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Symbols and expressions of one interval, or of the end of the horizon (no inner variables, nothing following).
+
+    state       x = [q, qd] at its start
+    inner       [f, further unknowns]
+    parameters  [x_des, weights of the model]
+    data        [length in s, 1 where the obstacle counts at the start (0 at the first node)]
+    following   x at its end
+    equalities  zero along a motion
+    margins     non-negative where the hard obstacle is kept away from
+    cost        J
+    """
+
+    state: ca.SX
+    inner: ca.SX
+    parameters: ca.SX
+    data: ca.SX
+    following: ca.SX
+    equalities: ca.SX
+    margins: ca.SX
+    cost: ca.SX
+
+
+@dataclass(frozen=True)
+class _Motion:
+    following: ca.SX
+    middle: ca.SX
+    inner: list[ca.SX]
+    equalities: list[ca.SX]
+
+
+def interval(model: PredictiveModel, problem: Problem, discretisation: Discretisation) -> Interval:
+    """One interval under a force that is held: explicit RK4, or collocation with (7b) as an algebraic equation."""
+    state, force, parameters, data = _symbols(model)
+    advance: Callable[..., _Motion] = _shoot if discretisation == "shooting" else _collocate
+    motion = advance(model, state, force, parameters[1:], data[0])
+    cost = data[0] / problem.time_step * _cost(model, problem, problem.running, state, force, parameters)
+    penalty, margins = _keep_away(model, problem, state)
+    cost += data[1] * penalty
+    if problem.obstacle is not None and problem.obstacle.midpoints:
+        penalty, further = _keep_away(model, problem, motion.middle)
+        cost += penalty
+        margins = ca.vertcat(margins, further)
+    return Interval(
+        state,
+        ca.vertcat(force, *motion.inner),
+        parameters,
+        data,
+        motion.following,
+        ca.vertcat(ca.SX(0, 1), *motion.equalities),
+        margins,
+        cost,
+    )
+
+
+def horizon_end(model: PredictiveModel, problem: Problem) -> Interval:
+    """The last node."""
+    state, _, parameters, data = _symbols(model)
+    penalty, margins = _keep_away(model, problem, state)
+    cost = _cost(model, problem, problem.terminal, state, ca.SX(0), parameters) + penalty
+    none = ca.SX(0, 1)
+    return Interval(state, none, parameters, data, none, none, margins, cost)
+
+
+def _symbols(model: PredictiveModel) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+    state, force = ca.SX.sym("x", 2 * model.n_q), ca.SX.sym("f")
+    return state, force, ca.SX.sym("p", 1 + model.model.n_parameters), ca.SX.sym("d", 2)
+
+
+def _cost(
+    model: PredictiveModel, problem: Problem, weights: Weights, state: ca.SX, force: ca.SX, parameters: ca.SX
+) -> ca.SX:
+    q, qd = state[: model.n_q], state[model.n_q :]
+    cost = weights.position * (q[0] - parameters[0]) ** 2 + weights.rates * ca.sumsqr(qd) + weights.force * force**2
+    if weights.kinetic or weights.potential:
+        said = model.energies(q, qd, parameters[1:])
+        cost += weights.kinetic * said.kinetic + weights.potential * model.potential_cost(said.potential)
+    if weights.angle:
+        errors = [q[i] - float(model.system.upright[i]) for i in model.system.angles]
+        each = [1 - ca.cos(error) if problem.angle_error == "cosine" else error**2 for error in errors]
+        cost += weights.angle * sum(each)
+    return cost
+
+
+def _keep_away(model: PredictiveModel, problem: Problem, state: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """The penalty of a soft obstacle, J, and the margins of a hard one, m^2."""
+    obstacle = problem.obstacle
+    if obstacle is None:
+        return ca.SX(0), ca.SX(0, 1)
+    points = model.system.body_points(ca.vertsplit(state[: model.n_q]), ca)
+    distances = ca.vertcat(*distances_squared(points, obstacle.centre, ca))
+    if obstacle.hard:
+        return ca.SX(0), distances - obstacle.least_squared
+    return obstacle.weight * ca.sumsqr(ca.fmax(obstacle.least_squared - distances, 0)), ca.SX(0, 1)
+
+
+def _shoot(model: PredictiveModel, state: ca.SX, force: ca.SX, weights: ca.SX, length: ca.SX) -> _Motion:
+    n_q = model.n_q
+    x, f, w = (ca.SX.sym(name, like.numel()) for name, like in (("x", state), ("f", force), ("w", weights)))
+    rate = ca.vertcat(x[n_q:], model.acceleration(x[:n_q], x[n_q:], f, w))
+    derivative = ca.Function("derivative", [x, f, w], [rate], {"cse": True})
+    reached, h = [state], length / SUBSTEPS
+    for _ in range(SUBSTEPS):
+        at = reached[-1]
+        k1 = derivative(at, force, weights)
+        k2 = derivative(at + h / 2 * k1, force, weights)
+        k3 = derivative(at + h / 2 * k2, force, weights)
+        k4 = derivative(at + h * k3, force, weights)
+        reached.append(at + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4))
+    return _Motion(reached[-1], reached[SUBSTEPS // 2], [], [])
+
+
+def _collocate(model: PredictiveModel, state: ca.SX, force: ca.SX, weights: ca.SX, length: ca.SX) -> _Motion:
+    n_q = model.n_q
+    slopes = np.array(ca.collocation_coeff(ca.collocation_points(DEGREE, "radau"))[0])
+    h = length / ELEMENTS
+    starts, inner, equalities = [state], [], []
+    for element in range(ELEMENTS):
+        # Radau: the last point is the element's end
+        points = [ca.SX.sym(f"x{element}{j}", 2 * n_q) for j in range(DEGREE)]
+        accelerations = [ca.SX.sym(f"a{element}{j}", n_q) for j in range(DEGREE)]
+        polynomial = ca.horzcat(starts[-1], *points) @ ca.SX(ca.DM(slopes))
+        for j, (x, qdd) in enumerate(zip(points, accelerations, strict=True)):
+            equalities += [
+                polynomial[:, j] - h * ca.vertcat(x[n_q:], qdd),
+                model.residual(x[:n_q], x[n_q:], qdd, force, weights),
+            ]
+        inner += [*points, *accelerations]
+        starts.append(points[-1])
+    return _Motion(starts[-1], starts[ELEMENTS // 2], inner, equalities)

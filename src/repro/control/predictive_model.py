@@ -1,0 +1,48 @@
+"""What the controller needs of a learned (or the true) Lagrangian, as CasADi expressions."""
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from repro.mechanics.system import System
+from repro.models.model import Energies, Model
+
+
+@dataclass(frozen=True)
+class PredictiveModel:
+    """A model with the geometry and the reading of its system; columns q, qd, qdd (n_q,), f and the weights.
+
+    canonical: the gauge of the energies in the cost is fixed so that T is least at rest, T(q, 0) = 0 and
+    dT/dqd(q, 0) = 0; the motion is the same. Only the cost sees it.
+    """
+
+    model: Model
+    system: System
+    canonical: bool = True
+
+    @property
+    def n_q(self) -> int:
+        """Number of generalised coordinates."""
+        return self.system.n_q
+
+    def energies(self, q: ca.SX, qd: ca.SX, weights: ca.SX) -> Energies:
+        """T and V, in J, in the gauge of the cost."""
+        said = self.model.energies(q, qd, weights)
+        if not self.canonical:
+            return said
+        zero = ca.SX.zeros(self.n_q)
+        rest, false_momentum = ca.substitute([said.kinetic, ca.gradient(said.kinetic, qd)], [qd], [zero])
+        return Energies(said.kinetic - rest - ca.dot(false_momentum, qd), said.potential - rest)
+
+    def potential_cost(self, potential: ca.SX) -> ca.SX:
+        """V_cost: -V where theta = 0 is up (minimising it erects), V as printed otherwise."""
+        return -potential if self.system.reading == "physical" else potential
+
+    def acceleration(self, q: ca.SX, qd: ca.SX, force: ca.SX, weights: ca.SX) -> ca.SX:
+        """The forward dynamics, qdd."""
+        return self.model.acceleration(q, qd, ca.SX(ca.DM(self.system.input_map)) @ force, weights)
+
+    def residual(self, q: ca.SX, qd: ca.SX, qdd: ca.SX, force: ca.SX, weights: ca.SX) -> ca.SX:
+        """The inverse model as an implicit equation, (7b): tau_hat(q, qd, qdd) - tau, zero along a motion."""
+        tau = ca.SX(ca.DM(self.system.input_map)) @ force
+        return self.model.inverse_dynamics(q, qd, qdd, weights) - tau

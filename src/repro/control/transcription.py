@@ -1,0 +1,130 @@
+"""Problem (9) as a nonlinear programme: where its variables and constraints lie, and their bounds.
+
+Variables [x_0, v_0, x_1, v_1, ..., x_N] with v = [f, further unknowns]; constraints, stage by stage,
+[x_{k+1} - F(x_k, v_k) | equalities | margins], the first stage with x_0 - x(t) besides, the last with margins alone.
+Parameters [x(t), x_des, weights of the model].
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from repro.control.interval import DEGREE, ELEMENTS, Discretisation, Interval, horizon_end, interval
+from repro.control.predictive_model import PredictiveModel
+from repro.control.problem import Problem
+
+
+@dataclass(frozen=True)
+class Transcription:
+    """One problem for one model in one discretisation."""
+
+    model: PredictiveModel
+    problem: Problem
+    discretisation: Discretisation
+
+    @cached_property
+    def interval(self) -> Interval:
+        """Every stage but the last; they differ in their data alone."""
+        return interval(self.model, self.problem, self.discretisation)
+
+    @cached_property
+    def end(self) -> Interval:
+        """The last stage."""
+        return horizon_end(self.model, self.problem)
+
+    @cached_property
+    def prediction(self) -> Interval:
+        """One interval with its end as an explicit function of its start: for roll-outs."""
+        return interval(self.model, self.problem, "shooting")
+
+    @property
+    def n_x(self) -> int:
+        """Components of a state."""
+        return 2 * self.model.n_q
+
+    @property
+    def n_v(self) -> int:
+        """Inner variables of an interval, the force first."""
+        return self.interval.inner.numel()
+
+    @property
+    def n_intervals(self) -> int:
+        """Intervals of the horizon."""
+        return len(self.problem.intervals)
+
+    @property
+    def n_variables(self) -> int:
+        """All decision variables."""
+        return self.n_intervals * (self.n_x + self.n_v) + self.n_x
+
+    @property
+    def n_parameters(self) -> int:
+        """Measured state, x_des, and the weights of the model."""
+        return self.n_x + self.interval.parameters.numel()
+
+    @property
+    def n_rows(self) -> int:
+        """Constraints of one interval."""
+        return self.n_x + self.interval.equalities.numel() + self.interval.margins.numel()
+
+    @property
+    def rows(self) -> list[int]:
+        """Constraints of each stage."""
+        return [self.n_rows + self.n_x, *[self.n_rows] * (self.n_intervals - 1), self.end.margins.numel()]
+
+    @property
+    def data(self) -> np.ndarray:
+        """Length of each interval, and whether the obstacle counts at its start: not where we are already."""
+        counts = np.arange(self.n_intervals) > 0
+        return np.stack([self.problem.intervals, counts])
+
+    def states(self, variables: np.ndarray) -> np.ndarray:
+        """States at the nodes, (n_intervals + 1, n_x)."""
+        return np.append(self._stages(variables)[:, : self.n_x], variables[None, -self.n_x :], axis=0)
+
+    def inner(self, variables: np.ndarray) -> np.ndarray:
+        """Inner variables, (n_intervals, n_v); column 0 is the force."""
+        return self._stages(variables)[:, self.n_x :]
+
+    def variables(self, states: np.ndarray, inner: np.ndarray) -> np.ndarray:
+        """The decision variables of states (n_intervals + 1, n_x) and inner variables (n_intervals, n_v)."""
+        return np.append(np.concatenate([states[:-1], inner], axis=1).ravel(), states[-1])
+
+    def parameters(self, state: np.ndarray, x_des: float, weights: np.ndarray) -> np.ndarray:
+        """The parameters of one solution."""
+        return np.concatenate([state, [x_des], weights])
+
+    def guess(self, states: np.ndarray, forces: np.ndarray) -> np.ndarray:
+        """Decision variables near states (n_intervals + 1, n_x) under forces (n_intervals,): straight in between."""
+        inner = [forces[:, None]]
+        if self.discretisation == "collocation":
+            steps = np.diff(states, axis=0)
+            accelerations = steps[:, self.model.n_q :] / np.array(self.problem.intervals)[:, None]
+            for element in range(ELEMENTS):
+                shares = (element + np.array(ca.collocation_points(DEGREE, "radau"))) / ELEMENTS
+                inner += [states[:-1] + share * steps for share in shares] + [accelerations] * DEGREE
+        return self.variables(states, np.concatenate(inner, axis=1))
+
+    def bounds(self) -> dict[str, np.ndarray]:
+        """Bounds of variables (lbx, ubx) and constraints (lbg, ubg)."""
+        most = np.full((self.n_intervals + 1, self.n_x), np.inf)
+        if self.problem.speed_limit is not None:
+            most[1:, self.model.n_q :] = self.problem.speed_limit
+        inner = np.full((self.n_intervals, self.n_v), np.inf)
+        inner[:, 0] = self.problem.force_limit
+        ubx = self.variables(most, inner)
+        n_margins = self.interval.margins.numel()
+        free = np.repeat([0.0, np.inf], [self.n_rows - n_margins, n_margins])
+        ubg = np.concatenate(
+            [free, np.zeros(self.n_x), *[free] * (self.n_intervals - 1), np.full(self.rows[-1], np.inf)]
+        )
+        lbg = np.zeros_like(ubg)
+        at_start = self.end.margins.numel()  # those of the state we are in: nothing can be done about them
+        first = self.n_rows - n_margins
+        lbg[first : first + at_start] = -np.inf
+        return {"lbx": -ubx, "ubx": ubx, "lbg": lbg, "ubg": ubg}
+
+    def _stages(self, variables: np.ndarray) -> np.ndarray:
+        return variables[: -self.n_x].reshape(self.n_intervals, self.n_x + self.n_v)

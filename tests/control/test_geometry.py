@@ -1,0 +1,44 @@
+"""Distances of links to a disc: against brute force, and where they are known."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from repro.control.geometry import clearance, distances_squared
+from repro.mechanics.system import load
+
+
+def test_the_distance_is_that_of_the_nearest_point_of_the_segment():
+    generator = np.random.default_rng(0)
+    along = np.linspace(0, 1, 20001)[:, None]
+    for _ in range(20):
+        start, end, centre = generator.normal(size=(3, 2))
+        nearest = np.linalg.norm(start + along * (end - start) - centre, axis=1).min()
+        (found,) = distances_squared([start, end], centre, np)
+        assert np.sqrt(found) == pytest.approx(nearest, abs=1e-7)
+
+
+def test_numpy_and_casadi_say_the_same():
+    points = np.random.default_rng(1).normal(size=(4, 2))
+    expected = distances_squared(points, (0.2, 0.6), np)
+    found = distances_squared([[ca.SX(float(c)) for c in point] for point in points], (0.2, 0.6), ca)
+    np.testing.assert_allclose([float(value) for value in found], expected, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("q", "expected"),
+    [([0.0, np.pi], 0.3), ([0.0, 0.0], -0.2), ([0.3, 0.0], 0.0162), ([2.0, np.pi / 2], np.hypot(2.0, 0.6) - 0.3)],
+    ids=["hanging below", "upright inside", "upright beside", "level far away"],
+)
+def test_clearances_of_the_single_pendulum(q, expected):
+    assert clearance(load("sip"), np.array(q), (0.0, 0.6), 0.3) == pytest.approx(expected, abs=1e-4)
+
+
+def test_every_link_of_the_double_pendulum_counts():
+    """The tip is far away on the other side; the second link passes through the disc."""
+    system = load("dip")
+    q = np.array([0.3, 0.0, -np.pi / 2])
+    points = system.body_points(list(q), np)
+    assert np.linalg.norm(np.array(points[2]) - (0.0, 0.55)) > 0.2
+    assert clearance(system, q, (0.0, 0.55), 0.1) == pytest.approx(-0.05)
+    assert clearance(system, np.stack([q, [9, *q[1:]]]), (0.0, 0.55), 0.1).shape == (2,)

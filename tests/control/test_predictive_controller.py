@@ -1,0 +1,104 @@
+"""The controller's resorts in their order, and its guesses."""
+
+import numpy as np
+import pytest
+
+from repro.control.nonlinear import Solution
+from repro.control.predictive_controller import PredictiveController
+
+STEP = 0.04
+
+
+class Scripted:
+    """Answers as told: a force sequence that converges, or None for a failure."""
+
+    def __init__(self, of, answers):
+        self.of, self.answers, self.guesses = of, list(answers), []
+
+    def __call__(self, parameters, guess):
+        self.guesses.append(guess)
+        forces = self.answers.pop(0)
+        if forces is None:
+            return Solution(guess, False, 1.0, 3, "failed", 0.0, 0.1)
+        states = np.linspace(parameters[: self.of.n_x], np.zeros(self.of.n_x), self.of.n_intervals + 1)
+        return Solution(self.of.guess(states, np.asarray(forces, dtype=float)), True, 0.0, 2, "ok", 0.0, 0.1)
+
+
+@pytest.fixture
+def controlled(transcribe, problem):
+    def make(answers):
+        of = transcribe(problem)
+        return PredictiveController(of, Scripted(of, answers), of.model.model.coefficients, 0.8)
+
+    return make
+
+
+RAMP = np.linspace(-1.0, 0.9, 20)
+
+
+def test_resorts_come_in_their_order_and_are_counted(controlled, state):
+    controller = controlled([RAMP, None, RAMP, *[None] * 100])
+    decisions = [controller.decide(state) for _ in range(24)]
+    assert [decision.fallback for decision in decisions] == [0, 1, *[2] * 19, 3, 3, 3]
+    np.testing.assert_allclose([decision.force for decision in decisions[1:21]], RAMP)
+    assert decisions[-1].force == 0.0
+    assert (decisions[0].seconds, decisions[1].seconds) == (0.1, 0.2)
+    assert decisions[1].iterations == 5 and decisions[2].iterations == 6
+
+
+def test_without_any_plan_there_is_no_force(controlled, state):
+    decision = controlled([None, None]).decide(state)
+    assert (decision.force, decision.fallback, decision.status) == (0.0, 3, "failed")
+
+
+def test_an_iterate_that_keeps_the_constraints_counts(controlled, state):
+    controller = controlled([])
+    guess = controller.of.guess(np.repeat(state[None], 21, axis=0), RAMP)
+
+    def nearly(parameters, given):
+        return Solution(guess, False, 9e-4, 40, "maximum iterations", 0.0)
+
+    controller.solver = nearly
+    decision = controller.decide(state)
+    assert (decision.fallback, decision.force) == (0, -1.0)
+
+
+def test_the_guess_is_the_shifted_plan_begun_where_we_are(controlled, state):
+    controller = controlled([RAMP, RAMP])
+    controller.decide(state)
+    plan = controller.plan.states
+    controller.decide(state + 0.01)
+    guess = controller.solver.guesses[1]
+    states, forces = controller.of.states(guess), controller.of.inner(guess)[:, 0]
+    np.testing.assert_array_equal(states[0], state + 0.01)
+    np.testing.assert_allclose(states[1:-1], plan[2:], atol=1e-12)
+    np.testing.assert_allclose(forces, [*RAMP[1:], RAMP[-1]])
+
+
+def test_on_a_grid_that_widens_the_plan_is_interpolated(transcribe, problem, state):
+    from dataclasses import replace
+
+    of = transcribe(replace(problem, intervals=(0.04, 0.04, 0.08, 0.08)))
+    controller = PredictiveController(of, Scripted(of, [[1, 2, 3, 4], [0, 0, 0, 0]]), of.model.model.coefficients, 0.8)
+    controller.decide(state)
+    plan = controller.plan.states
+    controller.decide(state)
+    states, forces = of.states(controller.solver.guesses[1]), of.inner(controller.solver.guesses[1])[:, 0]
+    np.testing.assert_allclose(states[1], plan[2])
+    np.testing.assert_allclose(states[2], (plan[2] + plan[3]) / 2)
+    np.testing.assert_allclose(forces, [2, 3, 3, 4])
+
+
+def test_the_first_guess_is_a_motion_of_the_model_or_rest_near_upright(controlled, state):
+    controller = controlled([RAMP, RAMP])
+    controller.decide(state)
+    states = controller.of.states(controller.solver.guesses[0])
+    assert np.ptp(states[:, 1]) > 0.2, "it swings"
+    controller.plan = None
+    upright = np.array([0.1, 0.2, 0.0, 0.5])
+    controller.decide(upright)
+    np.testing.assert_array_equal(controller.of.states(controller.solver.guesses[1]), np.tile(upright, (21, 1)))
+
+
+def test_the_force_keeps_its_limit(controlled, state):
+    assert controlled([np.full(20, 4.0000001)]).decide(state).force == 4.0

@@ -1,0 +1,73 @@
+"""The programme put together from stages against CasADi's own derivatives of the whole, and its layout."""
+
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from repro.control.problem import Obstacle, Weights
+from repro.control.programme import programme
+
+VARIANTS = {
+    "soft": {},
+    "hard": {"obstacle": Obstacle(hard=True, midpoints=True)},
+    "free": {"obstacle": None},
+    "set point": {"running": Weights(angle=2.0, position=1.0, rates=0.1), "terminal": Weights(angle=5.0)},
+}
+
+
+@pytest.mark.parametrize("discretisation", ["shooting", "collocation"])
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_derivatives_are_those_of_the_whole(problem, transcribe, variant, discretisation):
+    of = transcribe(replace(problem, intervals=(0.04, 0.04, 0.08), **VARIANTS[variant]), discretisation)
+    made = programme(of)
+    lagrangian = made.lam_f * made.f + ca.dot(made.lam_g, made.g)
+    pairs = [
+        (made.grad_f, ca.gradient(made.f, made.x)),
+        (made.jac_g, ca.jacobian(made.g, made.x)),
+        (made.hess_l, ca.hessian(lagrangian, made.x)[0]),
+        (made.grad_l, ca.gradient(lagrangian, made.x)),
+    ]
+    inputs = [made.x, made.p, made.lam_f, made.lam_g]
+    both = ca.Function("both", inputs, [part for pair in pairs for part in pair])
+    generator = np.random.default_rng(0)
+    values = [np.asarray(value) for value in both(*(generator.normal(size=like.shape[0]) for like in inputs))]
+    for ours, expected in zip(values[::2], values[1::2], strict=True):
+        np.testing.assert_allclose(ours, expected, rtol=1e-10, atol=1e-9)
+
+
+@pytest.mark.parametrize("discretisation", ["shooting", "collocation"])
+def test_packing_and_unpacking(problem, transcribe, discretisation, state):
+    of = transcribe(problem, discretisation)
+    generator = np.random.default_rng(0)
+    states, inner = generator.normal(size=(of.n_intervals + 1, of.n_x)), generator.normal(size=(of.n_intervals, of.n_v))
+    variables = of.variables(states, inner)
+    assert variables.shape == (of.n_variables,)
+    np.testing.assert_array_equal(of.states(variables), states)
+    np.testing.assert_array_equal(of.inner(variables), inner)
+    np.testing.assert_array_equal(of.inner(of.guess(states, inner[:, 0]))[:, 0], inner[:, 0])
+
+
+def test_a_straight_motion_guessed_satisfies_the_polynomials(problem, transcribe):
+    """Of the collocation's equations, those without the model hold along a motion of constant speed."""
+    of = transcribe(replace(problem, obstacle=None), "collocation")
+    nodes = np.concatenate([[0.0], np.cumsum(problem.intervals)])
+    rates = np.array([0.7, -1.1])
+    states = np.concatenate([np.outer(nodes, rates), np.tile(rates, (len(nodes), 1))], axis=1)
+    made = programme(of)
+    g = ca.Function("g", [made.x, made.p], [made.g])
+    parameters = of.parameters(states[0], 0.0, np.zeros(of.model.model.n_parameters))
+    found = np.asarray(g(of.guess(states, np.zeros(of.n_intervals)), parameters)).ravel()
+    np.testing.assert_allclose(found, 0.0, atol=1e-12)
+
+
+def test_bounds(problem, transcribe):
+    of = transcribe(replace(problem, obstacle=Obstacle(hard=True)), "shooting")
+    bounds = of.bounds()
+    assert np.all(of.inner(bounds["ubx"])[:, 0] == 4.0) and np.all(bounds["lbx"] == -bounds["ubx"])
+    assert np.all(of.states(bounds["ubx"])[1:, 2:] == 45.0) and np.all(np.isinf(of.states(bounds["ubx"])[:, :2]))
+    free = np.flatnonzero(np.isinf(bounds["lbg"]))
+    assert list(free) == [4], "where we are already, the hard obstacle cannot be kept away from"
+    assert np.sum(np.isinf(bounds["ubg"])) == 21, "one margin a node"
+    assert sum(of.rows) == len(bounds["ubg"])

@@ -1,0 +1,42 @@
+"""A solver in its own process: the same answers, and it is killed when it takes too long."""
+
+import numpy as np
+import pytest
+
+from repro.control.solver import Limits, compiled_programme
+from repro.control.solver_process import GuardedSolver
+from repro.mechanics.c_library import has_compiler
+
+pytestmark = pytest.mark.skipif(not has_compiler(), reason="fatrop's programme is compiled")
+
+
+@pytest.fixture
+def of(transcribe, problem):
+    return transcribe(problem)
+
+
+@pytest.fixture
+def request_of(of, state):
+    guess = of.guess(np.repeat(state[None], of.n_intervals + 1, axis=0), np.zeros(of.n_intervals))
+    return of.parameters(state, 0.8, of.model.model.coefficients), guess
+
+
+def test_the_answer_is_the_same(of, request_of):
+    programme = compiled_programme(of, Limits())
+    here = programme.start()(*request_of)
+    with GuardedSolver(programme, 5.0) as guarded:
+        there = guarded(*request_of)
+        process = guarded.process
+    np.testing.assert_array_equal(there.variables, here.variables)
+    assert there.seconds > 0
+    assert process.poll() is not None, "it ends with its guard"
+
+
+def test_a_stalled_solver_is_killed_and_started_again(of, request_of):
+    endless = compiled_programme(of, Limits(tolerance=1e-300, iterations=10**9))
+    with GuardedSolver(endless, 0.2) as guarded:
+        first = guarded(*request_of)
+        assert (first.status, first.converged, first.violation) == ("killed", False, np.inf)
+        assert np.all(np.isnan(first.variables))
+        guarded.programme = compiled_programme(of, Limits())
+        assert guarded(*request_of).converged
