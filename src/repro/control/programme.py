@@ -104,7 +104,7 @@ class _StageFunctions:
 
 
 def _nonzeros(matrix: ca.SX) -> ca.SX:
-    return matrix.nz[:]
+    return ca.vec(matrix).nz[:]
 
 
 def _jacobian_places(of: Transcription, each: _StageFunctions, end: _StageFunctions) -> np.ndarray:
