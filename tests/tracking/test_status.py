@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 import time
 
 import pytest
@@ -152,20 +151,6 @@ def test_a_broken_experiment_list_is_named(store):
     (store.paths.experiments / "quick" / "basis.json").write_text("[]")
     with pytest.raises(UserError, match=r"basis\.json cannot be read"):
         status.survey(store.paths)
-
-
-def test_the_index_follows_the_store(store, stage):
-    ids = [store.compute(stage(a=a), lambda folder: {"card": {"n": 1}}).id for a in range(3)]
-    assert sorted(index.load(store.paths).finished()) == sorted(ids)
-    written = store.paths.index.read_bytes()
-    assert index.load(store.paths).finished()[ids[0]].card == {"n": 1}
-    assert store.paths.index.read_bytes() == written
-    new = store.compute(stage(a=9), lambda folder: {}).id
-    assert new in index.load(store.paths).finished()
-    store.paths.index.write_text("rubbish")
-    assert len(index.load(store.paths).finished()) == 4
-    shutil.rmtree(store.paths.folder("fits", new))
-    assert sorted(index.load(store.paths).finished()) == sorted(ids)
 
 
 def test_expected_seconds(store, stage):

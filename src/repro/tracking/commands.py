@@ -102,23 +102,24 @@ def runs(argv: Sequence[str]) -> int:
     parser.add_argument("--json", action="store_true", help="for other programs")
     options = parser.parse_args(argv)
     wishes = _pairs(options.filters)
+    entries = [entry for entry in index.load(Paths(outputs_root())).entries if entry.kind == options.kind]
+    carded = [(entry, entry.card) for entry in sorted(entries, key=lambda entry: entry.finished)]
     found = [
-        entry
-        for entry in index.load(Paths(outputs_root())).entries
-        if entry.kind == options.kind
-        and all(str(entry.card.get(key, "")).lower() == value.lower() for key, value in wishes.items())
+        (entry, card)
+        for entry, card in carded
+        if all(str(card.get(key, "")).lower() == value.lower() for key, value in wishes.items())
     ]
-    found.sort(key=lambda entry: entry.finished)
     if options.json:
-        print(json.dumps([asdict(entry) for entry in found], indent=1))
+        plain = [asdict(entry) | {"card": card} for entry, card in found]
+        print(json.dumps([{key: entry[key] for key in entry if key != "card_text"} for entry in plain], indent=1))
         return 0
-    columns = _differing([entry.card for entry in found])
+    columns = _differing([card for _, card in found])
     print(
         table(
             (
                 [entry.id, entry.outcome, entry.finished[:16].replace("T", " "), duration(entry.wall_s)]
-                + [entry.card.get(column, "") for column in columns]
-                for entry in found
+                + [card.get(column, "") for column in columns]
+                for entry, card in found
             ),
             ["id", "outcome", "finished (UTC)", "took", *columns],
         )

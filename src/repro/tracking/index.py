@@ -1,53 +1,26 @@
-"""A cache of all run.json files: what lists and looks up runs reads these few fields instead of every file.
+"""The index of all run.json files: what lists and looks up runs reads these few fields instead of every file.
 
 Finished stages never change, so a run.json is read once, and again only when its time of change or its size differs.
-The file is one JSON text (reading it needs no heavy library) and can be deleted at any time.
+The index is a cache that can be deleted at any time.
 """
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
 from typing import Any
 
-from repro.tracking.files import digest, write_atomically
+from repro.tracking import index_files
+from repro.tracking.index_files import Entry, Stamp
 from repro.tracking.paths import RUN_FILE, Paths
 
-_FORMAT = 1
 _READERS = 8
 _BATCH = 64
 _SHELVES = {"": "ok", ".failed": "failed"}
-
-
-@dataclass(frozen=True)
-class Entry:
-    """The fields of one run.json that lists need.
-
-    outcome  "ok", "failed" or "damaged" (run.json cannot be read)
-    code     key into Index.codes
-    card     what the work calls its card: plain entries to list and filter by
-    """
-
-    id: str
-    kind: str
-    name: str
-    outcome: str
-    finished: str = ""
-    wall_s: float = 0.0
-    command: str = ""
-    code: str = ""
-    upstream: Mapping[str, str] = field(default_factory=dict)
-    card: Mapping[str, Any] = field(default_factory=dict)
-    error: str = ""
-
-
-# A row of the index is the stamp of its file, then the fields of an Entry.
-_CODE_PLACE = 1 + [field.name for field in fields(Entry)].index("code")
 
 
 @dataclass
@@ -70,49 +43,36 @@ class Index:
 
 def load(paths: Paths) -> Index:
     """The index, brought up to date with the store; saved when anything changed and the store can be written."""
-    known_rows, codes = _stored(paths.index)
-    rows: dict[str, list[Any]] = {}
-    unread: list[tuple[str, list[int], str, str, str]] = []
+    stored = index_files.read(paths.index)
+    codes = stored.codes
+    rows: dict[str, tuple[Stamp, Entry]] = {}
+    unread: list[tuple[str, Stamp, str, str, str]] = []
     for kind in paths.kinds():
         for shelf, outcome in _SHELVES.items():
             for id in paths.ids(kind, shelf):
-                key = f"{kind}/{shelf}/{id}"
-                stamp = _stamp(f"{paths.root}/{key}/{RUN_FILE}")
-                row = known_rows.get(key)
+                place = f"{kind}/{shelf}/{id}"
+                stamp = _stamp(f"{paths.root}/{place}/{RUN_FILE}")
+                row = stored.rows.get(place)
                 if row is not None and row[0] == stamp:
-                    rows[key] = row
+                    rows[place] = row
                 elif stamp is not None:
-                    unread.append((key, stamp, id, kind, outcome))
-    contents = _contents([paths.root / key / RUN_FILE for key, *_ in unread])
-    for (key, stamp, id, kind, outcome), content in zip(unread, contents, strict=True):
-        rows[key] = [stamp, *_row(content, id, kind, outcome, codes)]
-    if unread or len(rows) != len(known_rows):
-        used = {row[_CODE_PLACE] for row in rows.values()}
-        kept = {key: code for key, code in codes.items() if key in used}
-        # A cache that cannot be written (read-only results) costs time, nothing else.
-        with suppress(OSError):
-            stored = {"format": _FORMAT, "rows": rows, "codes": kept}
-            write_atomically(paths.index, json.dumps(stored, separators=(",", ":")).encode())
-    return Index([Entry(*row[1:]) for _, row in sorted(rows.items())], codes)
+                    unread.append((place, stamp, id, kind, outcome))
+    contents = _contents([paths.root / place / RUN_FILE for place, *_ in unread])
+    for (place, stamp, id, kind, outcome), content in zip(unread, contents, strict=True):
+        rows[place] = stamp, _entry(content, id, kind, outcome, codes)
+    # A cache that cannot be written (read-only results) costs time, nothing else.
+    with suppress(OSError):
+        index_files.add(paths.index, stored, rows, codes)
+    return Index([entry for _, (_, entry) in sorted(rows.items(), key=lambda row: row[0])], codes)
 
 
-def _stored(file: Path) -> tuple[dict[str, list[Any]], dict[str, dict[str, Any]]]:
-    try:
-        stored = json.loads(file.read_bytes())
-        if stored["format"] == _FORMAT:
-            return stored["rows"], stored["codes"]
-    except (OSError, ValueError, KeyError, TypeError):
-        return {}, {}
-    return {}, {}
-
-
-def _stamp(file: str) -> list[int] | None:
+def _stamp(file: str) -> Stamp | None:
     """Time of change and size; None without a run.json, which alone makes a folder a stage."""
     try:
         stat = os.stat(file)  # noqa: PTH116 - ten thousand at a time
     except FileNotFoundError:
         return None
-    return [stat.st_mtime_ns, stat.st_size]
+    return stat.st_mtime_ns, stat.st_size
 
 
 def _contents(files: list[Path]) -> list[bytes | OSError]:
@@ -136,19 +96,27 @@ def _read_batch(files: list[Path]) -> list[bytes | OSError]:
     return contents
 
 
-def _row(content: bytes | OSError, id: str, kind: str, outcome: str, codes: dict[str, dict[str, Any]]) -> list[Any]:
-    """The fields of an Entry, in its order."""
+def _entry(content: bytes | OSError, id: str, kind: str, outcome: str, codes: dict[str, dict[str, Any]]) -> Entry:
     try:
         if isinstance(content, OSError):
             raise content
         run = json.loads(content)
         identity, origin, error = run["identity"], run["provenance"], run["error"]
         code = {part: identity[part] for part in ("modules", "code", "libraries")}
-        key = digest(code)[:16]
+        key = index_files.code_key(code)
         codes[key] = code
-        times = (origin["finished"], origin["wall_s"])
-        reason = f"{error['type']}: {error['message']}" if error else ""
-        card = run["summary"].get("card", {})
-        return [id, kind, run["name"], outcome, *times, origin["command"], key, identity["upstream"], card, reason]
+        return Entry(
+            id,
+            kind,
+            run["name"],
+            outcome,
+            finished=origin["finished"],
+            wall_s=float(origin["wall_s"]),
+            command=origin["command"],
+            code=key,
+            upstream=identity["upstream"],
+            card_text=json.dumps(run["summary"].get("card", {})),
+            error=f"{error['type']}: {error['message']}" if error else "",
+        )
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as trouble:
-        return [id, kind, id, "damaged", "", 0.0, "", "", {}, {}, f"{RUN_FILE} cannot be read ({trouble})"]
+        return Entry(id, kind, id, "damaged", error=f"{RUN_FILE} cannot be read ({trouble})")

@@ -71,8 +71,13 @@ def export(uri: str, *, experiment: str = "repro", root: Path | None = None, **f
 
 def _finished(paths: Paths, filters: Mapping[str, object]) -> list[Record]:
     entries = [entry for entry in index.load(paths).finished().values() if entry.kind == "runs"]
-    chosen = [e for e in entries if all(str(e.card.get(key)).lower() == str(v).lower() for key, v in filters.items())]
-    return [record.read(paths.folder(entry.kind, entry.id)) for entry in chosen]
+    cards = {entry.id: entry.card for entry in entries}
+    chosen = [id for id, card in cards.items() if all(_fits(card.get(key), wish) for key, wish in filters.items())]
+    return [record.read(paths.folder("runs", id)) for id in chosen]
+
+
+def _fits(value: object, wish: object) -> bool:
+    return str(value).lower() == str(wish).lower()
 
 
 def _copy(client: Any, experiment: str, run: Record) -> None:

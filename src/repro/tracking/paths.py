@@ -92,8 +92,8 @@ class Paths:
 
     @property
     def index(self) -> Path:
-        """The index of all run.json files: a cache, safe to delete."""
-        return self.root / ".cache" / "index.json"
+        """Folder of the index of all run.json files, Parquet; a cache, safe to delete."""
+        return self.root / ".cache" / "index"
 
     @property
     def composed(self) -> Path:
