@@ -67,3 +67,23 @@ def test_softplus_and_its_derivatives_are_right_everywhere(value):
 def test_parameters_are_counted_layer_by_layer():
     assert Network(4, (10,), 1).n_parameters == 4 * 10 + 10 + 10 + 1
     assert Network(2, (8,), 6, skip=True).n_parameters == 2 * 8 + 8 + 8 * 6 + 6 + 2 * 6
+
+
+@pytest.mark.parametrize("activation", ["softplus", "tanh"])
+def test_the_lie_gradient_is_every_pair_of_tangents_at_once(activation):
+    network, random = Network(3, (5, 4), 1, activation), np.random.default_rng(0)
+    weights = torch.from_numpy(random.normal(size=(2, network.n_parameters)))
+    z, zdot = torch.from_numpy(random.normal(size=(2, 2, 6, 3)))
+    units = torch.eye(3, dtype=z.dtype).expand(2, 6, 3, 3)
+    jets = torch.cat([z.unsqueeze(2), zdot.unsqueeze(2), units, torch.zeros_like(units)], dim=2)
+    pairs = network.propagate(weights, jets, [(0, 1), (0, 2), (0, 3)])[..., 0]
+    value, rate, gradient, gradient_rate = network.lie_gradient(weights, z, zdot)
+    for ours, expected in [(value, 0), (rate, 1), (gradient, slice(2, 5)), (gradient_rate, slice(5, 8))]:
+        torch.testing.assert_close(ours, pairs[:, :, expected], rtol=1e-12, atol=1e-12)
+
+
+def test_the_lie_gradient_is_that_of_one_output():
+    z = torch.zeros(1, 1, 3, dtype=torch.float64)
+    for network in (Network(3, (4,), 2), Network(3, (4,), 1, skip=True)):
+        with pytest.raises(ValueError, match="one output"):
+            network.lie_gradient(torch.zeros(1, network.n_parameters, dtype=torch.float64), z, z)

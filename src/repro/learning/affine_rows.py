@@ -32,10 +32,10 @@ class AffineRows:
 
 def has_affine_rows(problem: Problem) -> bool:
     """Whether the rows of every task are made in this way: without a momentum transform."""
-    model = problem.model
+    model, objectives = problem.model, [task.objective for task in problem.tasks]
     if not isinstance(model, Lagrangian) or model.network is None or model.transform is not None:
         return False
-    return not any(task.objective.transform_weight for task in problem.tasks)
+    return all(o.equation in ("inverse", "forward", None) and not o.transform_weight for o in objectives)
 
 
 def affine_rows(model: Lagrangian, task: Task) -> AffineRows:

@@ -97,8 +97,10 @@ class Lagrangian(Model):
         jets = prepared["kinetic"] if mass else prepared["kinetic"][:, :, : 2 + 2 * self.n_q]
         if self.network is None:
             kinetic = torch.einsum("mnji,mi->mnj", jets, weights)
-        else:
+        elif mass:
             kinetic = self.network.propagate(weights, jets, self._pairs(mass))[..., 0]
+        else:
+            kinetic = self._lie_stack(weights, jets)
         potential = torch.einsum("mnji,mi->mnj", prepared["potential"], parameters[:, self.potential_slice])
         outputs = [kinetic, potential]
         if self.transform is not None:
@@ -152,6 +154,16 @@ class Lagrangian(Model):
         if self.transform is None:
             return super().transformed_momentum(q, qd, parameters)
         return self.transform.expression(q, qd, parameters[self.transform_slice])
+
+    def _lie_stack(self, weights: Tensor, jets: Tensor) -> Tensor:
+        """[T, Tdot, p, tau_T] from one tangent and one pass back through the network, whatever n_q is."""
+        assert self.network is not None
+        z, zdot, u, w = jets.split([1, 1, self.n_q, self.n_q], dim=2)
+        value, rate, gradient, gradient_rate = self.network.lie_gradient(weights, z[:, :, 0], zdot[:, :, 0])
+        gradient, gradient_rate = gradient.unsqueeze(2), gradient_rate.unsqueeze(2)
+        momentum = (u * gradient).sum(-1)
+        force = (u * gradient_rate).sum(-1) + (w * gradient).sum(-1)
+        return torch.cat([value.unsqueeze(-1), rate.unsqueeze(-1), momentum, force], dim=-1)
 
     def _pairs(self, mass: bool) -> list[tuple[int, int]]:
         return self._tangent_pairs + (self._mass_pairs if mass else [])

@@ -66,6 +66,29 @@ class Network:
         output = _affine(output, *layers[-1])
         return output if skip is None else output + torch.einsum("mnji,moi->mnjo", jets, skip)
 
+    def lie_gradient(self, parameters: Tensor, z: Tensor, zdot: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """N, its rate DN[zdot], and at the inputs DN and its rate D^2 N[zdot]: one tangent forward, one pass back.
+
+        z, zdot: (member, sample, n_in), for a network with one output and no skip. Returns (member, sample) twice and
+        (member, sample, n_in) twice. The cost does not depend on how many derivatives are then made of the last two.
+        """
+        *layers, skip = self._layers(parameters)
+        if self.n_out != 1 or skip is not None:
+            raise ValueError("the Lie derivative is that of a network with one output and no linear path")
+        value, rate, slopes = z.mT, zdot.mT, []  # (member, unit, sample): samples are contiguous
+        for weight, bias in layers[:-1]:
+            before, before_rate = weight @ value + bias.unsqueeze(-1), weight @ rate
+            value, first, second = self._curve(before)
+            rate = first * before_rate
+            slopes.append((first, second * before_rate))
+        weight, bias = layers[-1]
+        output, output_rate = weight @ value + bias.unsqueeze(-1), weight @ rate
+        gradient, gradient_rate = weight.mT, torch.zeros_like(weight.mT)
+        for (weight, _), (first, first_rate) in zip(layers[-2::-1], slopes[::-1], strict=True):
+            gradient_rate = weight.mT @ (first * gradient_rate + first_rate * gradient)
+            gradient = weight.mT @ (first * gradient)
+        return output[:, 0], output_rate[:, 0], gradient.mT, gradient_rate.mT
+
     def jacobian(
         self, parameters: Tensor, jets: Tensor, cotangents: Tensor, pairs: Sequence[tuple[int, int]] = ()
     ) -> Tensor:
@@ -113,18 +136,18 @@ class Network:
         skip = arrays.pop() if self.skip else None
         return [*zip(arrays[0::2], arrays[1::2], strict=True), skip]
 
-    def _activate(self, jets: Tensor, pairs: Sequence[tuple[int, int]]) -> tuple[Tensor, tuple[Tensor, Tensor, Tensor]]:
-        value = jets[:, :, 0]
+    def _curve(self, value: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """The activation and its first two derivatives."""
         if self.activation == "tanh":
             out = torch.tanh(value)
             first = 1 - out * out
-            second = -2 * out * first
-            third = first * (6 * out * out - 2)
-        else:
-            out = torch.nn.functional.softplus(value, threshold=40.0)
-            first = torch.sigmoid(value)
-            second = first * (1 - first)
-            third = second * (1 - 2 * first)
+            return out, first, -2 * out * first
+        first = torch.sigmoid(value)
+        return torch.nn.functional.softplus(value, threshold=40.0), first, first * (1 - first)
+
+    def _activate(self, jets: Tensor, pairs: Sequence[tuple[int, int]]) -> tuple[Tensor, tuple[Tensor, Tensor, Tensor]]:
+        out, first, second = self._curve(jets[:, :, 0])
+        third = first * (6 * out * out - 2) if self.activation == "tanh" else second * (1 - 2 * first)
         n_tangents = jets.shape[2] - 1 - len(pairs)
         rows = [out.unsqueeze(2), first.unsqueeze(2) * jets[:, :, 1 : 1 + n_tangents]]
         if pairs:
