@@ -34,6 +34,12 @@ COMMANDS = (
     Command("show", "one run in full", "show 9f3c2a81bd", "repro.tracking.details:show"),
     Command("diff", "how two runs differ", "diff 9f3c2a81bd 04be7d1f6a", "repro.tracking.details:diff"),
     Command("report", "make tables, figures and verdicts from stored runs", "report", "repro.report.command:main"),
+    Command(
+        "identify",
+        "what data can tell of a linear basis",
+        "identify system=dip basis=fxf sequence=d_h_only",
+        "repro.identify:main",
+    ),
     Command("view", "open a run's recording", "view 9f3c2a81bd", "repro.tracking.viewer:main"),
     Command(
         "export", "a learned model for CasADi, C and torch", "export 9f3c2a81bd exported", "repro.export.command:main"

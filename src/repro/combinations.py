@@ -25,6 +25,11 @@ def impossible(config: Config) -> Iterator[str]:
     yield from unknown or (line for rule in RULES for line in rule(config))
 
 
+def linear(config: Config) -> bool:
+    """Whether the model is linear in its parameters."""
+    return config.model["kind"] == "lagrangian" and _features(config.basis.name).LINEAR
+
+
 def _unknown_names(config: Config) -> Iterator[str]:
     named = {
         "system.name": (config.system.name, choices("repro.mechanics.systems")),
@@ -57,9 +62,9 @@ def _closed_form(config: Config) -> Iterator[str]:
     if _without_fit(config) or not optimiser_class(config.optimiser["kind"]).linear_only:
         return
     name, kind, objective = config.optimiser["name"], config.model["kind"], config.objective
-    if not _linear(config):
-        basis, linear = config.basis.name, ", ".join(name for name in choices(BASES) if _features(name).LINEAR)
-        yield f"optimiser = {name}: needs model=lagrangian and a linear basis ({linear}), not {kind}, {basis}"
+    if not linear(config):
+        basis, suited = config.basis.name, ", ".join(name for name in choices(BASES) if _features(name).LINEAR)
+        yield f"optimiser = {name}: needs model=lagrangian and a linear basis ({suited}), not {kind}, {basis}"
     if objective.kind != "inverse":
         yield f"optimiser = {name}: is linear in tau only, so it needs objective=inverse, not {objective.kind}"
     if objective.transform_weight:
@@ -77,6 +82,11 @@ def _black_box(config: Config) -> Iterator[str]:
         yield f"energies.reading = {config.energies.reading!r}: model=blackbox has no energies; use energies=raw"
 
 
+def _port(config: Config) -> Iterator[str]:
+    if config.objective.kind == "port" and config.model["kind"] != "port_hamiltonian":
+        yield f"objective.kind = 'port': asks for eq. (12b) of model=port_hamiltonian, not of {config.model['kind']}"
+
+
 def _momentum_transform(config: Config) -> Iterator[str]:
     weight, hidden = config.objective.transform_weight, config.model.get("transform_hidden")
     if not _without_fit(config) and bool(weight) != (hidden is not None):
@@ -88,7 +98,7 @@ def _momentum_transform(config: Config) -> Iterator[str]:
 
 def _l1(config: Config) -> Iterator[str]:
     weights = {key: getattr(config.objective, key) for key in ("l1_kinetic", "l1_potential")}
-    suits = config.optimiser["kind"] == "adam" and _linear(config)
+    suits = config.optimiser["kind"] == "adam" and linear(config)
     if _without_fit(config) or suits or not any(weights.values()):
         return
     given = ", ".join(f"objective.{key} = {value}" for key, value in weights.items())
@@ -111,6 +121,18 @@ def _pretraining_epochs(config: Config) -> Iterator[str]:
         yield f"sequence.free_epochs = {epochs}: optimiser={name} does not count in epochs; leave it at null"
 
 
+def _finish(config: Config) -> Iterator[str]:
+    finish, scale = config.objective.finish, config.objective.error_scale
+    if not _without_fit(config) and finish and scale is None:
+        yield f"objective.finish = {finish}: equal weights at the end need other weights before: objective.error_scale"
+
+
+def _triangular_factor(config: Config) -> Iterator[str]:
+    rank = config.model.get("rank")
+    if rank is not None and config.model.get("factor") == "triangular":
+        yield f"model.rank = {rank}: a triangular factor has as many columns as coordinates; use model.factor=wide"
+
+
 def _recording(config: Config) -> Iterator[str]:
     if not isinstance(config.data, File):
         return
@@ -131,20 +153,19 @@ RULES: tuple[Callable[[Config], Iterator[str]], ...] = (
     _basis_of_another_system,
     _closed_form,
     _black_box,
+    _port,
     _momentum_transform,
     _l1,
     _free_motion_keeps_its_energy,
     _pretraining_epochs,
+    _finish,
+    _triangular_factor,
     _recording,
 )
 
 
 def _without_fit(config: Config) -> bool:
     return config.model["kind"] in ANCHOR_ROWS
-
-
-def _linear(config: Config) -> bool:
-    return config.model["kind"] == "lagrangian" and _features(config.basis.name).LINEAR
 
 
 def _load(config: Config) -> "System":

@@ -8,7 +8,7 @@ import torch
 
 from repro.evaluation.coefficients import coefficient_errors, true_coefficients
 from repro.mechanics.system import load
-from repro.models.bases import library, t1
+from repro.models.bases import fxf, library, t1
 from repro.models.lagrangian import Lagrangian
 
 
@@ -47,3 +47,18 @@ def test_errors_count_false_and_missing_terms(system):
     np.testing.assert_array_equal(errors["missing_terms"], [0, 0, 1, 0])
     np.testing.assert_array_equal(errors["support_exact"], [1, 0, 0, 1])
     np.testing.assert_allclose(errors["coefficient_error"], [0, 0.03, 0.98, 0.01], atol=1e-12)
+
+
+def test_identities_between_the_terms_are_no_error():
+    """sin^2 + cos^2 = 1: any share of it may be added, and there is no one true support."""
+    dip = load("dip")
+    model = Lagrangian(fxf, 3)
+    true, names = true_coefficients(model, dip), model.coefficient_names
+    shifted = true.copy()
+    for name, share in {"(theta1d sin(theta1))^2": 5, "(theta1d cos(theta1))^2": 5, "theta1d^2": -5}.items():
+        shifted[names.index(name)] += share
+    wrong = shifted.copy()
+    wrong[names.index("cos(theta2)")] += 0.25
+    errors = list(coefficient_errors(model, torch.from_numpy(np.stack([shifted, wrong])), dip, "test"))
+    assert [error.name for error in errors] == ["coefficient_error"]
+    np.testing.assert_allclose(errors[0].values, [0, 0.25], atol=1e-12)

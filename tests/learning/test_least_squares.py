@@ -85,3 +85,26 @@ def test_the_regression_is_the_residual(t1_problem, start):
     weights = start(t1_problem.model)
     residual = matrix @ weights[0].numpy() - right
     assert residual @ residual == pytest.approx(t1_problem.loss(weights)[0].item(), rel=1e-12)
+
+
+def test_what_the_data_do_not_show_stays_at_the_start_if_asked(make_problem, data, true_t1):
+    """The nearest of all solutions in columns of unit norm: xd^2 and 3 xd^2 are moved alike."""
+    problem = make_problem(Lagrangian(TWICE, 2), data)
+    start = torch.tensor([[3.0, 0.0, 0.0, -2.0, 0.0]] * 3, dtype=torch.float64)
+    near, zero = (
+        LeastSquares(nearest_to=place).fit(problem, start, silent, NoCheckpoint()).parameters.numpy()
+        for place in ("start", "zero")
+    )
+    np.testing.assert_allclose(near[:, 0] + 3 * near[:, 3], true_t1[0], atol=1e-12)
+    np.testing.assert_allclose(near[:, 0] - 3 * near[:, 3], 3 + 6, atol=1e-12)
+    np.testing.assert_allclose(zero[:, 0] - 3 * zero[:, 3], 0, atol=1e-12)
+    assert LeastSquares().continued() == LeastSquares(nearest_to="start")
+
+
+def test_a_direction_below_the_cutoff_is_not_followed():
+    matrix = np.array([[1.0, 1.0], [0.0, 1e-6], [0.0, 0.0]])
+    right = np.array([1.0, 1.0, 0.0])
+    assert solve(matrix, right, 1e-8)[1] == 2 and np.abs(solve(matrix, right, 1e-8)[0]).max() > 1e5
+    solution, rank = solve(matrix, right, 1e-4)
+    assert rank == 1
+    np.testing.assert_allclose(solution, [0.5, 0.5], atol=1e-5)

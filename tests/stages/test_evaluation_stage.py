@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 import torch
 
+from repro.evaluation.metrics import Metric
 from repro.models.bases import t1
 from repro.models.blackbox import BlackBox
 from repro.models.degenerate import Degenerate
@@ -86,3 +87,15 @@ def test_unknown_systems_and_short_data_are_measured_as_far_as_possible(tmp_path
     assert {"mae_tau", "onestep_exact_qd[0]"} <= set(metrics["metric"])
     assert not {"mae_L_raw", "coefficient_error", "rollout_error"} & set(metrics["metric"])
     assert "model.x" in set(trajectories["name"]) and "model.H" not in set(trajectories["name"])
+
+
+def test_known_energies_are_measured_too_and_other_metrics_kept(tmp_path, exact, data, free, system):
+    extra = Metric("train", "rank", np.array([4.0, 3.0]), "1")
+    measure(tmp_path, exact, data, system, "raw", free, [extra])
+    metrics = _tables(tmp_path)[0].set_index(["split", "metric", "member"])["value"]
+    on_free = metrics["free"]
+    assert set(on_free.index.get_level_values("metric")) == {
+        "mae_tau", "mae_qdd", "mae_H_legendre", "mae_H_sum", "mae_L_raw", "min_eig_M",
+    }  # fmt: skip
+    assert on_free["mae_H_sum"].max() < 1e-9 and on_free["mae_tau"].max() < 1e-9
+    assert metrics["train", "rank", 8] == 3
