@@ -97,11 +97,13 @@ class Basis(Section):
 class Objective(Section):
     """The loss (conf/objective)."""
 
-    kind: Literal["inverse", "forward"]
+    kind: Literal["inverse", "forward", "port"]
     transform_weight: NotNegative
     l1_kinetic: NotNegative
     l1_potential: NotNegative
     error_scale: Positive | None
+    finish: Annotated[float, Field(ge=0, le=1)]
+    passivity_states: Annotated[int, Field(ge=0)]
 
 
 class Sequence(Section):
@@ -120,6 +122,7 @@ class Energies(Section):
     """How T and V are read off a fitted model (conf/energies)."""
 
     reading: Literal["raw", "anchor", "canonical", "canonical_anchor"]
+    horizons: list[Positive]
 
 
 class Scale(Section):

@@ -76,7 +76,9 @@ class Pipeline:
         """The evaluation: what is called a run."""
         roles = [role for role in ("data", "free") if role in self.data_stages]
         upstream = {role: self.data_stages[role].id for role in roles} | {"fit": self.fit_stage.id}
-        parts = {"reading": self.config.energies.reading}
+        parts: dict[str, Any] = {"reading": self.config.energies.reading}
+        if self.config.energies.horizons:
+            parts["horizons"] = self.config.energies.horizons
         model = f"repro.models.{self.config.model['kind']}"
         modules = ("repro.stages.evaluation", "repro.stages.identifiability", model, self._system_module)
         return self._stage("runs", self.name, parts, upstream, modules)

@@ -119,6 +119,7 @@ class Work:
             self.config.energies.reading,
             self.free,
             list(identifiability.metrics([*identified.values()][-1])) if identified else [],
+            self.config.energies.horizons,
         )
         copyfile(fitted.path(fit.CURVES), folder / fit.CURVES)
         card = run_card(

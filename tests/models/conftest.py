@@ -8,6 +8,7 @@ from repro.models.bases import engineered, library, raw, t1, t2
 from repro.models.blackbox import BlackBox
 from repro.models.damped import Damped
 from repro.models.lagrangian import Lagrangian
+from repro.models.port_hamiltonian import PortHamiltonian
 from repro.models.structured import Structured
 
 N_Q = 2
@@ -22,9 +23,20 @@ LAGRANGIANS = {
     "structured": lambda: Structured(N_Q, np.array([0.9, 5.0]), hidden=(6,)),
     "t1 beside friction": lambda: Damped(Lagrangian(t1, N_Q), "full"),
     "structured beside joint friction": lambda: Damped(Structured(N_Q, np.array([0.9, 5.0]), hidden=(3,)), "diagonal"),
+    "port-Hamiltonian": lambda: _port("canonical", "state"),
+    "port-Hamiltonian of constant damping": lambda: _port("canonical", "constant"),
+    "port-Hamiltonian without damping": lambda: _port("canonical", "none"),
+    "port-Hamiltonian of a basis": lambda: PortHamiltonian(Lagrangian(t1, N_Q), np.array([0.9, 5.0]), hidden=(3,)),
+    "structured with a triangular factor": lambda: Structured(
+        N_Q, np.array([0.9, 5.0]), hidden=(6,), factor="triangular", initialisation="glorot", activation="softplus"
+    ),
     "structured deep": lambda: Structured(N_Q, np.array([0.9, 5.0]), hidden=(4, 4), skip=False),
 }
-MODELS = LAGRANGIANS | {"blackbox": lambda: BlackBox(N_Q, hidden=(6, 5))}
+FREE = {
+    "port-Hamiltonian of free J": lambda: _port("free", "state"),
+    "port-Hamiltonian of free J and R": lambda: _port("full", "state"),
+}
+MODELS = LAGRANGIANS | FREE | {"blackbox": lambda: BlackBox(N_Q, hidden=(6, 5))}
 
 
 @pytest.fixture(params=LAGRANGIANS)
@@ -52,6 +64,12 @@ def start():
 @pytest.fixture
 def prepare():
     return lambda model, samples: {name: torch.from_numpy(array) for name, array in model.prepare(**samples).items()}
+
+
+def _port(structure, dissipation):
+    scale = np.array([0.9, 5.0])
+    energy = Structured(N_Q, scale, hidden=(3,))
+    return PortHamiltonian(energy, scale, structure=structure, dissipation=dissipation, hidden=(3,), floor=1e-3)
 
 
 def _start(model, members=3, seed=0):

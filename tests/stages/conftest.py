@@ -45,6 +45,7 @@ def recipe():
 
     def make(kind="d_only", **changes):
         objective = {"kind": "inverse", "transform_weight": 0.0, "error_scale": None} | dict.fromkeys(L1, 0.0)
+        objective |= {"finish": 0.0, "passivity_states": 0}
         sequence = {"kind": kind, "energy_weight": 1.0, "energy_form": "legendre"}
         for name, value in changes.items():
             (objective if name in objective else sequence)[name] = value

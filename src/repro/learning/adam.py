@@ -54,9 +54,15 @@ class Adam(Optimiser):
             state["epoch"] = epoch + 1
             if epoch % every == 0 or epoch == self.epochs - 1:
                 state["curves"].append((epoch + 1, "loss", losses.double().numpy().copy()))
+            if problem.watch is not None:
+                state["curves"].append((epoch + 1, "passivity_margin", problem.watch(state["parameters"])))
             checkpoint.save(state)
             progress((epoch + 1) / self.epochs, f"epoch {epoch + 1} of {self.epochs}, loss {losses.nanmedian():.2e}")
         return Fitted(state["parameters"], state["curves"], state["status"], {"epochs": self.epochs})
+
+    def shortened(self, share: float) -> "Adam":
+        """The same for a share of the epochs."""
+        return replace(self, epochs=math.ceil(share * self.epochs))
 
     def lasting(self, epochs: int) -> "Adam":
         """The same for so many epochs."""

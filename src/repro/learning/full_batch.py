@@ -1,7 +1,9 @@
 """What the optimisers that look at all samples at once have in common: one member after another, in float64."""
 
+import math
 from abc import abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 import torch
@@ -22,6 +24,10 @@ class FullBatch(Optimiser):
     iterations: int = 100
     samples: int | None = None
 
+    def shortened(self, share: float) -> Self:
+        """The same for a share of the iterations."""
+        return replace(self, iterations=math.ceil(share * self.iterations))
+
     @abstractmethod
     def solve(self, problem: MemberProblem, start: np.ndarray, progress: Progress) -> Solution:
         """Fit one member from the weights `start` (n_parameters,)."""
@@ -33,18 +39,22 @@ class FullBatch(Optimiser):
         for number in range(len(state["done"]), problem.members):
             member = MemberProblem(reduced.member(number))
             told = _share(progress, number, problem.members)
-            state["done"].append(self.solve(member, parameters[number].double().numpy(), told))
+            solution = self.solve(member, parameters[number].double().numpy(), told)
+            state["done"].append((*solution, member.margins))
             checkpoint.save(state)
-        weights, curves, status = zip(*state["done"], strict=True)
+        weights, losses, status, margins = zip(*state["done"], strict=True)
         fitted = torch.from_numpy(np.stack(weights))
-        return Fitted(fitted, merge_curves(curves), list(status), {"epochs": self.iterations})
+        curves = merge_curves(losses, "loss") + merge_curves(margins, "passivity_margin")
+        return Fitted(fitted, curves, list(status), {"epochs": self.iterations})
 
 
-def merge_curves(curves: tuple[list[float], ...]) -> Curve:
-    """Curves of different lengths as one, each held at its last value: [(step, "loss", (member,))]."""
+def merge_curves(curves: tuple[list[float], ...], name: str) -> Curve:
+    """Curves of different lengths as one, each held at its last value: [(step, name, (member,))]; none of none."""
     steps = max(len(curve) for curve in curves)
+    if not steps:
+        return []
     padded = np.array([curve + [curve[-1]] * (steps - len(curve)) for curve in curves])
-    return [(step, "loss", padded[:, step]) for step in range(steps)]
+    return [(step, name, padded[:, step]) for step in range(steps)]
 
 
 def _share(progress: Progress, number: int, members: int) -> Progress:

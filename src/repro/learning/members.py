@@ -1,6 +1,6 @@
 """One member's loss, gradient and Jacobian in float64: generated code where it pays, torch otherwise."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -15,7 +15,13 @@ from repro.learning.problem import Problem
 class MemberProblem:
     """The problem of one member as functions of its weights (n_parameters,)."""
 
-    problem: Problem  # of this member alone, and of the weights that are not frozen
+    problem: Problem  # of this member alone
+    margins: list[float] = field(default_factory=list)  # what the problem's watch saw, a step each
+
+    def look(self, parameters: np.ndarray) -> None:
+        """Let the problem's watch look at the weights of a step."""
+        if self.problem.watch is not None:
+            self.margins.append(float(self.problem.watch(torch.from_numpy(parameters).unsqueeze(0))[0]))
 
     @cached_property
     def compiled(self) -> NativeProblem | None:
@@ -28,7 +34,18 @@ class MemberProblem:
         return generated_rows(self.problem) if can_compile() else None
 
     def loss_and_gradient(self, parameters: np.ndarray) -> tuple[float, np.ndarray]:
-        """The loss and its gradient (n_parameters,); not finite where the model is singular."""
+        """The loss and its gradient (n_parameters,), 0 at frozen weights; not finite where the model is singular."""
+        loss, gradient = self._loss_and_gradient(parameters)
+        gradient[self.problem.model.frozen] = 0.0
+        return loss, gradient
+
+    def linearise(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Residual rows (n_rows,) and their Jacobian (n_rows, n_parameters), 0 at frozen weights."""
+        rows, jacobian = self._linearise(parameters)
+        jacobian[:, self.problem.model.frozen] = 0.0
+        return rows, jacobian
+
+    def _loss_and_gradient(self, parameters: np.ndarray) -> tuple[float, np.ndarray]:
         if self.compiled is not None:
             return self.compiled.loss_and_gradient(0, parameters)
         weights = torch.from_numpy(parameters.copy()).unsqueeze(0).requires_grad_()
@@ -36,8 +53,7 @@ class MemberProblem:
         (gradient,) = torch.autograd.grad(loss, weights)
         return loss.item(), gradient[0].numpy()
 
-    def linearise(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Residual rows (n_rows,) and their Jacobian (n_rows, n_parameters)."""
+    def _linearise(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         if self.compiled_rows is not None:
             return self.compiled_rows.linearise(0, parameters)
         rows, jacobian = self.problem.linearise(torch.from_numpy(parameters.copy()).unsqueeze(0))

@@ -22,6 +22,10 @@ class Optimiser(ABC):
         """The optimiser for so many epochs, where it counts in epochs."""
         return self
 
+    def shortened(self, share: float) -> "Optimiser":
+        """The optimiser for a share of its epochs or iterations, where it counts them."""
+        return self
+
     def continued(self) -> "Optimiser":
         """The optimiser for a later phase, which starts from weights that are already good."""
         return self

@@ -1,13 +1,14 @@
 """A fitting problem: one model, one or more datasets with an objective each, and the l1 terms of (7a)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from repro.learning.objective import Objective
+from repro.learning.passivity import PassivityWatch
 from repro.models.model import Model
 from repro.models.terms import Terms
 
@@ -62,13 +63,15 @@ class Task:
 class Problem:
     """Minimise, for every member, the sum of its tasks' mean squared rows + l1 |coefficients|.
 
-    l1: (n_parameters,) weights of the absolute values; seeds: one a member, for the batch order.
+    l1: (n_parameters,) weights of the absolute values; seeds: one a member, for the batch order; watch: what is looked
+    at after every step.
     """
 
     model: Model
     tasks: Sequence[Task]
     seeds: Sequence[int]
     l1: Tensor | None = None
+    watch: PassivityWatch | None = None
 
     @property
     def members(self) -> int:
@@ -93,7 +96,7 @@ class Problem:
 
     def member(self, index: int) -> "Problem":
         """The problem of one member alone."""
-        return Problem(self.model, [task.member(index) for task in self.tasks], [self.seeds[index]], self.l1)
+        return replace(self, tasks=[task.member(index) for task in self.tasks], seeds=[self.seeds[index]])
 
     def linearise(self, parameters: Tensor) -> tuple[Tensor, Tensor]:
         """All rows (member, n_rows) and their Jacobian (member, n_rows, n_parameters); l1 terms are left out."""
@@ -107,7 +110,7 @@ class Problem:
     def cast(self, dtype: torch.dtype) -> "Problem":
         """The same problem in another floating-point type."""
         l1 = None if self.l1 is None else self.l1.to(dtype)
-        return Problem(self.model, [task.cast(dtype) for task in self.tasks], self.seeds, l1)
+        return replace(self, tasks=[task.cast(dtype) for task in self.tasks], l1=l1)
 
     def subsample(self, samples: int | None) -> "Problem":
         """The same problem with at most `samples` random samples in the first task (drawn by each member's seed)."""
@@ -115,4 +118,4 @@ class Problem:
             return self
         draws = [np.random.default_rng([seed, 77]).permutation(self.samples)[:samples] for seed in self.seeds]
         first = self.tasks[0].select(torch.from_numpy(np.stack(draws)))
-        return Problem(self.model, [first, *self.tasks[1:]], self.seeds, self.l1)
+        return replace(self, tasks=[first, *self.tasks[1:]])

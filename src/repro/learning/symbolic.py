@@ -43,7 +43,9 @@ def residual(model: Model, objective: Objective, s: Symbols) -> casadi.SX:
     lagrangian = energies.kinetic - energies.potential
     momentum = casadi.gradient(lagrangian, s.qd)
     rows = []
-    if objective.equation is not None:
+    if objective.equation == "port":
+        rows.append(model.port_error(s.q, s.qd, s.qdd, s.tau, s.parameters))
+    elif objective.equation is not None:
         error = model.inverse_dynamics(s.q, s.qd, s.qdd, s.parameters) - s.tau
         rows.append(error if objective.equation == "inverse" else -_solve(casadi.jacobian(momentum, s.qd), error))
     if objective.transform_weight:

@@ -16,15 +16,19 @@ from repro.models.model import Model
 
 @dataclass(frozen=True)
 class Phase:
-    """One problem to solve, with a name for the learning curves; epochs: where they are not the optimiser's own."""
+    """One problem to solve, with a name for the learning curves.
+
+    epochs: where they are not the optimiser's own; share: of the epochs or iterations that the optimiser is to take.
+    """
 
     name: str
     problem: Problem
     epochs: int | None = None
+    share: float = 1.0
 
     def settings(self, optimiser: Optimiser) -> Optimiser:
-        """The optimiser with this phase's epochs, where it counts in epochs."""
-        return optimiser if self.epochs is None else optimiser.lasting(self.epochs)
+        """The optimiser with this phase's epochs, where it counts in epochs, or its share of them."""
+        return optimiser.shortened(self.share) if self.epochs is None else optimiser.lasting(self.epochs)
 
 
 def train(
@@ -43,7 +47,7 @@ def train(
         told = _told(progress, number, phases)
         chosen = phase.settings(optimiser.continued() if number else optimiser)
         fitted = chosen.fit(phase.problem, before.parameters, told, _Inner(checkpoint, state))
-        state = {"phase": number + 1, "fitted": _chain(before, fitted, phase.name), "inner": None}
+        state = {"phase": number + 1, "fitted": _chain(before, fitted, phase), "inner": None}
         checkpoint.save(state)
     return state["fitted"]
 
@@ -96,11 +100,14 @@ def _told(progress: Progress, number: int, phases: Sequence[Phase]) -> Progress:
     return shared
 
 
-def _chain(before: Fitted, after: Fitted, name: str) -> Fitted:
+def _chain(before: Fitted, after: Fitted, phase: Phase) -> Fitted:
     offset = before.curves[-1][0] if before.curves else 0
     curves = before.curves + [(offset + step, key, values) for step, key, values in after.curves]
     status = [
-        old if old != "ok" else new if new == "ok" else f"{new} of {name}"
+        old if old != "ok" else new if new == "ok" else f"{new} of {phase.name}"
         for old, new in zip(before.status, after.status, strict=True)
     ]
-    return replace(after, curves=curves, status=status, notes=before.notes | after.notes)
+    notes = before.notes | after.notes
+    if phase.share < 1:  # an ending of the phase before, not a training of its own
+        notes["epochs"] = before.notes["epochs"] + after.notes["epochs"]
+    return replace(after, curves=curves, status=status, notes=notes)

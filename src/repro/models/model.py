@@ -104,6 +104,15 @@ class Model(ABC):
         push = casadi.gradient(energies.kinetic - energies.potential, q)
         return PortForm(casadi.vertcat(-push, qd), casadi.vertcat(qd, push - self.friction(q, qd, parameters)))
 
+    def port_error(
+        self, q: casadi.SX, qd: casadi.SX, qdd: casadi.SX, tau: casadi.SX, parameters: casadi.SX
+    ) -> casadi.SX:
+        """Eq. (12b): drift plus input, minus the measured rates of q and of p = dL/dqd, (2 n_q,)."""
+        momentum = self.momentum(q, qd, parameters)
+        rate = casadi.jtimes(momentum, q, qd) + casadi.jtimes(momentum, qd, qdd)
+        drift = self.port_form(q, qd, parameters).drift
+        return drift + casadi.vertcat(casadi.SX.zeros(self.n_q), tau) - casadi.vertcat(qd, rate)
+
     def transformed_momentum(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
         """p_tran = M_hat(q) qd, eq. (8), as a CasADi expression; only for models with a momentum transform."""
         raise NotImplementedError(f"{type(self).__name__} has no momentum transform")

@@ -14,7 +14,8 @@ class Terms:
     """Predictions at the measured (q, qd, qdd); None where a model does not define a quantity.
 
     tau, momentum, transformed_momentum, acceleration: (member, sample, n_q) in N or N m, kg m/s or kg m^2/s, m/s^2 or
-    rad/s^2; kinetic, potential: (member, sample) in J; mass: (member, sample, n_q, n_q).
+    rad/s^2; kinetic, potential: (member, sample) in J; mass: (member, sample, n_q, n_q); port_error: of eq. (12b), in
+    the rates of q and of p, (member, sample, 2 n_q).
     """
 
     tau: Quantity = None
@@ -24,6 +25,7 @@ class Terms:
     mass: Quantity = None
     transformed_momentum: Quantity = None
     acceleration: Quantity = None
+    port_error: Quantity = None
 
     @property
     def lagrangian(self) -> Tensor:

@@ -13,7 +13,9 @@ from repro.data.dataset import Dataset
 from repro.evaluation.canonical import Gauge, Reading
 from repro.evaluation.coefficients import coefficient_errors
 from repro.evaluation.damping import damping_errors
+from repro.evaluation.energy_drift import energy_curves, energy_errors, free_motion_energies
 from repro.evaluation.metrics import Metric, pointwise
+from repro.evaluation.passivity import passivity
 from repro.evaluation.predictions import Predictions, predict
 from repro.evaluation.rollouts import (
     Rollout,
@@ -54,10 +56,12 @@ def measure(
     reading: Reading,
     free: Dataset | None = None,
     others: Sequence[Metric] = (),
+    horizons: Sequence[float] = (),
 ) -> dict[str, Any]:
     """All metrics on the test part, the equation errors on the training part, and the first test points as curves.
 
-    free: D_H, whose test part is measured too (split `free`); others: metrics that were taken elsewhere.
+    free: D_H, whose test part is measured too (split `free`); others: metrics that were taken elsewhere; horizons: s of
+    free motion after which the energies of plant and model are compared.
     """
     rollout = first_points(fit.model, fit.parameters, data.test) if can_simulate(fit.model) else None
     metrics = [*_metrics(fit, data, system, reading, rollout), *others]
@@ -65,6 +69,10 @@ def measure(
         metrics += [
             m for m in pointwise(fit.model, fit.parameters, free.test, system, "free", reading) if m.name in ON_D_H
         ]
+    motion = None
+    if system is not None and horizons and rollout is not None:
+        motion = free_motion_energies(fit.model, fit.parameters, system, max(horizons))
+        metrics += energy_errors(motion, horizons, "test")
     rows = [
         (seed, metric.split, metric.name, float(value), metric.unit)
         for metric in metrics
@@ -73,6 +81,7 @@ def measure(
     table = pd.DataFrame(rows, columns=["member", "split", "metric", "value", "unit"])
     table.to_parquet(folder / METRICS, index=False)
     trajectories = _trajectories(fit, data.test, system, rollout)
+    trajectories += [] if motion is None else energy_curves(motion, fit.seeds)
     pd.DataFrame(trajectories, columns=["member", "name", "t", "value"]).to_parquet(folder / TRAJECTORIES, index=False)
     medians = {m.name: float(np.median(m.values)) for m in metrics if m.split == "test" and "[" not in m.name}
     return {"median": medians}
@@ -101,6 +110,7 @@ def _metrics(
         yield from rollout_errors(rollout, "test", test)
         yield from one_step_errors(fit.model, fit.parameters, test, "test")
         yield from window_error(fit.model, fit.parameters, test, "test")
+        yield from passivity(fit.model, fit.parameters, test, system, "test")
     each = np.ones(len(fit.seeds))
     yield Metric("train", "fit_seconds", each * fit.seconds / len(fit.seeds), "s")
     yield Metric("train", "epochs", each * fit.notes.get("epochs", 0), "1")

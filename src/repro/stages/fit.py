@@ -13,6 +13,7 @@ import torch
 from repro.data.dataset import Dataset
 from repro.learning.objective import Objective
 from repro.learning.optimiser import Optimiser
+from repro.learning.passivity import PassivityWatch, States
 from repro.learning.problem import Problem, Task
 from repro.learning.result import Checkpoint, Fitted, Progress
 from repro.learning.training import Phase, make_task, train
@@ -95,7 +96,7 @@ def phases_of(
     chosen, sequence = recipe.objective, recipe.sequence
     objective = Objective(chosen["kind"], chosen["transform_weight"])
     energetic = replace(objective, energy_weight=sequence["energy_weight"], energy_form=sequence["energy_form"])
-    l1 = _l1(model, chosen)
+    l1, watch = _l1(model, chosen), _watch(model, chosen.get("passivity_states", 0), data[-1], system)
 
     def task(dataset: Dataset | None, wanted: Objective) -> Task:
         if dataset is None:
@@ -103,15 +104,13 @@ def phases_of(
         return make_task(model, dataset.train, wanted, error_scale=chosen["error_scale"])
 
     def problem(*tasks: Task) -> Problem:
-        return Problem(model, tasks, recipe.seeds, l1)
+        return Problem(model, tasks, recipe.seeds, l1, watch)
 
     kind = sequence["kind"]
     phases = []
     if kind in ("d_h_only", "d_h_then_d"):
         phases.append(Phase("D_H", problem(task(free, energetic)), sequence.get("free_epochs")))
-    if kind == "d_h_only":
-        return phases
-    for number, dataset in enumerate(data):
+    for number, dataset in enumerate(data if kind != "d_h_only" else ()):
         tasks = [task(dataset, objective)]
         if kind == "joint":
             tasks.append(task(free, energetic))
@@ -120,6 +119,9 @@ def phases_of(
         name = "D and D_H" if kind == "joint" else "D"
         name += "" if number == len(data) - 1 else f", stage {number + 1}"
         phases.append(Phase(name, problem(*tasks)))
+    if chosen["finish"]:
+        equal = [replace(one, sample_weight=None) for one in phases[-1].problem.tasks]
+        phases.append(Phase("equal weights", problem(*equal), share=chosen["finish"]))
     return phases
 
 
@@ -133,6 +135,14 @@ def _anchor_task(model: Model, system: System, seeds: Sequence[int], objective: 
         coordinates=system.coordinates, time_step=1.0, energy=energy,
     )  # fmt: skip
     return make_task(model, state, replace(objective, equation=None, transform_weight=0.0))
+
+
+def _watch(model: Model, count: int, data: Dataset, system: System) -> PassivityWatch | None:
+    if not count:
+        return None
+    velocities = data.train.qd.reshape(-1, data.n_q).std(axis=0)
+    states = States.random(data.coordinates, velocities, count, np.random.default_rng([count, 5]))
+    return PassivityWatch(model, states, None if model.energetic else system)
 
 
 def _l1(model: Model, objective: Mapping[str, Any]) -> torch.Tensor | None:

@@ -25,7 +25,8 @@ def record(
 ) -> dict[str, Any]:
     """Write recording.rrd: the first member's plant and model over the first test points, learning curves of a few."""
     members = sorted(trajectories["member"].unique())[:SHOWN]
-    first = trajectories[trajectories["member"] == members[0]]
+    along_the_test = ~trajectories["name"].str.startswith("free.")
+    first = trajectories[(trajectories["member"] == members[0]) & along_the_test]
     table = first.pivot(index="t", columns="name", values="value").sort_index()
     time = table.index.to_numpy()
     coordinates = [(c.name, c.unit) for c in system.coordinates]

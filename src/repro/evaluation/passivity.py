@@ -1,0 +1,31 @@
+"""Whether a fitted model is passive (Theorem 1), by its own energy and by the true one."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from torch import Tensor
+
+from repro.data.dataset import Dataset
+from repro.evaluation.metrics import Metric
+from repro.learning.passivity import States, margins, worst_margin
+from repro.mechanics.system import System
+from repro.models.model import Model
+
+STATES = 2000
+
+
+def passivity(model: Model, parameters: Tensor, part: Dataset, system: System | None, split: str) -> Iterator[Metric]:
+    """The worst margin over random states by the model's own energy and by the plant's, and how often the latter fails.
+
+    Nothing where the model's equations are singular.
+    """
+    velocities = part.qd.reshape(-1, part.n_q).std(axis=0)
+    states = States.random(part.coordinates, velocities, STATES, np.random.default_rng(9))
+    weights = parameters.double().numpy()
+    if model.energetic:
+        yield Metric(split, "passivity_margin", worst_margin(model, weights, states), "1")
+    if system is not None:
+        by_plant = np.stack([margins(model, member, states, system) for member in weights])
+        by_plant = np.where(np.isfinite(by_plant), by_plant, np.inf)
+        yield Metric(split, "passivity_margin_plant", by_plant.max(1), "1")
+        yield Metric(split, "gains_energy", (by_plant > 1e-9).mean(1), "1")

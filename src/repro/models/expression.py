@@ -1,0 +1,100 @@
+"""A model that is written as CasADi expressions alone: what the engines need of it follows by differentiation."""
+
+from functools import cached_property
+from typing import Any
+
+import casadi
+import numpy as np
+import torch
+from torch import Tensor
+
+from repro.mechanics.derive import evaluate
+from repro.models.model import Model, Prepared
+from repro.models.terms import Terms, symmetric
+
+INPUTS = ("q", "qd", "qdd", "tau")
+
+
+class ExpressionModel(Model):
+    """Small models of any form: `energies` and, where L does not say all, `friction`, `port_form` or `momentum`.
+
+    One output stack [tau | p | T | V | M, upper entries | eq. (12b) error] (..., n_rows) at each sample.
+    """
+
+    def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
+        """The samples themselves, (..., 4 n_q)."""
+        return {"samples": np.concatenate([q, qd, qdd, tau], axis=-1)}
+
+    def outputs(self, parameters: Tensor, prepared: Prepared, mass: bool) -> list[Tensor]:
+        """The output stack (member, sample, n_rows)."""
+        return [_Evaluated.apply(parameters, prepared["samples"], self)]
+
+    def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:
+        """The stack, taken apart."""
+        n_q = self.n_q
+        sizes = [n_q, n_q, 1, 1, n_q * (n_q + 1) // 2, 2 * n_q]
+        tau, momentum, kinetic, potential, mass, port_error = outputs[0].split(sizes, dim=-1)
+        return Terms(
+            tau=tau,
+            momentum=momentum,
+            kinetic=kinetic[..., 0],
+            potential=potential[..., 0],
+            mass=symmetric(mass, n_q),
+            port_error=port_error,
+        )
+
+    def pull(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
+        """Gradients with respect to all weights, (member, row, sample, n_parameters)."""
+        arrays = _arrays(parameters, prepared["samples"], cotangents[0])
+        members = [
+            np.stack([evaluate(self._reverse, samples, row, weights) for row in rows])
+            for weights, samples, rows in zip(*arrays, strict=True)
+        ]
+        return torch.from_numpy(np.stack(members)).to(parameters.dtype)
+
+    @cached_property
+    def forward(self) -> casadi.Function:
+        """(samples, parameters) -> the output stack."""
+        sample, parameters, stack = self._symbols()
+        return casadi.Function("stack", [sample, parameters], [casadi.densify(stack)], {"cse": True})
+
+    @cached_property
+    def _reverse(self) -> casadi.Function:
+        sample, parameters, stack = self._symbols()
+        cotangent = casadi.SX.sym("cotangent", stack.numel())
+        gradient = casadi.jtimes(stack, parameters, cotangent, True)
+        return casadi.Function("pull", [sample, cotangent, parameters], [casadi.densify(gradient)], {"cse": True})
+
+    def _symbols(self) -> tuple[casadi.SX, casadi.SX, casadi.SX]:
+        q, qd, qdd, tau = (casadi.SX.sym(name, self.n_q) for name in INPUTS)
+        parameters = casadi.SX.sym("parameters", self.n_parameters)
+        energies, momentum = self.energies(q, qd, parameters), self.momentum(q, qd, parameters)
+        mass = casadi.jacobian(momentum, qd)
+        upper = [mass[c, d] for c in range(self.n_q) for d in range(c, self.n_q)]
+        stack = casadi.vertcat(
+            self.inverse_dynamics(q, qd, qdd, parameters), momentum, energies.kinetic, energies.potential, *upper,
+            self.port_error(q, qd, qdd, tau, parameters),
+        )  # fmt: skip
+        return casadi.vertcat(q, qd, qdd, tau), parameters, stack
+
+
+class _Evaluated(torch.autograd.Function):
+    """The output stack as a differentiable function of the weights."""
+
+    @staticmethod
+    def forward(ctx: Any, parameters: Tensor, samples: Tensor, model: ExpressionModel) -> Tensor:
+        ctx.model = model
+        ctx.save_for_backward(parameters, samples)
+        pairs = zip(*_arrays(parameters, samples), strict=True)
+        stacks = [evaluate(model.forward, of_member, weights) for weights, of_member in pairs]
+        return torch.from_numpy(np.stack(stacks)).to(parameters.dtype)
+
+    @staticmethod
+    def backward(ctx: Any, *cotangents: Tensor) -> Any:
+        parameters, samples = ctx.saved_tensors
+        rows = cotangents[0].unsqueeze(1)
+        return ctx.model.pull(parameters, {"samples": samples}, [rows]).sum((1, 2)), None, None
+
+
+def _arrays(*tensors: Tensor) -> list[np.ndarray]:
+    return [tensor.detach().double().numpy() for tensor in tensors]

@@ -1,0 +1,147 @@
+"""Port-Hamiltonian models, eq. (5) with (10) and (11): passive for any weights, by construction (Theorem 1)."""
+
+from collections.abc import Sequence
+from typing import Literal
+
+import casadi
+import numpy as np
+
+from repro.models import position
+from repro.models.expression import ExpressionModel
+from repro.models.features import FeatureMap
+from repro.models.lagrangian import Lagrangian
+from repro.models.model import Energies, Model, PortForm
+from repro.models.network import Activation
+from repro.models.port_matrices import Factored, Skew
+from repro.models.setting import Setting
+from repro.models.structured import Structured
+
+Structure = Literal["canonical", "free", "full"]
+Dissipation = Literal["none", "constant", "state"]
+
+
+class PortHamiltonian(ExpressionModel):
+    """xdot = (J - R) dH/dx + [0; tau] in x = [q; p], H the energy of another model and p = dL/dqd its momentum.
+
+    structure `canonical`: J = [0 I; -I 0] and R = [0 0; 0 C]; `free`: J(x) = A - A' from a network; `full`: R(x) from
+    networks too. C is 0, `constant`, or of the `state` q. `floor` adds floor/2 |qd/scale|^2 to T, so that M > 0, and H
+    is bounded below wherever the model's own M >= 0 and V is bounded.
+    parameters: [those of the energy | J | R].
+    """
+
+    def __init__(
+        self,
+        energy: Model,
+        velocity_scale: np.ndarray,
+        *,
+        structure: Structure = "canonical",
+        dissipation: Dissipation = "state",
+        hidden: Sequence[int] = (8,),
+        floor: float = 0.0,
+    ) -> None:
+        self.energy, self.n_q, self.floor, self.structure = energy, energy.n_q, floor, structure
+        self.velocity_scale = np.asarray(velocity_scale, dtype=float)
+        self.features = FeatureMap(position.kinetic, self.n_q)
+        units, places = tuple(hidden), len(self.features)
+        force_scale = tuple((1 / self.velocity_scale).tolist())
+        scale = (*self.velocity_scale.tolist(), *force_scale)
+        self.skew = None if structure == "canonical" else Skew(places + self.n_q, units, scale)
+        if structure == "full":
+            self.damping: Factored | None = Factored(places + self.n_q, units, scale)
+        elif dissipation == "none":
+            self.damping = None
+        else:
+            self.damping = Factored(places, None if dissipation == "constant" else units, force_scale)
+        n_energy, n_skew, n_damping = (0 if part is None else part.n_parameters for part in self._parts)
+        self.energy_slice = slice(0, n_energy)
+        self.skew_slice = slice(n_energy, n_energy + n_skew)
+        self.damping_slice = slice(n_energy + n_skew, n_energy + n_skew + n_damping)
+
+    @property
+    def n_parameters(self) -> int:
+        """Number of weights of one member."""
+        return self.damping_slice.stop
+
+    def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
+        """The start of every part."""
+        return np.concatenate([part.initial(generators) for part in self._parts if part is not None], axis=1)
+
+    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:
+        """T with its floor, and V."""
+        energies = self.energy.energies(q, qd, parameters[self.energy_slice])
+        least = 0.5 * self.floor * casadi.sumsqr(qd / casadi.DM(self.velocity_scale))
+        return Energies(energies.kinetic + least, energies.potential)
+
+    def friction(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
+        """What eq. (12b) adds to the forces of L: C qd where J is canonical."""
+        form = self.port_form(q, qd, parameters)
+        return -form.gradient[: self.n_q] - form.drift[self.n_q :]
+
+    def port_form(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> PortForm:
+        """dH/dx and (J - R) dH/dx."""
+        energies = self.energies(q, qd, parameters)
+        gradient = casadi.vertcat(casadi.gradient(energies.potential - energies.kinetic, q), qd)
+        return PortForm(gradient, self.structure_matrix(q, qd, parameters) @ gradient)
+
+    def structure_matrix(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
+        """J - R, (2 n_q, 2 n_q)."""
+        return self.interconnection(q, qd, parameters) - self.resistance(q, qd, parameters)
+
+    def interconnection(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
+        """J, eq. (10)."""
+        if self.skew is None:
+            zero, identity = casadi.SX(self.n_q, self.n_q), casadi.SX.eye(self.n_q)
+            return casadi.vertcat(casadi.horzcat(zero, identity), casadi.horzcat(-identity, zero))
+        return self.skew.matrix(self._state(q, qd), parameters[self.skew_slice])
+
+    def resistance(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
+        """R, eq. (11)."""
+        zero = casadi.SX(self.n_q, self.n_q)
+        if self.damping is None:
+            return casadi.diagcat(zero, zero)
+        if self.structure == "full":
+            return self.damping.matrix(self._state(q, qd), parameters[self.damping_slice])
+        return casadi.diagcat(zero, self.damping.matrix(self._place(q, qd), parameters[self.damping_slice]))
+
+    @property
+    def _parts(self) -> tuple[Model, Skew | None, Factored | None]:
+        return self.energy, self.skew, self.damping
+
+    def _place(self, q: casadi.SX, qd: casadi.SX) -> casadi.SX:
+        return self.features.expression(q, qd)
+
+    def _state(self, q: casadi.SX, qd: casadi.SX) -> casadi.SX:
+        """x for a network: the position, and the velocities in their own scale in place of p."""
+        return casadi.vertcat(self._place(q, qd), qd / casadi.DM(self.velocity_scale))
+
+
+def build(
+    setting: Setting,
+    *,
+    structure: Structure = "canonical",
+    dissipation: Dissipation = "state",
+    energy: Literal["structured", "basis"] = "structured",
+    hidden: list[int],
+    rank: int | None = None,
+    activation: Activation = "tanh",
+    damping_hidden: list[int],
+    floor: float = 1e-4,
+) -> PortHamiltonian:
+    """The model of this file for a setting; the keywords are its options in conf/model.
+
+    energy `structured`: M > 0 and V bounded, so H is bounded below; `basis`: L in the basis, where H may be indefinite.
+    """
+    scale = setting.velocity_scale
+    learned: Model
+    if energy == "structured":
+        learned = Structured(setting.n_q, scale, hidden=hidden, rank=rank, activation=activation)
+    else:
+        learned = Lagrangian(setting.basis, setting.n_q, hidden=hidden, activation=activation)
+    return PortHamiltonian(
+        learned,
+        scale,
+        structure=structure,
+        dissipation=dissipation,
+        hidden=damping_hidden,
+        floor=floor if energy == "structured" else 0.0,
+    )
