@@ -57,6 +57,8 @@ COMBINATIONS = {
     "objective.transform_weight=1": "Omega_tran needs both, or neither",
     "model.transform_hidden=[8]": "Omega_tran needs both, or neither",
     "basis=t2 objective.l1_kinetic=0.1": "act on coefficients under optimiser=adam and a linear basis",
+    "objective.finish=0.2": "equal weights at the end need other weights before: objective.error_scale",
+    "model=structured model.factor=triangular model.rank=5": "use model.factor=wide",
     "sequence=joint system.damping=[0.1,0.1]": "D_H keeps its energy only without damping",
     "data=file data.path={file} sequence=joint": "data=file goes with sequence=d_only",
     "data=file data.path={file} model=degenerate": "is made from the true system",

@@ -1,15 +1,19 @@
 """Errors of models whose errors are known beforehand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
 
+from repro.data.random_force import random_force
 from repro.evaluation.metrics import pointwise
 from repro.mechanics.system import load
 from repro.models.bases import t1, t2
 from repro.models.degenerate import Degenerate
 from repro.models.lagrangian import Lagrangian
 from repro.models.trivial import Trivial
+from repro.models.truth import Truth
 
 
 def _metrics(model, parameters, part, system=None, reading="raw"):
@@ -23,6 +27,8 @@ def test_the_exact_model_has_no_errors(exact, data, system, reading):
         if name.startswith(("mae", "median")) or name == "gyroscopic_remainder":
             np.testing.assert_allclose(values, 0, atol=1e-13, err_msg=name)
     np.testing.assert_allclose(metrics["skill_tau"], 1, atol=1e-13)
+    np.testing.assert_allclose(metrics["gravity"], 1, atol=1e-9)
+    np.testing.assert_array_equal(metrics["trapped"], 0)
     np.testing.assert_allclose(metrics["min_eig_M"], _smallest_eigenvalue(data.test), rtol=1e-12)
     assert np.all(metrics["min_T"] >= 0)
 
@@ -56,6 +62,7 @@ def test_energy_errors_are_those_of_the_legendre_transform(exact, data, system):
     np.testing.assert_allclose(metrics["mae_V"], np.abs(error).mean(1), rtol=1e-6)
     np.testing.assert_allclose(metrics["mae_T"], 0, atol=1e-13)
     np.testing.assert_allclose(metrics["mae_p"], 0, atol=1e-13)
+    np.testing.assert_allclose(metrics["gravity"], 1.08 / 0.98, rtol=1e-6)
 
 
 GAUGES = {
@@ -66,7 +73,16 @@ GAUGES = {
         "potential": lambda q: 0.7 * _cos(q[1]) - _cos(2 * q[1]),
     },
 }
-INVARIANT = ("mae_tau", "mae_qdd", "mae_H_centred", "mae_L_canonical", "min_eig_M", "gyroscopic_remainder")
+INVARIANT = (
+    "gravity",
+    "trapped",
+    "mae_tau",
+    "mae_qdd",
+    "mae_H_centred",
+    "mae_L_canonical",
+    "min_eig_M",
+    "gyroscopic_remainder",
+)
 CHANGES = {
     "a constant": ("mae_L_raw", "mae_H_legendre", "mae_V"),
     "dF/dt, F = sin(theta)": ("mae_L_raw", "mae_p", "mae_T"),
@@ -113,8 +129,6 @@ def test_the_trivial_model_scores_what_there_is_to_explain(data, system, no_weig
 @pytest.mark.parametrize("reading", ["physical", "printed"])
 def test_the_degenerate_model_has_the_force_on_the_cart_right_and_no_acceleration(reading, data, no_weights):
     """p_x belongs to a cyclic coordinate: d/dt p_x = f exactly."""
-    from repro.data.random_force import random_force
-
     system = load("sip", reading)
     part = random_force(system, seeds=[0, 1], samples=600, episode_steps=100).test
     metrics = _metrics(Degenerate(system), no_weights, part, system)
@@ -122,6 +136,46 @@ def test_the_degenerate_model_has_the_force_on_the_cart_right_and_no_acceleratio
     assert np.all(metrics["mae_tau[1]"] > 0.05)
     assert np.all(metrics["skill_tau"] > 0.5)
     assert "mae_qdd" not in metrics
+
+
+@pytest.fixture(scope="module")
+def double_pendulum():
+    system = load("dip")
+    options = {"episode_steps": 50, "reset": "random", "force_limit": 4.0}
+    return system, random_force(system, seeds=[0, 1], samples=2000, **options).test
+
+
+def test_the_degenerate_model_of_the_double_pendulum_is_told_as_trapped(double_pendulum, no_weights):
+    """It beats the paper's MAE_tau of 0.10, and has no gravity."""
+    system, part = double_pendulum
+    metrics = _metrics(Degenerate(system), no_weights, part, system)
+    assert np.all(metrics["mae_tau"] < 0.10)
+    np.testing.assert_array_equal(metrics["trapped"], 1)
+    for name in ("gravity", "gravity[1]", "gravity[2]"):
+        np.testing.assert_allclose(metrics[name], 0, atol=1e-12)
+
+
+def test_the_true_double_pendulum_is_not_trapped(double_pendulum):
+    system, part = double_pendulum
+    model = Truth(system)
+    weights = torch.from_numpy(model.initial([np.random.default_rng(0)] * 2))
+    metrics = _metrics(model, weights, part, system)
+    assert np.all(metrics["mae_tau"] < 1e-12)
+    np.testing.assert_array_equal(metrics["trapped"], 0)
+    weights[:, -1] *= 0.9  # gravity of the last link
+    metrics = _metrics(model, weights, part, system)
+    np.testing.assert_allclose(metrics["gravity[1]"], 1, atol=1e-9)
+    np.testing.assert_allclose(metrics["gravity[2]"], 0.9, atol=1e-9)
+    np.testing.assert_allclose(metrics["gravity"], 0.95, atol=1e-9)
+
+
+def test_a_lost_inertia_is_told_as_trapped_even_where_the_energy_is_right(exact, data, system):
+    model, weights = exact
+    slow = replace(data.test, qd=data.test.qd / 100)
+    weights[1, 1] = 0.00625  # from 0.025: M is singular upright
+    metrics = _metrics(model, weights, slow, system)
+    assert np.all(metrics["mae_H_centred"] < 0.1)
+    np.testing.assert_array_equal(metrics["trapped"], [0, 1])
 
 
 def test_without_the_true_system_only_equations_are_judged(exact, data):

@@ -14,7 +14,7 @@ from repro.learning.result import Fitted, NoCheckpoint, silent
 from repro.models.bases import t1, t2
 from repro.models.lagrangian import Lagrangian
 from repro.models.trivial import Trivial
-from repro.stages.fit import CURVES, build_model, fit, keep, load_parameters
+from repro.stages.fit import CURVES, build_model, fit, keep, load_parameters, phases_of
 
 MODEL = Lagrangian(t2, 2, hidden=(4,))
 SHORT = LevenbergMarquardt(iterations=20, samples=None)
@@ -87,6 +87,18 @@ def test_a_curriculum_goes_through_its_stages(recipe, data, free, system):
     assert not torch.equal(fitted.parameters, direct.parameters)
 
 
+def test_a_fit_may_end_with_equal_weights(recipe, data, free, system):
+    """The last phase has every task of the one before, takes its share of the iterations, and lowers its own loss."""
+    weighted, _ = _fit(recipe("joint", error_scale=5.0), [data], free, system)
+    finished, names = _fit(recipe("joint", error_scale=5.0, finish=0.25), [data], free, system)
+    assert names == ["D and D_H", "equal weights"]
+    assert finished.notes == {"epochs": 25}
+    (_, last) = phases_of(MODEL, recipe("joint", error_scale=5.0, finish=0.25), [data], free, system)
+    assert len(last.problem.tasks) == 2
+    losses = [last.problem.loss(fitted.parameters) for fitted in (weighted, finished)]
+    assert torch.all(losses[1] < losses[0])
+
+
 def test_only_training_samples_are_used(recipe, data, system):
     """The test part may be anything."""
     from dataclasses import replace
@@ -143,3 +155,28 @@ def test_a_fit_without_curves_leaves_an_empty_table_of_the_same_types(tmp_path):
 def test_least_squares_through_the_stage_is_exact(recipe, data, free, system):
     fitted, _ = fit(Lagrangian(t1, 2), recipe("joint"), LeastSquares(), [data], free, system, silent, NoCheckpoint())
     np.testing.assert_allclose(fitted.parameters, [[0.4, 0.025, 0.1, 0.98]] * 2, atol=1e-9)
+
+
+@pytest.mark.parametrize(("kind", "expected"), [("d_h_then_d", 3 + 4), ("d_h_only", 3)])
+def test_the_pretraining_may_have_its_own_epochs(kind, expected, recipe, data, free, system):
+    fitted, _ = _fit(recipe(kind, free_epochs=3), [data], free, system, Adam(epochs=4))
+    assert fitted.curves[-1][0] == expected
+
+
+def test_epochs_do_not_concern_those_who_do_not_count_in_them(recipe, data, free, system):
+    with_epochs, without = (
+        _fit(recipe("d_h_then_d", free_epochs=epochs), [data], free, system)[0].parameters for epochs in (3, None)
+    )
+    assert torch.equal(with_epochs, without)
+
+
+def test_in_closed_form_a_later_phase_keeps_what_it_does_not_see(recipe, data, free, system):
+    """D says nothing of a constant in T or of the split of cos(theta); D_H fixes both, and D leaves them alone."""
+    from repro.models.bases import fxf_gauge
+
+    model = Lagrangian(fxf_gauge, 2)
+    for kind, largest in {"d_h_then_d": (0, 1e-6), "d_only": (0.3, 2)}.items():
+        fitted, _ = _fit(recipe(kind, energy_form="sum"), [data], free, system, LeastSquares(), model)
+        said = predict(model, fitted.parameters, free.q, free.qd, free.qdd, free.tau)
+        error = np.abs(said.kinetic + said.potential - free.energy).mean(1)
+        assert np.all((largest[0] <= error) & (error < largest[1]))

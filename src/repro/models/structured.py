@@ -1,6 +1,7 @@
 """T = qd' M(q) qd / 2 with M(q) = C(q) C(q)' positive semi-definite by construction, V linear in cosines."""
 
 from collections.abc import Sequence
+from typing import Literal
 
 import casadi
 import numpy as np
@@ -15,6 +16,9 @@ from repro.models.network import Activation, Network
 from repro.models.setting import Setting
 from repro.models.terms import Terms
 
+Factor = Literal["wide", "triangular"]
+Initialisation = Literal["inertia", "glorot"]
+
 
 class Structured(Model):
     """A wide factor C (n_q, rank), rank > n_q, from a network of {cos, sin} with a linear path; T(q, 0) = 0 is exact.
@@ -22,6 +26,9 @@ class Structured(Model):
     With a square factor the rank-deficient matrices are walls that a fit cannot cross; with rank >= n_q + 2 the path
     goes round them. Velocities are divided by `velocity_scale` (n_q,), so that the start M = diag(scale^-2) has the
     inertia scale of the data. parameters: [weights of C | beta].
+
+    factor `triangular`: C is lower triangular, the Cholesky factor of M as in DeLaN (Lutter et al., 2019).
+    initialisation `glorot`: weights as Keras draws them, with no thought for the inertia.
     """
 
     def __init__(
@@ -33,13 +40,18 @@ class Structured(Model):
         rank: int | None = None,
         activation: Activation = "tanh",
         skip: bool = True,
+        factor: Factor = "wide",
+        initialisation: Initialisation = "inertia",
     ) -> None:
         self.n_q = n_q
-        self.rank = n_q + 2 if rank is None else rank
+        self.rank = n_q if factor == "triangular" else n_q + 2 if rank is None else rank
+        self.initialisation = initialisation
+        shape = (n_q, self.rank)
+        self._entries = np.flatnonzero(np.tril(np.ones(shape)) if factor == "triangular" else np.ones(shape))
         self.velocity_scale = np.asarray(velocity_scale, dtype=float)
         self.features = FeatureMap(position.kinetic, n_q)
         self.potential_features = FeatureMap(position.potential, n_q)
-        self.network = Network(len(self.features), tuple(hidden), n_q * self.rank, activation, skip)
+        self.network = Network(len(self.features), tuple(hidden), len(self._entries), activation, skip)
         n_network = self.network.n_parameters
         self.network_slice = slice(0, n_network)
         self.potential_slice = slice(n_network, n_network + len(self.potential_features))
@@ -51,9 +63,11 @@ class Structured(Model):
 
     def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
         """Small random output weights around C = [I 0], so that M starts as diag(velocity_scale^-2); V starts at 0."""
-        return np.stack(
-            [np.concatenate([self._network_start(g), np.zeros(len(self.potential_features))]) for g in generators]
-        )
+        if self.initialisation == "glorot":
+            networks = self.network.initial(generators)
+        else:
+            networks = np.stack([self._network_start(generator) for generator in generators])
+        return np.pad(networks, ((0, 0), (0, len(self.potential_features))))
 
     def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
         """Position jets [z, zdot, dz/dq_c] (..., 2 + n_q, n_z), potential rows [z, w_c], scaled velocities."""
@@ -70,14 +84,14 @@ class Structured(Model):
         }
 
     def outputs(self, parameters: Tensor, prepared: Prepared, mass: bool) -> list[Tensor]:
-        """C and its derivatives along the motion and each coordinate (..., 2 + n_q, n_q rank), and [V, w]."""
+        """C and its derivatives along the motion and each coordinate (..., 2 + n_q, n_entries), and [V, w]."""
         factor = self.network.propagate(parameters[:, self.network_slice], prepared["position"])
         potential = torch.einsum("mnji,mi->mnj", prepared["potential"], parameters[:, self.potential_slice])
         return [factor, potential]
 
     def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:
         """tau = M qdd + Mdot qd - d/dq (qd' M qd) / 2 + dV/dq."""
-        factor = outputs[0].unflatten(-1, (self.n_q, self.rank))
+        factor = self._factor(outputs[0])
         potential = outputs[1]
         c, rate, slopes = factor[:, :, 0], factor[:, :, 1], factor[:, :, 2:]
         velocity, acceleration, scale = prepared["velocity"], prepared["acceleration"], prepared["scale"]
@@ -104,10 +118,20 @@ class Structured(Model):
     def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:
         """T and V as CasADi expressions."""
         output = self.network.expression(parameters[self.network_slice], self.features.expression(q, qd))
-        factor = casadi.reshape(output, self.rank, self.n_q)
+        entries = casadi.SX(self.n_q * self.rank, 1)
+        entries[self._entries.tolist()] = output
+        factor = casadi.reshape(entries, self.rank, self.n_q)
         u = factor @ (qd / casadi.DM(self.velocity_scale))
         potential = casadi.dot(parameters[self.potential_slice], self.potential_features.expression(q, qd))
         return Energies(0.5 * casadi.dot(u, u), potential)
+
+    def _factor(self, entries: Tensor) -> Tensor:
+        """Return C and its derivatives (..., n_q, rank) from the network's outputs (..., n_entries)."""
+        size = self.n_q * self.rank
+        if len(self._entries) < size:
+            whole = entries.new_zeros((*entries.shape[:-1], size))
+            entries = whole.index_copy(-1, torch.from_numpy(self._entries), entries)
+        return entries.unflatten(-1, (self.n_q, self.rank))
 
     def _network_start(self, generator: np.random.Generator) -> np.ndarray:
         n_hidden_layers = len(self.network.hidden)
@@ -118,7 +142,7 @@ class Structured(Model):
                 draw = generator.normal(0, 1 / np.sqrt(shape[1]), shape)
                 arrays.append(0.1 * draw if output_layer or index == 2 * n_hidden_layers + 2 else draw)
             elif output_layer:
-                arrays.append(np.eye(self.n_q, self.rank).ravel())
+                arrays.append(np.eye(self.n_q, self.rank).ravel()[self._entries])
             else:
                 arrays.append(generator.normal(0, 0.5, shape))
         return np.concatenate([array.ravel() for array in arrays])
@@ -131,8 +155,23 @@ def build(
     rank: int | None = None,
     activation: Activation = "tanh",
     skip: bool = True,
+    factor: Factor = "wide",
+    scaled: bool = True,
+    initialisation: Initialisation = "inertia",
     damping: Damping = "none",
 ) -> Model:
-    """The model of this file for a setting, beside friction where asked; the keywords are its options in conf/model."""
-    model = Structured(setting.n_q, setting.velocity_scale, hidden=hidden, rank=rank, activation=activation, skip=skip)
+    """The model of this file for a setting, beside friction where asked; the keywords are its options in conf/model.
+
+    scaled: velocities are divided by their spread in the data, and so M starts at the data's inertia scale.
+    """
+    model = Structured(
+        setting.n_q,
+        setting.velocity_scale if scaled else np.ones(setting.n_q),
+        hidden=hidden,
+        rank=rank,
+        activation=activation,
+        skip=skip,
+        factor=factor,
+        initialisation=initialisation,
+    )
     return with_damping(model, damping)
