@@ -28,9 +28,6 @@ class Playing:
     def observe(self, samples, forces):
         self.samples.append((samples.copy(), forces))
 
-    def close(self):
-        pass
-
 
 def play(system, forces, start, conditions=Conditions(), obstacle=OBSTACLE):  # noqa: B008 (frozen)
     controller = Playing(forces)
@@ -91,9 +88,10 @@ def test_a_runaway_is_given_up_and_counts_as_failure(system):
 def test_the_single_pendulum_swings_up_past_the_obstacle(system, transcribe, problem):
     of = transcribe(problem)
     start = hanging_start(system, 0.4)
-    controller = PredictiveController(of, make_solver(of, "fatrop", Limits()), of.model.model.coefficients, start.x_des)
+    solver = make_solver(of, "fatrop", Limits())
+    controller = PredictiveController(of, solver, of.model.model.coefficients, start.x_des)
     loop = run_loop(system, controller, start, Conditions(), time_step=0.04, seconds=6.0, obstacle=problem.obstacle)
-    controller.close()
+    solver.close()
     assert loop.outcome.success and loop.outcome.held_from < 4.0 and 0 < loop.outcome.clearance < 0.05
     assert max(decision.fallback for decision in loop.decisions) == 0
     assert np.abs(loop.forces).max() <= 4.0 and len(loop.decisions[0].plan) == 21

@@ -32,6 +32,3 @@ class Controller(Protocol):
 
     def observe(self, samples: np.ndarray, forces: np.ndarray) -> None:
         """Take what was measured since: samples (n + 1, 2 n_q) under forces (n,) between them."""
-
-    def close(self) -> None:
-        """Let go of what the controller holds."""

@@ -30,6 +30,9 @@ class Solver(Protocol):
     def __call__(self, parameters: np.ndarray, guess: np.ndarray) -> Solution:
         """The solution for these parameters."""
 
+    def close(self) -> None:
+        """Let go of what the solver holds."""
+
 
 @dataclass(frozen=True)
 class NonlinearSolver:

@@ -61,12 +61,6 @@ class PredictiveController:
     def observe(self, samples: np.ndarray, forces: np.ndarray) -> None:
         """Nothing is learned from what happens."""
 
-    def close(self) -> None:
-        """End the solver's process, where it has one."""
-        close = getattr(self.solver, "close", None)
-        if close is not None:
-            close()
-
     def _without_solution(self, status: str, iterations: int, seconds: float) -> Decision:
         """The next force of the last good plan, in its own time; no force after its end."""
         if self.plan is not None:

@@ -48,6 +48,9 @@ class Timed:
         solution = self.solver(parameters, guess)
         return replace(solution, seconds=time.thread_time() - started)
 
+    def close(self) -> None:
+        """Nothing is held."""
+
 
 def ipopt(of: Transcription, limits: Limits) -> NonlinearSolver:
     """IPOPT with exact derivatives, evaluated by CasADi."""
