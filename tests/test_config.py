@@ -49,7 +49,7 @@ MISTAKES = {
     "hydra.verbose=true": "settings of Hydra itself go with hydra/launcher=",
 }
 COMBINATIONS = {
-    "basis=t2 optimiser=least_squares": "library, t1), not lagrangian, t2",
+    "basis=t2 optimiser=least_squares": "library, rigid_body, t1), not lagrangian, t2",
     "basis=t1 optimiser=least_squares objective=forward": "needs objective=inverse, not forward",
     "model=blackbox": "model=blackbox predicts accelerations only; use objective=forward",
     "model=blackbox objective=forward sequence=joint": "use sequence=d_only",

@@ -53,7 +53,7 @@ def _basis_of_another_system(config: Config) -> Iterator[str]:
     if n_q != needed:
         general = ", ".join(name for name in choices(BASES) if not hasattr(_features(name), "N_Q"))
         yield (
-            f"basis.name = {config.basis.name!r}: is made for {needed} coordinates, a cart and one link, and "
+            f"basis.name = {config.basis.name!r}: is made for {needed} coordinates, and "
             f"system={config.system.name} has {n_q}; use one of {general}"
         )
 
@@ -172,7 +172,8 @@ def _load(config: Config) -> "System":
     from repro.mechanics.system import load
 
     system = config.system
-    return load(system.name, config.reading.name, system.damping, system.damping_frame, **system.constants)
+    friction = system.damping, system.damping_frame, system.damping_growth
+    return load(system.name, config.reading.name, *friction, **system.constants)
 
 
 def _features(basis: str) -> ModuleType:

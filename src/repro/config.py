@@ -26,6 +26,7 @@ class System(Section):
     name: str
     damping: list[NotNegative]
     damping_frame: Literal["relative", "absolute"]
+    damping_growth: NotNegative
 
     @property
     def constants(self) -> dict[str, int | float]:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from repro.errors import UserError
+from repro.mechanics.chain import Chain
 from repro.mechanics.derive import dynamics_of, evaluate
 from repro.mechanics.simulate import simulate
 from repro.mechanics.system import DAMPING_FRAMES, READINGS, System, load, names
@@ -11,7 +12,15 @@ from repro.mechanics.system import DAMPING_FRAMES, READINGS, System, load, names
 MISPRINTED = ("dip", "printed")  # its T and V are not those of its bodies
 SYSTEMS = [load(name, reading) for name in names() for reading in READINGS if (name, reading) != MISPRINTED]
 
-every_system = pytest.mark.parametrize("system", SYSTEMS, ids=lambda system: f"{system.name}-{system.reading}")
+CHAINS = [system for system in SYSTEMS if isinstance(system, Chain)]
+
+
+def _id(system: System) -> str:
+    return f"{system.name}-{system.reading}"
+
+
+every_system = pytest.mark.parametrize("system", SYSTEMS, ids=_id)
+every_chain = pytest.mark.parametrize("system", CHAINS, ids=_id)
 
 
 def states(system: System, count: int = 50) -> tuple[np.ndarray, np.ndarray]:
@@ -28,7 +37,7 @@ def speeds(system: System, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
     return (((ahead - behind) / (2 * step)) ** 2).sum(axis=-1)
 
 
-@every_system
+@every_chain
 def test_upright_is_highest_and_hanging_is_lowest(system: System) -> None:
     q, _ = states(system)
     potential = [system.potential(list(point), np) for point in q]
@@ -44,7 +53,7 @@ def test_links_point_up_when_upright(system: System) -> None:
     np.testing.assert_allclose(up[:, 0], 0, atol=1e-15)
 
 
-@every_system
+@every_chain
 def test_both_rest_positions_are_equilibria(system: System) -> None:
     rest = np.zeros(system.n_q)
     for q in (system.upright, system.hanging):
@@ -52,13 +61,40 @@ def test_both_rest_positions_are_equilibria(system: System) -> None:
         np.testing.assert_allclose(acceleration, 0, atol=1e-14)
 
 
-@every_system
+@every_chain
 def test_body_points_move_as_the_coordinates_say(system: System) -> None:
     q, _ = states(system)
     points = np.array([system.body_points(list(point), np) for point in q])
     np.testing.assert_allclose(points[:, 0], np.c_[q[:, 0], 0 * q[:, 0]])
     lengths = np.linalg.norm(np.diff(points, axis=1), axis=-1)
     np.testing.assert_allclose(lengths, np.broadcast_to(lengths[0], lengths.shape))
+
+
+def test_the_free_rod_is_the_second_link_of_the_double_pendulum() -> None:
+    """Its energies, at the place of that link, are what the link adds to the cart and the first rod."""
+    rod, double, single = load("rod"), load("dip"), load("sip_rod")
+    q, qd = states(double)
+    for point, rate in zip(q, qd, strict=True):
+        ends, ahead, behind = (
+            np.array(double.body_points(list(point + shift * rate), np))[1:] for shift in (0.0, 1e-6, -1e-6)
+        )
+        centre, velocity = ends.mean(axis=0), (ahead - behind).mean(axis=0) / 2e-6
+        place, motion = [*centre, point[2]], [*velocity, rate[2]]
+        added = double.kinetic(point, rate, np) - single.kinetic(point[:2], rate[:2], np)
+        assert rod.kinetic(place, motion, np) == pytest.approx(added, rel=1e-7)
+        assert rod.potential(place, np) == pytest.approx(
+            double.potential(point, np) - single.potential(point[:2], np), abs=1e-12
+        )
+        np.testing.assert_allclose(rod.body_points(place, np), ends, atol=1e-12)
+
+
+def test_damping_may_grow_with_the_angle() -> None:
+    system = load("sip", damping=[0.3, 0.02], damping_growth=2.0)
+    level, upright = ([0.0, math.pi / 2], [0.0, 0.0])
+    assert system.dissipation(upright, [1.0, 2.0], np) == pytest.approx(0.15 + 0.04)
+    assert system.dissipation(level, [1.0, 2.0], np) == pytest.approx(0.15 + 0.12)
+    with pytest.raises(UserError, match="damping_growth"):
+        load("sip", damping_growth=-1.0)
 
 
 def test_kinetic_energy_of_the_point_mass_is_that_of_its_points() -> None:
@@ -69,7 +105,7 @@ def test_kinetic_energy_of_the_point_mass_is_that_of_its_points() -> None:
     np.testing.assert_allclose([system.kinetic(*pair, np) for pair in zip(q, qd, strict=True)], expected, rtol=1e-8)
 
 
-@every_system
+@every_chain
 def test_energies_of_rods_are_integrals_over_their_lengths(system: System) -> None:
     if system.name == "sip":
         pytest.skip("has no rod")
@@ -223,6 +259,7 @@ def test_description_is_plain_and_complete() -> None:
         "reading": "printed",
         "damping": [0.0, 0.1],
         "damping_frame": "relative",
+        "damping_growth": 0.0,
         "m0": 0.6,
         "m1": 0.2,
         "L1": 0.5,

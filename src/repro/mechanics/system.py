@@ -31,7 +31,8 @@ class System(ABC):
 
     Energies take sequences of n_q scalar components and a maths namespace `m` with cos and sin (numpy, torch, casadi).
     The reading fixes where an absolute link angle is zero: `physical` upright, `printed` hanging (as in eq. 13).
-    Damping is one viscous coefficient a joint, cart first: N s/m, then N m s/rad.
+    Damping is one viscous coefficient a joint, cart first: N s/m, then N m s/rad. That of a link at angle th is
+    (1 + damping_growth sin(th)^2) times as large.
     """
 
     name: ClassVar[str]
@@ -39,6 +40,7 @@ class System(ABC):
     reading: str = "physical"
     damping: tuple[float, ...] = ()
     damping_frame: str = "relative"
+    damping_growth: float = 0.0
 
     def __post_init__(self) -> None:
         _check_choice("reading", self.reading, READINGS)
@@ -49,6 +51,8 @@ class System(ABC):
                 f"damping of {self.name} needs {self.n_q} non-negative numbers "
                 f"({', '.join(c.name for c in self.coordinates)}); got {list(self.damping)}"
             )
+        if not math.isfinite(self.damping_growth) or self.damping_growth < 0:
+            raise UserError(f"damping_growth = {self.damping_growth} of {self.name}: must not be negative")
         object.__setattr__(self, "damping", damping)
         for constant in self.constants():
             value = getattr(self, constant)
@@ -109,12 +113,13 @@ class System(ABC):
 
     def dissipation(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
         """Rayleigh function in W: half the power lost in the joints, on relative or absolute rates."""
-        rates = list(qd)
-        if self.damping_frame == "relative":
-            rates = [
-                qd[i] - qd[i - 1] if i and i in self.angles and i - 1 in self.angles else qd[i] for i in range(self.n_q)
-            ]
-        return sum(0.5 * coefficient * rate**2 for coefficient, rate in zip(self.damping, rates, strict=True))
+        power = 0.0
+        for i, coefficient in enumerate(self.damping):
+            jointed = self.damping_frame == "relative" and i and {i - 1, i} <= {*self.angles}
+            rate = qd[i] - qd[i - 1] if jointed else qd[i]
+            growth = 1 + self.damping_growth * m.sin(q[i]) ** 2 if self.damping_growth and i in self.angles else 1.0
+            power = power + 0.5 * coefficient * growth * rate**2
+        return power
 
     def describe(self) -> dict[str, Any]:
         """Return name, reading, damping and constants as plain data."""
@@ -136,6 +141,7 @@ def load(
     reading: str = "physical",
     damping: Sequence[float] | None = None,
     damping_frame: str = "relative",
+    damping_growth: float = 0.0,
     **constants: float,
 ) -> System:
     """Return the system of that name, its constants changed where given; UserError for what is not allowed."""
@@ -148,7 +154,8 @@ def load(
     )
     for constant in constants:
         _check_choice(f"constant of {name}", constant, found.constants())
-    return found(reading=reading, damping=tuple(damping or ()), damping_frame=damping_frame, **constants)
+    friction = {"damping": tuple(damping or ()), "damping_frame": damping_frame, "damping_growth": damping_growth}
+    return found(reading=reading, **friction, **constants)
 
 
 def _check_choice(what: str, value: str, allowed: Sequence[str]) -> None:

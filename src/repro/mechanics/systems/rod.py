@@ -1,0 +1,54 @@
+"""A free uniform rod in the plane, with a force and a torque on it: the second link of the double pendulum, alone."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from repro.mechanics.chain import Link
+from repro.mechanics.system import Coordinate, System
+
+
+@dataclass(frozen=True)
+class FreeRod(System):
+    """A rod of mass m2 and length L2 (kg, m, m/s^2): its centre, y up whatever the reading, and its angle as a link.
+
+    V = m2 g y. Both components of the force and the torque are inputs.
+    """
+
+    name: ClassVar[str] = "rod"
+
+    m2: float = 0.2
+    L2: float = 0.5
+    g: float = 9.8
+
+    @property
+    def link(self) -> Link:
+        """The rod as a link that would turn about one of its ends."""
+        return Link.rod(self.m2, self.L2)
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """Position of the centre of mass, and the angle."""
+        return Coordinate("x", "m", False), Coordinate("y", "m", False), Coordinate("theta", "rad", True)
+
+    @property
+    def input_map(self) -> np.ndarray:
+        """Force and torque, (3, 3)."""
+        return np.eye(3)
+
+    def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
+        """Kinetic energy in J."""
+        xd, yd, rate = qd
+        return 0.5 * self.link.mass * (xd**2 + yd**2) + 0.5 * self.link.inertia * rate**2
+
+    def potential(self, q: Sequence[Any], m: Any) -> Any:
+        """Potential energy in J."""
+        return self.link.mass * self.g * q[1]
+
+    def body_points(self, q: Sequence[Any], m: Any) -> list[list[Any]]:
+        """World points [x, y] in m of both ends."""
+        x, y, angle = q
+        right, up = self.link.centre * m.sin(angle), self.up * self.link.centre * m.cos(angle)
+        return [[x - right, y - up], [x + right, y + up]]

@@ -1,0 +1,18 @@
+"""A rigid body in the plane: mass, inertia and weight, for the free rod."""
+
+from collections.abc import Sequence
+from typing import Any
+
+LINEAR = True
+N_Q = 3
+
+
+def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+    """Features of T, for the centre of mass and the angle."""
+    xd, yd, rate = qd
+    return {"xd^2 + yd^2": xd**2 + yd**2, "thetad^2": rate**2}
+
+
+def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+    """Features of V."""
+    return {"y": q[1]}
