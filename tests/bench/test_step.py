@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 import torch
 
-from repro.bench.case import lagrangian_case, structured_case
+from repro.bench.case import Case, lagrangian_case, structured_case
 from repro.bench.naive import engineered_features, naive_step, t2_features
 from repro.bench.step import native_step, torch_step
 from repro.errors import UserError
 from repro.mechanics.c_library import has_compiler
 from repro.models.bases import engineered, t2
+from repro.models.blackbox import BlackBox
 
 # torch.func loads its rules for forward mode with a function that torch itself deprecates
 pytestmark = pytest.mark.filterwarnings("ignore:`torch.jit.script` is deprecated:DeprecationWarning")
@@ -76,6 +77,16 @@ def test_a_wide_network_agrees_with_the_hessian_in_compiled_code():
     agree(native_step(case, "inverse"), naive_step(case, "inverse", t2_features))
 
 
+@needs_compiler
+@pytest.mark.parametrize("equation", ["inverse", "forward"])
+def test_a_wide_structured_model_agrees_with_torch_in_compiled_code(equation):
+    case = structured_case((40, 23), 2, 50)
+    agree(native_step(case, equation), torch_step(case, equation))
+
+
 def test_a_large_free_form_network_has_no_compiled_code():
+    case = lagrangian_case(t2, (4,), 1, 10)
+    model = BlackBox(2, hidden=(150,))
+    weights = torch.from_numpy(model.initial([np.random.default_rng(0)]))
     with pytest.raises(UserError, match="no compiled code"):
-        native_step(structured_case((150,), 1, 10), "inverse")
+        native_step(Case(model, weights, case.dataset), "forward")

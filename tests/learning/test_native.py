@@ -8,6 +8,7 @@ from repro.learning import native as module
 from repro.learning.adam import Adam
 from repro.learning.kernels.generated import LANES, generated_kernel
 from repro.learning.kernels.network import network_kernel
+from repro.learning.kernels.positions import position_kernel
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.members import MemberProblem
 from repro.learning.native import NativeProblem, can_compile, native
@@ -28,6 +29,7 @@ MODELS = {
     "t2 deep": lambda: Lagrangian(t2, 2, hidden=(11, 4, 5), activation="tanh"),
     "raw": lambda: Lagrangian(raw, 2, hidden=(25, 3)),
     "structured": lambda: Structured(2, np.array([0.9, 5.0]), hidden=(2,)),
+    "structured deep": lambda: Structured(2, np.array([0.9, 5.0]), hidden=(3, 9), activation="softplus", skip=False),
     "transformed": lambda: Lagrangian(t1, 2, transform_hidden=(2,)),
     "blackbox": lambda: BlackBox(2, hidden=(3,)),
 }
@@ -45,6 +47,8 @@ CASES = {
     "t2 forward": ("t2", [FORWARD]),
     "structured inverse": ("structured", [INVERSE]),
     "structured forward": ("structured", [FORWARD]),
+    "structured deep, joint": ("structured deep", [INVERSE, Objective("inverse", energy_weight=0.4)]),
+    "structured deep, energy as sum": ("structured deep", [ANCHOR]),
     "momentum transform": ("transformed", [Objective("inverse", transform_weight=0.3)]),
     "black box": ("blackbox", [FORWARD]),
     "energy as sum, alone": ("t2", [ANCHOR]),
@@ -76,7 +80,7 @@ def test_loss_and_gradient_agree(case, start):
     losses = case.loss(parameters)
     (gradients,) = torch.autograd.grad(losses.sum(), parameters)
     assert case.samples % LANES
-    kernels = [make(case) for make in (generated_kernel, network_kernel)]
+    kernels = [make(case) for make in (generated_kernel, network_kernel, position_kernel)]
     for kernel in filter(None, kernels):
         compiled = NativeProblem(case, kernel)
         for member in range(case.members):
@@ -149,7 +153,7 @@ def test_a_compiler_that_cannot_compile_counts_as_none(monkeypatch):
 KERNELS = {
     "t1": (generated_kernel, Lagrangian(t1, 2)),
     "t2": (network_kernel, Lagrangian(t2, 2, hidden=(150, 40))),
-    "structured": (generated_kernel, Structured(2, np.array([0.9, 5.0]), hidden=(2,))),
+    "structured": (position_kernel, Structured(2, np.array([0.9, 5.0]), hidden=(150,))),
 }
 
 
@@ -157,13 +161,12 @@ KERNELS = {
 def test_each_kind_of_model_has_its_kernel(name, data):
     wanted, model = KERNELS[name]
     problem = _problem(model, [INVERSE], data, None)
-    kernels = {make: make(problem) for make in (network_kernel, generated_kernel)}
+    kernels = {make: make(problem) for make in (network_kernel, position_kernel, generated_kernel)}
     assert kernels[wanted] is not None
     assert native(problem) is not None
     if name != "t2":
         assert kernels[network_kernel] is None
 
 
-def test_wide_free_form_models_stay_with_torch(data):
-    model = Structured(2, np.array([0.9, 5.0]), hidden=(150,))
-    assert native(_problem(model, [INVERSE], data, None)) is None
+def test_large_models_without_a_kernel_stay_with_torch(data):
+    assert native(_problem(BlackBox(2, hidden=(150,)), [FORWARD], data, None)) is None

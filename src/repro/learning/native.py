@@ -9,6 +9,7 @@ import numpy as np
 from repro.learning.kernels.generated import generated_kernel
 from repro.learning.kernels.kernel import FLAGS, Kernel, address
 from repro.learning.kernels.network import network_kernel
+from repro.learning.kernels.positions import position_kernel
 from repro.learning.problem import Problem
 from repro.mechanics.c_library import CompilerError, load_library
 
@@ -92,7 +93,7 @@ def native(problem: Problem) -> NativeProblem | None:
     """The problem in compiled code, or None where there is no compiler or no kernel for the model."""
     if not can_compile():
         return None
-    kernel = network_kernel(problem) or generated_kernel(problem)
+    kernel = network_kernel(problem) or position_kernel(problem) or generated_kernel(problem)
     return None if kernel is None else NativeProblem(problem, kernel)
 
 

@@ -1,44 +1,19 @@
-"""The activation of a layer in C, with its first, second and third derivatives, forwards and backwards.
-
-Constants: LAYERS, INPUTS, WIDTHS, TANH (otherwise softplus).
-"""
+"""Tanh or softplus in C, and its derivatives from the value and the slope. Constant: TANH (otherwise softplus)."""
 
 SOURCE = """
-static const int64_t sizes[LAYERS + 1] = {INPUTS, WIDTHS};
-
-typedef struct {
-  vec *values;       /* after the activation: value, tangent along zdot */
-  vec *slope;        /* first derivative of the activation, and the tangent before it */
-  vec *backward;     /* cotangents before the activation: of the tangent along s, of the second-order term */
-  vec *before;       /* before the activation: tangent along s, second-order term */
-  vec *seconds;      /* after it */
-  vec *cotangents;   /* before the activation: of the value, of the tangent along zdot */
-  vec *along;        /* forward rows: before the activation, the tangents along u_1, u_2, ... two by two */
-  vec *along_back;   /* and what `backward` would be for each of them */
-  const double *weight, *bias;
-  double *transposed, *weight_total, *bias_total;
-} Layer;
-
-/* value and tangent before the activation, in place -> after it; its slope and the tangent before it are kept */
-static void activate(int64_t units, vec *values, vec *slope, int wants_value) {
-  for (int64_t u = 0; u < units; u++) {
-    double *value = (double *)(values + u * PAIR), *first = (double *)(slope + u * PAIR);
+/* a unit's values before the activation, in place -> after it, and the slopes there */
+static void curve(double *value, double *first, int wants_value) {
 #if TANH
-    for (int s = 0; s < BLOCK; s++) value[s] = tanh(value[s]);
-    for (int s = 0; s < BLOCK; s++) first[s] = 1 - value[s] * value[s];
+  for (int s = 0; s < BLOCK; s++) value[s] = tanh(value[s]);
+  for (int s = 0; s < BLOCK; s++) first[s] = 1 - value[s] * value[s];
 #else
-    for (int s = 0; s < BLOCK; s++) {
-      const double e = exp(-fabs(value[s]));
-      first[s] = (value[s] >= 0 ? 1 : e) / (1 + e);
-    }
-    if (wants_value)
-      for (int s = 0; s < BLOCK; s++) value[s] = fmax(value[s], 0) + log1p(exp(-fabs(value[s])));
-#endif
-    for (int s = 0; s < BLOCK; s++) {
-      first[BLOCK + s] = value[BLOCK + s];
-      value[BLOCK + s] *= first[s];
-    }
+  for (int s = 0; s < BLOCK; s++) {
+    const double e = exp(-fabs(value[s]));
+    first[s] = (value[s] >= 0 ? 1 : e) / (1 + e);
   }
+  if (wants_value)
+    for (int s = 0; s < BLOCK; s++) value[s] = fmax(value[s], 0) + log1p(exp(-fabs(value[s])));
+#endif
 }
 
 /* second and third derivative over the first, from the value and the slope */
@@ -49,51 +24,4 @@ static void activate(int64_t units, vec *values, vec *slope, int wants_value) {
 #define SECOND(value, first) (1 - (first))
 #define THIRD(value, first) ((1 - (first)) * (1 - 2 * (first)))
 #endif
-
-/* cotangents after the activation [of the tangent along s, of the second-order term], in place -> before it */
-static void activate_backward(const Layer *layer, int64_t units) {
-  for (int64_t u = 0; u < units; u++) {
-    const vec *value = layer->values + u * PAIR, *slope = layer->slope + u * PAIR;
-    vec *cotangent = layer->backward + u * PAIR;
-    for (int v = 0; v < VECTORS; v++) {
-      const vec first = slope[v], after = cotangent[VECTORS + v];
-      cotangent[v] = first * (cotangent[v] + SECOND(value[v], first) * slope[VECTORS + v] * after);
-      cotangent[VECTORS + v] = first * after;
-    }
-  }
-}
-
-static void activate_seconds(const Layer *layer, int64_t units) {
-  for (int64_t u = 0; u < units; u++) {
-    const vec *value = layer->values + u * PAIR, *slope = layer->slope + u * PAIR, *before = layer->before + u * PAIR;
-    vec *after = layer->seconds + u * PAIR;
-    for (int v = 0; v < VECTORS; v++) {
-      const vec first = slope[v];
-      after[v] = first * before[v];
-      after[VECTORS + v] = first * (before[VECTORS + v] + SECOND(value[v], first) * slope[VECTORS + v] * before[v]);
-    }
-  }
-}
-
-/* cotangents after the activation [of the value, of the tangent along zdot], in place -> before it */
-static void activate_seconds_backward(const Layer *layer, int64_t units) {
-  for (int64_t u = 0; u < units; u++) {
-    const vec *value = layer->values + u * PAIR, *slope = layer->slope + u * PAIR, *before = layer->before + u * PAIR;
-    const vec *backward = layer->backward + u * PAIR;
-    vec *cotangent = layer->cotangents + u * PAIR;
-    double total = 0;
-    for (int v = 0; v < VECTORS; v++) {
-      const vec first = slope[v], tangent = slope[VECTORS + v], along = before[v];
-      const vec second = SECOND(value[v], first), third = THIRD(value[v], first), p = backward[VECTORS + v];
-      /* backward holds the cotangents before the activation, first (cot_s + second tangent cot_p) and first cot_p */
-      const vec s = backward[v] - second * tangent * p;
-      cotangent[v] = first * cotangent[v]
-        + second * (first * cotangent[VECTORS + v] * tangent + s * along + p * before[VECTORS + v])
-        + third * tangent * along * p;
-      cotangent[VECTORS + v] = first * cotangent[VECTORS + v] + second * along * p;
-    }
-    for (int v = 0; v < VECTORS; v++) total += lanes_sum(cotangent[v]);
-    layer->bias_total[u] += total;
-  }
-}
 """

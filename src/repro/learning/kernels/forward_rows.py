@@ -18,30 +18,30 @@ static void coordinate_tangents(Layer *layers, const vec *entries, vec *inputs, 
     const int both = c + 1 < COORDINATES;
     for (int i = 0; i < INPUTS; i++)
       for (int v = 0; v < VECTORS; v++) {
-        inputs[i * PAIR + v] = row_curvature(entries, c)[i * VECTORS + v];
-        inputs[i * PAIR + VECTORS + v] = both ? row_curvature(entries, c + 1)[i * VECTORS + v] : (vec){0};
+        inputs[i * UNIT + v] = row_curvature(entries, c)[i * VECTORS + v];
+        inputs[i * UNIT + VECTORS + v] = both ? row_curvature(entries, c + 1)[i * VECTORS + v] : (vec){0};
       }
     vec *from = inputs;
     for (int l = 1; l <= LAYERS; l++) {
       const int64_t units = sizes[l];
-      vec *along = layers[l].along + c / 2 * units * PAIR;
+      vec *along = layers[l].along + c / 2 * units * UNIT;
       product(units, sizes[l - 1], layers[l].weight, from, along);
       for (int64_t u = 0; u < units; u++)
-        for (int v = 0; v < PAIR; v++)
-          scratch[u * PAIR + v] = layers[l].slope[u * PAIR + v % VECTORS] * along[u * PAIR + v];
+        for (int v = 0; v < UNIT; v++)
+          scratch[u * UNIT + v] = layers[l].slope[u * UNIT + v % VECTORS] * along[u * UNIT + v];
       from = scratch;
     }
     for (int l = LAYERS; l >= 1; l--) {
       const int64_t units = sizes[l];
-      vec *along = layers[l].along + c / 2 * units * PAIR, *back = layers[l].along_back + c / 2 * units * PAIR;
+      vec *along = layers[l].along + c / 2 * units * UNIT, *back = layers[l].along_back + c / 2 * units * UNIT;
       for (int64_t u = 0; u < units; u++)
-        for (int v = 0; v < PAIR; v++) {
-          const vec first = layers[l].slope[u * PAIR + v % VECTORS], value = layers[l].values[u * PAIR + v % VECTORS];
-          const vec after = layers[l].backward[u * PAIR + VECTORS + v % VECTORS];
-          const vec own = SECOND(value, first) * along[u * PAIR + v] * after;
-          back[u * PAIR + v] = l < LAYERS ? first * scratch[u * PAIR + v] + own : own;
+        for (int v = 0; v < UNIT; v++) {
+          const vec first = layers[l].slope[u * UNIT + v % VECTORS], value = layers[l].values[u * UNIT + v % VECTORS];
+          const vec after = layers[l].backward[u * UNIT + VECTORS + v % VECTORS];
+          const vec own = SECOND(value, first) * along[u * UNIT + v] * after;
+          back[u * UNIT + v] = l < LAYERS ? first * scratch[u * UNIT + v] + own : own;
         }
-      product(sizes[l - 1], units, layers[l].transposed, back, l > 1 ? scratch : slopes + c / 2 * INPUTS * PAIR);
+      product(sizes[l - 1], units, layers[l].transposed, back, l > 1 ? scratch : slopes + c / 2 * INPUTS * UNIT);
     }
   }
 }
@@ -73,10 +73,10 @@ static void solve_rows(const Form *form, const vec *entries, const vec *gradient
     for (int c = 0; c < COORDINATES; c++)
       for (int d = c; d < COORDINATES; d++) {
         const vec *bend = bends + UPPER(c, d) * INPUTS * VECTORS + v, *u = row_curvature(entries, d) + v;
-        const vec *slope = slopes + c / 2 * INPUTS * PAIR + c % 2 * VECTORS + v;
+        const vec *slope = slopes + c / 2 * INPUTS * UNIT + c % 2 * VECTORS + v;
         vec sum = {0};
         for (int i = 0; i < INPUTS; i++)
-          sum += slope[i * PAIR] * u[i * VECTORS] + gradient[i * PAIR + VECTORS + v] * bend[i * VECTORS];
+          sum += slope[i * UNIT] * u[i * VECTORS] + gradient[i * UNIT + VECTORS + v] * bend[i * VECTORS];
         mass[UPPER(c, d)] = sum;
       }
     factorise(mass);
@@ -94,14 +94,14 @@ static void move_to_own_acceleration(Layer *layers, const vec *entries, const ve
     const vec *e = error + c * VECTORS;
     for (int i = 0; i < INPUTS; i++)
       for (int v = 0; v < VECTORS; v++)
-        layers[0].values[i * PAIR + VECTORS + v] += e[v] * row_curvature(entries, c)[i * VECTORS + v];
+        layers[0].values[i * UNIT + VECTORS + v] += e[v] * row_curvature(entries, c)[i * VECTORS + v];
     for (int l = 1; l <= LAYERS; l++)
       for (int64_t u = 0; u < sizes[l]; u++)
         for (int v = 0; v < VECTORS; v++) {
-          const int64_t at = (c / 2 * sizes[l] + u) * PAIR + c % 2 * VECTORS + v;
-          layers[l].slope[u * PAIR + VECTORS + v] += e[v] * layers[l].along[at];
-          layers[l].values[u * PAIR + VECTORS + v] += e[v] * layers[l].slope[u * PAIR + v] * layers[l].along[at];
-          layers[l].backward[u * PAIR + v] += e[v] * layers[l].along_back[at];
+          const int64_t at = (c / 2 * sizes[l] + u) * UNIT + c % 2 * VECTORS + v;
+          layers[l].slope[u * UNIT + VECTORS + v] += e[v] * layers[l].along[at];
+          layers[l].values[u * UNIT + VECTORS + v] += e[v] * layers[l].slope[u * UNIT + v] * layers[l].along[at];
+          layers[l].backward[u * UNIT + v] += e[v] * layers[l].along_back[at];
         }
   }
 }
@@ -115,7 +115,7 @@ static void pull_bends(const Form *form, const vec *entries, const vec *lambda, 
       for (int i = 0; i < INPUTS; i++)
         for (int v = 0; v < VECTORS; v++) {
           const vec both = lambda[c * VECTORS + v] * error[d * VECTORS + v];
-          directions[i * PAIR + VECTORS + v] += both * bend[i * VECTORS + v];
+          directions[i * UNIT + VECTORS + v] += both * bend[i * VECTORS + v];
         }
     }
 }

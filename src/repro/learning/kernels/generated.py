@@ -23,16 +23,13 @@ MOST_PARAMETERS = 400
 MOST_STATEMENTS = 6000  # above this a compiler takes longer than it saves, and torch is faster
 LANES = 8
 
-_PRELUDE = """
-#include <math.h>
-#include <stdint.h>
-#define LANES {lanes}
-typedef double vec __attribute__((vector_size(8 * LANES)));
-static inline vec splat(double x) {{ vec r; for (int l = 0; l < LANES; l++) r[l] = x; return r; }}
+# of vectors of lanes, whose type and number are said before
+FUNCTIONS = """
+static inline vec splat(double x) { vec r; for (int l = 0; l < LANES; l++) r[l] = x; return r; }
 #define UNARY(name, expression) \\
-  static inline vec v_##name(vec a) {{ vec r; for (int l = 0; l < LANES; l++) r[l] = expression; return r; }}
+  static inline vec v_##name(vec a) { vec r; for (int l = 0; l < LANES; l++) r[l] = expression; return r; }
 #define BINARY(name, expression) \\
-  static inline vec v_##name(vec a, vec b) {{ vec r; for (int l = 0; l < LANES; l++) r[l] = expression; return r; }}
+  static inline vec v_##name(vec a, vec b) { vec r; for (int l = 0; l < LANES; l++) r[l] = expression; return r; }
 UNARY(exp, exp(a[l])) UNARY(log, log(a[l])) UNARY(log1p, log1p(a[l])) UNARY(sin, sin(a[l])) UNARY(cos, cos(a[l]))
 UNARY(tan, tan(a[l])) UNARY(tanh, tanh(a[l])) UNARY(fabs, fabs(a[l])) UNARY(sqrt, sqrt(a[l]))
 UNARY(sign, (a[l] > 0) - (a[l] < 0)) UNARY(negation, a[l] == 0)
@@ -40,6 +37,13 @@ BINARY(less, a[l] < b[l]) BINARY(less_equal, a[l] <= b[l]) BINARY(equal, a[l] ==
 BINARY(unequal, a[l] != b[l]) BINARY(if_else_zero, a[l] != 0 ? b[l] : 0)
 BINARY(fmax, fmax(a[l], b[l])) BINARY(fmin, fmin(a[l], b[l])) BINARY(pow, pow(a[l], b[l]))
 """
+
+_PRELUDE = f"""
+#include <math.h>
+#include <stdint.h>
+#define LANES {LANES}
+typedef double vec __attribute__((vector_size(8 * LANES)));
+{FUNCTIONS}"""
 
 _GRADIENT = """
 static void gradient_{number}(const double *data, const int64_t *order, int64_t count, double factor,
@@ -85,11 +89,11 @@ def generated_kernel(problem: Problem) -> Kernel | None:
     """The kernel of a small problem, or None."""
     if not _small(problem):
         return None
-    source, model = _PRELUDE.format(lanes=LANES), problem.model
+    source, model = _PRELUDE, problem.model
     for number, task in enumerate(problem.tasks):
         lines, n_work = _gradient_statements(model, task.objective)
         source += _GRADIENT.format(number=number, outputs=1 + model.n_parameters, **_body(model.n_q, lines, n_work))
-    return Kernel(source, [_pack(task) for task in problem.tasks])
+    return Kernel(source, [pack(task) for task in problem.tasks])
 
 
 class GeneratedRows:
@@ -97,7 +101,7 @@ class GeneratedRows:
 
     def __init__(self, problem: Problem) -> None:
         self.model = problem.model
-        self.tasks = [(_pack(task), *_rows_library(problem.model, task.objective)) for task in problem.tasks]
+        self.tasks = [(pack(task), *_rows_library(problem.model, task.objective)) for task in problem.tasks]
 
     def linearise(self, member: int, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """All residual rows (n_rows,) and their Jacobian (n_rows, n_parameters), weighted as in `Problem.linearise`."""
@@ -128,7 +132,7 @@ def _gradient_statements(model: Model, objective: Objective) -> tuple[list[str],
     s = symbols(model)
     loss = casadi.sumsqr(residual(model, objective, s))
     outputs = casadi.vertcat(loss, casadi.gradient(loss, s.parameters))
-    return _vectorised(casadi.Function("gradient", s.inputs, [casadi.densify(outputs)], {"cse": True}), "sum")
+    return vectorised(casadi.Function("gradient", s.inputs, [casadi.densify(outputs)], {"cse": True}), "sum")
 
 
 @lru_cache(maxsize=32)
@@ -136,11 +140,11 @@ def _rows_library(model: Model, objective: Objective) -> tuple[ctypes.CDLL, int]
     s = symbols(model)
     rows = residual(model, objective, s)
     outputs = casadi.horzcat(rows, casadi.jacobian(rows, s.parameters)).T
-    lines, n_work = _vectorised(
+    lines, n_work = vectorised(
         casadi.Function("rows", s.inputs, [casadi.densify(casadi.vec(outputs))], {"cse": True}), "out"
     )
     text = _ROWS.format(number=0, outputs=outputs.numel(), **_body(model.n_q, lines, n_work))
-    return load_library(_PRELUDE.format(lanes=LANES) + text, FLAGS), rows.numel()
+    return load_library(_PRELUDE + text, FLAGS), rows.numel()
 
 
 def _body(n_q: int, lines: Sequence[str], n_work: int) -> dict:
@@ -158,8 +162,11 @@ def _body(n_q: int, lines: Sequence[str], n_work: int) -> dict:
     }
 
 
-def _vectorised(function: casadi.Function, output: str) -> tuple[list[str], int]:
-    lines, n_work = statements(function, (*COLUMNS, "parameters"), output)
+def vectorised(
+    function: casadi.Function, output: str, inputs: Sequence[str] = (*COLUMNS, "parameters")
+) -> tuple[list[str], int]:
+    """Statements over lanes, and how many work variables w0, w1, ... they need; `parameters` are scalars."""
+    lines, n_work = statements(function, inputs, output)
     return [_vector_statement(line, output) for line in lines], n_work
 
 
@@ -172,7 +179,8 @@ def _vector_statement(line: str, output: str) -> str:
     return f"{target} {'+=' if output == 'sum' and target.startswith('sum[') else '='} {value}"
 
 
-def _pack(task: Task) -> np.ndarray:
+def pack(task: Task) -> np.ndarray:
+    """Samples (member, sample, column) in the order of COLUMNS."""
     measured = task.measured
     members, samples, _ = measured["q"].shape
     energy = measured.get("energy")

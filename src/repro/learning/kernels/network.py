@@ -6,7 +6,7 @@ import numpy as np
 import torch
 
 from repro.learning.affine_rows import affine_rows, has_affine_rows
-from repro.learning.kernels import activations, forward_rows, passes, products, rows
+from repro.learning.kernels import activations, forward_rows, pairs, passes, products, rows
 from repro.learning.kernels.kernel import Kernel
 from repro.learning.problem import Problem, Task
 from repro.models.lagrangian import Lagrangian
@@ -19,7 +19,7 @@ def network_kernel(problem: Problem) -> Kernel | None:
     model = problem.model
     if not isinstance(model, Lagrangian) or not has_affine_rows(problem):
         return None
-    parts = [products, activations, rows, forward_rows, passes]
+    parts = [products, activations, pairs, rows, forward_rows, passes]
     source, data = [_constants(model), *(part.SOURCE for part in parts)], []
     for number, task in enumerate(problem.tasks):
         form, packed = _pack(model, task, number)
@@ -38,6 +38,7 @@ def _constants(model: Lagrangian) -> str:
         "POTENTIAL": len(model.potential_features),
         "COORDINATES": model.n_q,
         "TANH": int(network.activation == "tanh"),
+        "QUANTITIES": 2,
         "VECTORS": 3 if max(network.hidden) < NARROW else 6,
     }
     return "".join(f"#define {name} {value}\n" for name, value in constants.items())

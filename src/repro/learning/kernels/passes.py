@@ -20,24 +20,24 @@ static vec *take(vec **memory, int64_t vectors) {
 
 static void network_gradient(const double *data, const int64_t *order, int64_t count, double factor,
                              const double *parameters, double *total, const Form *form) {
-  const int64_t along = form->solved ? 2 * PAIRS_OF_COORDINATES * PAIR : 0;
+  const int64_t along = form->solved ? 2 * PAIRS_OF_COORDINATES * UNIT : 0;
   int64_t units = 0, entries = 0, widest = INPUTS;
   for (int l = 0; l <= LAYERS; l++) units += sizes[l], widest = sizes[l] > widest ? sizes[l] : widest;
   for (int l = 1; l <= LAYERS; l++) entries += sizes[l - 1] * sizes[l] / LANES + 1;
-  const int64_t vectors = (6 * PAIR + along) * units + (entries_of(form) + 2 * form->rows) * VECTORS + entries
-    + (widest + INPUTS * (1 + PAIRS_OF_COORDINATES)) * PAIR;
+  const int64_t vectors = (6 * UNIT + along) * units + (entries_of(form) + 2 * form->rows) * VECTORS + entries
+    + (widest + INPUTS * (1 + PAIRS_OF_COORDINATES)) * UNIT;
   vec *allocated = aligned_alloc(sizeof(vec), vectors * sizeof(vec)), *memory = allocated;
   Layer layers[LAYERS + 1];
   const double *weights = parameters;
   for (int l = 0; l <= LAYERS; l++) {
     Layer *layer = layers + l;
     const int64_t n = sizes[l], inner = l ? sizes[l - 1] : 0;
-    layer->values = take(&memory, n * PAIR);
-    layer->slope = take(&memory, n * PAIR);
-    layer->backward = take(&memory, n * PAIR);
-    layer->before = take(&memory, n * PAIR);
-    layer->seconds = take(&memory, n * PAIR);
-    layer->cotangents = take(&memory, n * PAIR);
+    layer->values = take(&memory, n * UNIT);
+    layer->slope = take(&memory, n * UNIT);
+    layer->backward = take(&memory, n * UNIT);
+    layer->before = take(&memory, n * UNIT);
+    layer->seconds = take(&memory, n * UNIT);
+    layer->cotangents = take(&memory, n * UNIT);
     layer->along = take(&memory, n * along / 2);
     layer->along_back = take(&memory, n * along / 2);
     if (!l) continue;
@@ -56,7 +56,7 @@ static void network_gradient(const double *data, const int64_t *order, int64_t c
   double *out_total = total + 1 + (weights - parameters);
   vec *row_entries = take(&memory, entries_of(form) * VECTORS), value[VECTORS], alpha[VECTORS];
   vec *residual = take(&memory, form->rows * VECTORS), *lambda = take(&memory, form->rows * VECTORS);
-  vec *scratch = take(&memory, widest * PAIR), *inputs = take(&memory, INPUTS * PAIR), *slopes = memory;
+  vec *scratch = take(&memory, widest * UNIT), *inputs = take(&memory, INPUTS * UNIT), *slopes = memory;
 
   load_fixed(form, row_entries);
   for (int64_t first = 0; first < count; first += BLOCK) {
@@ -65,17 +65,17 @@ static void network_gradient(const double *data, const int64_t *order, int64_t c
     for (int l = 1; l <= LAYERS; l++) {
       product(sizes[l], sizes[l - 1], layers[l].weight, layers[l - 1].values, layers[l].values);
       for (int64_t u = 0; u < sizes[l]; u++)
-        for (int v = 0; v < VECTORS; v++) layers[l].values[u * PAIR + v] += layers[l].bias[u];
+        for (int v = 0; v < VECTORS; v++) layers[l].values[u * UNIT + v] += layers[l].bias[u];
       activate(sizes[l], layers[l].values, layers[l].slope, form->valued || l < LAYERS);
     }
     for (int v = 0; v < VECTORS; v++) {
       value[v] = (vec){0} + out_weight[width];
-      for (int64_t u = 0; form->valued && u < width; u++) value[v] += out_weight[u] * last->values[u * PAIR + v];
+      for (int64_t u = 0; form->valued && u < width; u++) value[v] += out_weight[u] * last->values[u * UNIT + v];
     }
     for (int64_t u = 0; u < width; u++)
       for (int v = 0; v < VECTORS; v++) {
-        last->backward[u * PAIR + v] = (vec){0};
-        last->backward[u * PAIR + VECTORS + v] = (vec){0} + out_weight[u];
+        last->backward[u * UNIT + v] = (vec){0};
+        last->backward[u * UNIT + VECTORS + v] = (vec){0} + out_weight[u];
       }
     for (int l = LAYERS; l >= 1; l--) {
       activate_backward(layers + l, sizes[l]);
@@ -104,10 +104,10 @@ static void network_gradient(const double *data, const int64_t *order, int64_t c
     for (int64_t u = 0; u < width; u++) {
       vec sum = {0};
       for (int v = 0; v < VECTORS; v++) {
-        sum += last->seconds[u * PAIR + VECTORS + v];
-        if (form->valued) sum += alpha[v] * last->values[u * PAIR + v];
-        last->cotangents[u * PAIR + v] = alpha[v] * out_weight[u];
-        last->cotangents[u * PAIR + VECTORS + v] = (vec){0};
+        sum += last->seconds[u * UNIT + VECTORS + v];
+        if (form->valued) sum += alpha[v] * last->values[u * UNIT + v];
+        last->cotangents[u * UNIT + v] = alpha[v] * out_weight[u];
+        last->cotangents[u * UNIT + VECTORS + v] = (vec){0};
       }
       out_total[u] += lanes_sum(sum);
     }

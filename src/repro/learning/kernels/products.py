@@ -1,6 +1,7 @@
-"""Matrix products over blocks of samples in C: samples are the lanes, and two quantities share a pass of the weights.
+"""Matrix products over blocks of samples in C: samples are the lanes, and the quantities of a unit go together.
 
-Constants: VECTORS, the vectors of samples in a block, a multiple of 3.
+An array is (unit, quantity, sample). Constants: VECTORS, the vectors of samples in a block, a multiple of 3;
+QUANTITIES of a unit.
 """
 
 SOURCE = """
@@ -16,7 +17,7 @@ SOURCE = """
 #define TILE 4
 #endif
 #define BLOCK (VECTORS * LANES)
-#define PAIR (2 * VECTORS)
+#define UNIT (QUANTITIES * VECTORS)
 #define ALWAYS static inline __attribute__((always_inline))
 typedef double vec __attribute__((vector_size(8 * LANES)));
 
@@ -24,21 +25,21 @@ ALWAYS void product_tile(const int rows, const int64_t inner, const double *weig
   vec sum[TILE][3];
   for (int r = 0; r < rows; r++) for (int c = 0; c < 3; c++) sum[r][c] = (vec){0};
   for (int64_t i = 0; i < inner; i++) {
-    const vec x = in[i * PAIR], y = in[i * PAIR + 1], z = in[i * PAIR + 2];
+    const vec x = in[i * UNIT], y = in[i * UNIT + 1], z = in[i * UNIT + 2];
 #pragma GCC unroll 8
     for (int r = 0; r < rows; r++) {
       const double w = weight[r * inner + i];
       sum[r][0] += w * x; sum[r][1] += w * y; sum[r][2] += w * z;
     }
   }
-  for (int r = 0; r < rows; r++) for (int c = 0; c < 3; c++) out[r * PAIR + c] = sum[r][c];
+  for (int r = 0; r < rows; r++) for (int c = 0; c < 3; c++) out[r * UNIT + c] = sum[r][c];
 }
 
-/* out (outer, pair) = weight (outer, inner) in (inner, pair) */
+/* out (outer, ...) = weight (outer, inner) in (inner, ...) */
 static void product(int64_t outer, int64_t inner, const double *weight, const vec *in, vec *out) {
   int64_t o = 0;
-#define TILES(rows) for (; o + rows <= outer; o += rows) for (int c = 0; c < PAIR; c += 3) \\
-    product_tile(rows, inner, weight + o * inner, in + c, out + o * PAIR + c)
+#define TILES(rows) for (; o + rows <= outer; o += rows) for (int c = 0; c < UNIT; c += 3) \\
+    product_tile(rows, inner, weight + o * inner, in + c, out + o * UNIT + c)
 #if TILE == 8
   TILES(8);
 #endif
@@ -58,28 +59,28 @@ ALWAYS void outer_tile(const int rows, const int columns, const vec *left, const
                        const vec *right_2, double *total, const int64_t stride) {
   vec sum[4][4];
   for (int r = 0; r < rows; r++) for (int c = 0; c < columns; c++) sum[r][c] = (vec){0};
-  for (int s = 0; s < PAIR; s++) {
+  for (int s = 0; s < UNIT; s++) {
 #pragma GCC unroll 4
     for (int r = 0; r < rows; r++)
 #pragma GCC unroll 4
-      for (int c = 0; c < columns; c++) sum[r][c] += left[r * PAIR + s] * right[c * PAIR + s];
+      for (int c = 0; c < columns; c++) sum[r][c] += left[r * UNIT + s] * right[c * UNIT + s];
   }
-  for (int s = 0; s < PAIR; s++) {
+  for (int s = 0; left_2 && s < UNIT; s++) {
 #pragma GCC unroll 4
     for (int r = 0; r < rows; r++)
 #pragma GCC unroll 4
-      for (int c = 0; c < columns; c++) sum[r][c] += left_2[r * PAIR + s] * right_2[c * PAIR + s];
+      for (int c = 0; c < columns; c++) sum[r][c] += left_2[r * UNIT + s] * right_2[c * UNIT + s];
   }
   for (int r = 0; r < rows; r++) for (int c = 0; c < columns; c++) total[r * stride + c] += lanes_sum(sum[r][c]);
 }
 
-/* total (outer, inner) += left right' + left_2 right_2', summed over both quantities and all samples */
+/* total (outer, inner) += left right' (+ left_2 right_2'), summed over quantities and samples */
 static void outer_products(int64_t outer, int64_t inner, const vec *left, const vec *right, const vec *left_2,
                            const vec *right_2, double *total) {
   int64_t o = 0;
 #define COLUMNS(rows, columns) for (; i + columns <= inner; i += columns) \\
-    outer_tile(rows, columns, left + o * PAIR, right + i * PAIR, left_2 + o * PAIR, right_2 + i * PAIR, \\
-               total + o * inner + i, inner)
+    outer_tile(rows, columns, left + o * UNIT, right + i * UNIT, left_2 ? left_2 + o * UNIT : 0, \\
+               right_2 + i * UNIT, total + o * inner + i, inner)
 #define TILES(rows) for (; o + rows <= outer; o += rows) { int64_t i = 0; COLUMNS(rows, 4); COLUMNS(rows, 1); }
   TILES(4)
   TILES(1)

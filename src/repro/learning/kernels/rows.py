@@ -53,8 +53,8 @@ static void evaluate_rows(const Form *form, const vec *entries, const vec *slope
       const vec *a = entries + (1 + r * ROW_SIZE) * VECTORS + v, *b = a + VECTORS, *d = b + 2 * INPUTS * VECTORS;
       vec sum = a[0] * value[v] - d[POTENTIAL * VECTORS];
       for (int i = 0; i < INPUTS; i++) {
-        sum += b[i * VECTORS] * slopes[i * PAIR + VECTORS + v];
-        sum += b[(INPUTS + i) * VECTORS] * slopes[i * PAIR + v];
+        sum += b[i * VECTORS] * slopes[i * UNIT + VECTORS + v];
+        sum += b[(INPUTS + i) * VECTORS] * slopes[i * UNIT + v];
       }
       for (int k = 0; k < POTENTIAL; k++) sum += potential[k] * d[k * VECTORS];
       residual[r * VECTORS + v] = sum;
@@ -66,7 +66,7 @@ static void pull_rows(const Form *form, const vec *entries, const vec *lambda, v
                       double *potential_total) {
   vec potential[POTENTIAL + 1];
   memset(potential, 0, sizeof potential);
-  memset(directions, 0, INPUTS * PAIR * sizeof(vec));
+  memset(directions, 0, INPUTS * UNIT * sizeof(vec));
   memset(alpha, 0, VECTORS * sizeof(vec));
   for (int64_t r = 0; r < form->rows; r++)
     for (int v = 0; v < VECTORS; v++) {
@@ -74,8 +74,8 @@ static void pull_rows(const Form *form, const vec *entries, const vec *lambda, v
       const vec l = lambda[r * VECTORS + v];
       alpha[v] += l * a[0];
       for (int i = 0; i < INPUTS; i++) {
-        directions[i * PAIR + VECTORS + v] += l * b[i * VECTORS];
-        directions[i * PAIR + v] += l * b[(INPUTS + i) * VECTORS];
+        directions[i * UNIT + VECTORS + v] += l * b[i * VECTORS];
+        directions[i * UNIT + v] += l * b[(INPUTS + i) * VECTORS];
       }
       for (int k = 0; k < POTENTIAL; k++) potential[k] += l * d[k * VECTORS];
     }

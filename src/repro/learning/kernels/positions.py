@@ -1,0 +1,129 @@
+"""Models whose network sees positions alone: the network in block products, its physics as generated code.
+
+Their rows hold the network's outputs and the first derivatives of these with respect to q. So the generated physics
+treats the outputs as y + Y (q' - q), differentiates, and puts q' = q in the end.
+"""
+
+import copy
+from dataclasses import dataclass
+from functools import lru_cache
+
+import casadi
+import numpy as np
+
+from repro.learning.kernels import activations, jets, products
+from repro.learning.kernels.generated import FUNCTIONS, pack, vectorised
+from repro.learning.kernels.kernel import Kernel
+from repro.learning.objective import Objective
+from repro.learning.problem import Problem, Task
+from repro.learning.symbolic import COLUMNS, residual, symbols
+from repro.models.structured import Structured
+
+_PHYSICS = """
+static void physics_{number}(const vec *columns, const vec *jets, const double *parameters, double factor,
+                             vec *cotangents, double *total) {{
+  for (int v = 0; v < VECTORS; v++) {{
+    vec {arrays}, outputs[OUTPUTS * QUANTITIES], out[1 + OUTPUTS * QUANTITIES + OWN];
+    {load}
+    for (int k = 0; k < OUTPUTS * QUANTITIES; k++) outputs[k] = jets[k * VECTORS + v];
+    vec {work};
+{statements}
+    total[0] += factor * lanes_sum(out[0]);
+    for (int k = 0; k < OUTPUTS * QUANTITIES; k++) cotangents[k * VECTORS + v] = factor * out[1 + k];
+    for (int k = 0; k < OWN; k++) total[1 + own[k]] += factor * lanes_sum(out[1 + OUTPUTS * QUANTITIES + k]);
+  }}
+}}
+"""
+
+
+def position_kernel(problem: Problem) -> Kernel | None:
+    """The kernel of a problem with a structured mass matrix, or None."""
+    model = problem.model
+    if not isinstance(model, Structured) or any(task.objective.transform_weight for task in problem.tasks):
+        return None
+    moving = tuple(
+        c for c in range(model.n_q) if any(task.prepared["position"][:, :, 2 + c].any() for task in problem.tasks)
+    )
+    source = [_constants(model, moving), products.SOURCE, activations.SOURCE, FUNCTIONS]
+    source += [_physics(model, task.objective, moving, number) for number, task in enumerate(problem.tasks)]
+    source.append(jets.SOURCE)
+    for number in range(len(problem.tasks)):
+        source.append(f"#define gradient_{number}(...) jets_gradient(__VA_ARGS__, physics_{number})\n")
+    return Kernel("".join(source), [_pack(task, moving) for task in problem.tasks])
+
+
+@dataclass(frozen=True)
+class _Outputs:
+    """In the network's place: symbols of its outputs, which move with q as their derivatives say."""
+
+    values: casadi.SX
+
+    def expression(self, parameters: casadi.SX, z: casadi.SX) -> casadi.SX:
+        return self.values
+
+
+def _constants(model: Structured, moving: tuple[int, ...]) -> str:
+    network = model.network
+    own = _own(model)
+    constants = {
+        "INPUTS": network.n_in,
+        "LAYERS": len(network.hidden),
+        "WIDTHS": ", ".join(map(str, network.hidden)),
+        "OUTPUTS": network.n_out,
+        "SKIP": int(network.skip),
+        "TANH": int(network.activation == "tanh"),
+        "START": model.network_slice.start,
+        "QUANTITIES": 1 + len(moving),
+        "VECTORS": 3,
+        "MEASURED": 4 * model.n_q + 2,
+        "OWN": len(own),
+    }
+    defined = "".join(f"#define {name} {value}\n" for name, value in constants.items())
+    return f"{defined}static const int own[] = {{{', '.join(map(str, own))}}};\n"
+
+
+def _own(model: Structured) -> list[int]:
+    """The parameters outside the network."""
+    inside = range(*model.network_slice.indices(model.n_parameters))
+    return [index for index in range(model.n_parameters) if index not in inside]
+
+
+@lru_cache(maxsize=32)
+def _statements(model: Structured, objective: Objective, moving: tuple[int, ...]) -> tuple[list[str], int]:
+    s, n_out = symbols(model), model.network.n_out
+    outputs, here = casadi.SX.sym("outputs", 1 + len(moving), n_out), casadi.SX.sym("here", model.n_q)
+    step = s.q - here
+    values = outputs[0, :].T
+    for number, coordinate in enumerate(moving, start=1):
+        values += outputs[number, :].T * step[coordinate]
+    stand_in = copy.copy(model)
+    stand_in.network = _Outputs(values)  # type: ignore[assignment]
+    rows = casadi.substitute(residual(stand_in, objective, s), here, s.q)
+    loss = casadi.sumsqr(rows)
+    own = casadi.gradient(loss, s.parameters)[_own(model)]
+    found = casadi.vertcat(loss, casadi.gradient(loss, casadi.vec(outputs)), own)
+    inputs = [*s.inputs[:-1], casadi.vec(outputs), s.parameters]
+    function = casadi.Function("physics", inputs, [casadi.densify(found)], {"cse": True})
+    return vectorised(function, "out", (*COLUMNS, "outputs", "parameters"))
+
+
+def _physics(model: Structured, objective: Objective, moving: tuple[int, ...], number: int) -> str:
+    lines, n_work = _statements(model, objective, moving)
+    widths = dict.fromkeys(COLUMNS[:4], model.n_q) | dict.fromkeys(COLUMNS[4:], 1)
+    load, column = [], 0
+    for name, width in widths.items():
+        load += [f"{name}[{i}] = columns[{column + i} * VECTORS + v];" for i in range(width)]
+        column += width
+    return _PHYSICS.format(
+        number=number,
+        arrays=", ".join(f"{name}[{width}]" for name, width in widths.items()),
+        load=" ".join(load),
+        work=", ".join(f"w{i}" for i in range(n_work)),
+        statements="\n".join(f"    {line};" for line in lines),
+    )
+
+
+def _pack(task: Task, moving: tuple[int, ...]) -> np.ndarray:
+    """Samples (member, sample, column): the jets by unit and quantity, then COLUMNS."""
+    jets_of = task.prepared["position"][:, :, [0, *(2 + c for c in moving)]].double()
+    return np.concatenate([jets_of.transpose(2, 3).flatten(2).numpy(), pack(task)], axis=-1)
