@@ -14,7 +14,7 @@ from repro.options import choices, optimiser_class
 if TYPE_CHECKING:
     from repro.mechanics.system import System
 
-ANCHOR_ROWS = ("trivial", "degenerate")
+ANCHOR_ROWS = ("trivial", "degenerate", "truth")  # nothing is fitted
 FREE_MOTION = ("d_h_only", "d_h_then_d", "joint")
 BASES = "repro.models.bases"
 
@@ -172,8 +172,14 @@ def _load(config: Config) -> "System":
     from repro.mechanics.system import load
 
     system = config.system
-    friction = system.damping, system.damping_frame, system.damping_growth
-    return load(system.name, config.reading.name, *friction, **system.constants)
+    return load(
+        system.name,
+        config.reading.name,
+        system.damping,
+        system.damping_frame,
+        system.damping_growth,
+        **system.constants,
+    )
 
 
 def _features(basis: str) -> ModuleType:

@@ -154,8 +154,10 @@ def load(
     )
     for constant in constants:
         _check_choice(f"constant of {name}", constant, found.constants())
-    friction = {"damping": tuple(damping or ()), "damping_frame": damping_frame, "damping_growth": damping_growth}
-    return found(reading=reading, **friction, **constants)
+    joints = tuple(damping or ())
+    return found(
+        reading=reading, damping=joints, damping_frame=damping_frame, damping_growth=damping_growth, **constants
+    )
 
 
 def _check_choice(what: str, value: str, allowed: Sequence[str]) -> None:

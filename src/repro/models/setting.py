@@ -7,6 +7,15 @@ import numpy as np
 
 from repro.mechanics.system import System
 from repro.models.features import FeatureMap
+from repro.models.model import Model
+
+
+@dataclass(frozen=True)
+class Part:
+    """A trained sub-model: a model and the weights of its members (member, n_parameters)."""
+
+    model: Model
+    parameters: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -14,7 +23,8 @@ class Setting:
     """Context of `build` in every model's file.
 
     q, qd: training samples (member, sample, n_q); first_qd: those of the phase that training starts with.
-    system: the true system, or None where it is not known (one's own recordings).
+    system: the true system, or None where it is not known (one's own recordings). parts: trained sub-models, for models
+    that are made of them.
     """
 
     basis: ModuleType
@@ -22,6 +32,7 @@ class Setting:
     qd: np.ndarray
     first_qd: np.ndarray
     system: System | None
+    parts: tuple[Part, ...] = ()
 
     @property
     def n_q(self) -> int:

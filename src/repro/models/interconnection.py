@@ -1,0 +1,81 @@
+"""Interconnection of sub-models through power-conserving ports: H is the sum of theirs, and so is the dissipation."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import casadi
+import numpy as np
+
+from repro.models.expression import ExpressionModel
+from repro.models.model import Energies, Model
+
+Place = Callable[[casadi.SX], casadi.SX]
+
+
+@dataclass(frozen=True)
+class Joined:
+    """A sub-model, and its coordinates (n_i,) as a function of those of the whole (n_q,)."""
+
+    model: Model
+    place: Place
+
+
+class Interconnection(ExpressionModel):
+    """Sub-models whose coordinates q_i = place_i(q) are those of one system.
+
+    Velocities go down by A_i = dq_i/dq and forces come back by A_i', so that no power is lost or made between them:
+    the graph of the skew map [0 -A'; A 0], a Dirac structure. Then
+
+        T = sum T_i(q_i, A_i qd),   V = sum V_i(q_i),   friction = sum A_i' friction_i(q_i, A_i qd).
+
+    parameters: those of the parts, in order. `given` (member, n_given) are weights that the first parts bring along;
+    a fit starts from them, and leaves them alone where they are `frozen`.
+    """
+
+    def __init__(self, parts: Sequence[Joined], n_q: int, given: np.ndarray | None = None, frozen: bool = True) -> None:
+        self.parts, self.n_q = tuple(parts), n_q
+        self.given = given
+        if given is not None and frozen:
+            self.frozen = slice(0, given.shape[1])
+        ends = np.cumsum([0, *(part.model.n_parameters for part in self.parts)]).tolist()
+        self.slices = [slice(start, stop) for start, stop in pairwise(ends)]
+
+    @property
+    def n_parameters(self) -> int:
+        """Number of weights of one member."""
+        return self.slices[-1].stop
+
+    @property
+    def coefficient_names(self) -> tuple[str, ...]:
+        """Names of the parts' coefficients, in order."""
+        return tuple(name for part in self.parts for name in part.model.coefficient_names)
+
+    def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
+        """What the parts bring along, and the start of the others; ValueError for another number of members."""
+        drawn = np.concatenate([part.model.initial(generators) for part in self.parts], axis=1)
+        if self.given is not None:
+            if len(self.given) != len(generators):
+                raise ValueError(f"{len(self.given)} members bring their weights along, not {len(generators)}")
+            drawn[:, : self.given.shape[1]] = self.given
+        return drawn
+
+    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:
+        """The sums of the parts' T and V."""
+        kinetic, potential = casadi.SX(0), casadi.SX(0)
+        for part, weights in zip(self.parts, self.slices, strict=True):
+            place = part.place(q)
+            said = part.model.energies(place, casadi.jtimes(place, q, qd), parameters[weights])
+            kinetic, potential = kinetic + said.kinetic, potential + said.potential
+        return Energies(kinetic, potential)
+
+    def friction(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
+        """The parts' friction, brought back to the coordinates of the whole."""
+        total = casadi.SX.zeros(self.n_q)
+        for part, weights in zip(self.parts, self.slices, strict=True):
+            place = part.place(q)
+            below = casadi.jacobian(place, q)
+            own, rates = (casadi.SX.sym(name, part.model.n_q) for name in ("q", "qd"))
+            force = part.model.friction(own, rates, parameters[weights])
+            total += below.T @ casadi.substitute([force], [own, rates], [place, below @ qd])[0]
+        return total
