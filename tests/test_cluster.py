@@ -83,6 +83,30 @@ def test_missing_extra_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -
         cluster.split(["hydra/launcher=ray"])
 
 
+@pytest.mark.parametrize(
+    ("launcher", "flag", "told"),
+    [
+        (
+            "submitit_slurm",
+            "--workers=4",
+            "--workers is for jobs on this machine, not for hydra/launcher=submitit_slurm",
+        ),
+        ("submitit_slurm", "--timeout=60", "set hydra.launcher.timeout_min=N instead"),
+        ("submitit_local", "--timeout=60", "set hydra.launcher.timeout_min=N instead"),
+        ("submitit_local", "--workers=4", "this launcher has no such setting"),
+        ("ray", "--workers=4", "set +hydra.launcher.ray.init.num_cpus=N instead"),
+    ],
+)
+def test_flags_for_one_machine_are_refused_on_a_launcher(
+    monkeypatch: pytest.MonkeyPatch, outputs: Path, launcher: str, flag: str, told: str
+) -> None:
+    monkeypatch.setitem(cluster.EXTRAS, launcher, ("slurm", "hydra"))
+    with pytest.raises(UserError, match=re.escape(told)) as error:
+        sweep.run(["-m", "basis=t1,t2", f"hydra/launcher={launcher}", flag])
+    assert len(str(error.value).splitlines()) == 1
+    assert not outputs.exists()
+
+
 def test_settings_of_the_launcher_make_no_jobs() -> None:
     assert cluster.split(["basis=t1,t2"]) == (["basis=t1,t2"], [])
 

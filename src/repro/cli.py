@@ -44,6 +44,12 @@ COMMANDS = (
     Command(
         "export", "a learned model for CasADi, C and torch", "export 9f3c2a81bd exported", "repro.export.command:main"
     ),
+    Command(
+        "mlflow",
+        "copy finished runs to an MLflow tracking store",
+        "mlflow sqlite:///mlflow.db basis=t2",
+        "repro.tracking.mlflow_export:main",
+    ),
     Command("bench", "time this project against others", "bench", "repro.bench.command:main"),
     Command("clean", "remove leftovers, never a current result", "clean --yes", "repro.tracking.commands:clean"),
 )

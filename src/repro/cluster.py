@@ -11,7 +11,7 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,12 @@ EXTRAS = {
     "submitit_slurm": ("slurm", "hydra_plugins.hydra_submitit_launcher"),
     "submitit_local": ("slurm", "hydra_plugins.hydra_submitit_launcher"),
     "ray": ("ray", "hydra_plugins.hydra_ray_launcher"),
+}
+# What stands on a launcher for a flag that is for one machine.
+INSTEAD = {
+    "submitit_slurm": {"--workers": "hydra.launcher.array_parallelism=N", "--timeout": "hydra.launcher.timeout_min=N"},
+    "submitit_local": {"--timeout": "hydra.launcher.timeout_min=N"},
+    "ray": {"--workers": "+hydra.launcher.ray.init.num_cpus=N"},
 }
 _SUBMITTED = "_submitted.pkl"
 
@@ -47,6 +53,16 @@ def split(overrides: Sequence[str]) -> tuple[list[str], list[str]]:
         if not _is_there(plugin):
             raise UserError(f"{LAUNCHER}{name} needs an extra: pip install -e '.[{extra}]' in the project's folder")
     return jobs, where
+
+
+def refuse(flags: Mapping[str, float | None], where: Sequence[str]) -> None:
+    """UserError for a flag with a value that is for one machine, when the jobs run on a launcher."""
+    name = next(override.removeprefix(LAUNCHER) for override in where if override.startswith(LAUNCHER))
+    for flag, value in flags.items():
+        if value is not None:
+            setting = INSTEAD[name].get(flag)
+            advice = f"set {setting} instead" if setting else "this launcher has no such setting"
+            raise UserError(f"{flag} is for jobs on this machine, not for {LAUNCHER}{name}; leave it out: {advice}")
 
 
 def launch(jobs: Sequence[dict[str, Any]], where: Sequence[str], logs: Path) -> list[JobResult]:

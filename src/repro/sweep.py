@@ -21,6 +21,7 @@ from repro.tracking.stage import Stage
 from repro.tracking.store import StageFailed, Store
 from repro.tracking.text import duration
 
+CORES = os.cpu_count() or 1
 # What takes a job longest to load; the server loads it once, while the jobs are planned.
 PRELOAD = ("repro.pipeline", "repro.pipeline_work", "repro.tracking.layout", "rerun.blueprint", "pyarrow.dataset")
 EPILOGUE = """examples:
@@ -42,6 +43,8 @@ def run(argv: Sequence[str]) -> int:
     if options.cfg not in (None, "job"):
         options.overrides.insert(0, options.cfg)  # --cfg basis=t2: what follows is an override
     own, where = cluster.split(options.overrides)
+    if where:
+        cluster.refuse({"--workers": options.workers, "--timeout": options.timeout}, where)
     overrides = _jobs(own, options.paired, sweep=options.multirun or options.dry_run)
     if options.cfg:
         return _print_configuration(overrides)
@@ -54,7 +57,7 @@ def run(argv: Sequence[str]) -> int:
     if options.dry_run:
         return _print_plan(jobs)
     list_jobs(paths, jobs)
-    results = _run_missing(jobs, paths, options.workers, options.timeout, where)
+    results = _run_missing(jobs, paths, options.workers or CORES, options.timeout, where)
     _print_outcome(jobs, paths)
     return 1 if any(not result.ok for result in results) else 0
 
@@ -75,7 +78,7 @@ def reproduce(argv: Sequence[str]) -> int:
     """`repro reproduce scale=quick`: every experiment, then the report; 1 when a job failed."""
     parser = argparse.ArgumentParser(prog="repro reproduce", description="Run every experiment and make the report.")
     parser.add_argument("overrides", nargs="*", help="scale=smoke|quick|paper, experiment=NAME for one alone")
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="jobs at once")
+    parser.add_argument("--workers", type=int, default=CORES, help="jobs at once")
     options = parser.parse_args(argv)
     given = dict(override.partition("=")[::2] for override in options.overrides)
     if unknown := set(given) - {"scale", "experiment"}:
@@ -195,7 +198,7 @@ def _run_parser() -> argparse.ArgumentParser:
     parser.add_argument("--paired", action="store_true", help="walk the lists side by side instead of multiplying them")
     parser.add_argument("--dry-run", action="store_true", help="list the jobs, what is done, and the expected time")
     parser.add_argument("--failed", action="store_true", help="only the jobs whose last attempt failed")
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="jobs at once")
+    parser.add_argument("--workers", type=int, help=f"jobs at once (default: {CORES}, the cores of this machine)")
     parser.add_argument("--timeout", type=float, metavar="SECONDS", help="a job that takes longer is stopped")
     parser.add_argument(
         "--cfg", nargs="?", const="job", metavar="job", help="print the resolved configuration and run nothing"

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from repro import cli
 from repro.errors import UserError
 from repro.tracking import mlflow_export
 from repro.tracking.stage import Stage
@@ -20,8 +21,8 @@ needs_mlflow = pytest.mark.skipif(
 # A process of its own: the warnings of MLflow and what it loads are none of this project's.
 PROGRAM = """
 import sys
-from repro.tracking.mlflow_export import main
-sys.exit(main(sys.argv[1:]))
+from repro.cli import main
+sys.exit(main(["mlflow", *sys.argv[1:]]))
 """
 READ_BACK = """
 import sys
@@ -78,6 +79,18 @@ def test_missing_extra_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setitem(sys.modules, "mlflow", None)
     with pytest.raises(UserError, match=r"\.\[mlflow\]"):
         mlflow_export.export("sqlite:///never.db")
+
+
+def test_the_front_door_has_a_word_for_it(
+    monkeypatch: pytest.MonkeyPatch, root: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["--help"]) == 0
+    assert "repro mlflow sqlite:///mlflow.db" in capsys.readouterr().out
+    monkeypatch.setitem(sys.modules, "mlflow", None)
+    assert cli.main(["mlflow", "sqlite:///never.db", "basis=t2"]) == 2
+    told = capsys.readouterr().err
+    assert "pip install -e '.[mlflow]'" in told
+    assert len(told.splitlines()) == 1
 
 
 def test_what_is_no_filter_is_named() -> None:
