@@ -26,6 +26,8 @@ MODELS = {
     "engineered": ["basis=engineered", "model.hidden=[6,5]", "model.activation=tanh"],
     "transform": ["basis=t2", "model.transform_hidden=[4]", "objective.transform_weight=1"],
     "structured": ["model=structured"],
+    "friction": ["basis=t1", "optimiser=least_squares", "model.damping=full", "system.damping=[0.3,0.01]"],
+    "port_hamiltonian": ["model=port_hamiltonian", "model.structure=free", "objective=port", "optimiser=lbfgs"],
     "blackbox": ["model=blackbox", "objective=forward", "model.hidden=[8]"],
 }
 OUTSIDE = """

@@ -30,6 +30,13 @@ def linear(config: Config) -> bool:
     return config.model["kind"] == "lagrangian" and _features(config.basis.name).LINEAR
 
 
+def _linear_beside_parts(config: Config) -> bool:
+    """Whether a model around trained sub-models is linear in what is fitted."""
+    kind, frozen = config.model["kind"], config.model.get("frozen")
+    of_basis = kind == "extended" and config.model["rest"] == "basis" and _features(config.basis.name).LINEAR
+    return bool(frozen) and (kind == "hinged" or of_basis)
+
+
 def _unknown_names(config: Config) -> Iterator[str]:
     named = {
         "system.name": (config.system.name, choices("repro.mechanics.systems")),
@@ -62,7 +69,7 @@ def _closed_form(config: Config) -> Iterator[str]:
     if _without_fit(config) or not optimiser_class(config.optimiser["kind"]).linear_only:
         return
     name, kind, objective = config.optimiser["name"], config.model["kind"], config.objective
-    if not linear(config):
+    if not linear(config) and not _linear_beside_parts(config):
         basis, suited = config.basis.name, ", ".join(name for name in choices(BASES) if _features(name).LINEAR)
         yield f"optimiser = {name}: needs model=lagrangian and a linear basis ({suited}), not {kind}, {basis}"
     if objective.kind != "inverse":

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from repro.errors import UserError
+from repro.parts import model_of
 from repro.tracking.load import Run, load_run
 
 if TYPE_CHECKING:
@@ -57,13 +58,7 @@ class OpenedRun(Run):
     @cached_property
     def model(self) -> "Model":
         """The model; its weights are `parameters`."""
-        from repro.data.dataset import Dataset
-        from repro.stages.fit import build_model
-
-        roles = sorted((role for role in self._fit.upstream if role.startswith("stage_")), key=_number)
-        data = [Dataset.load(self._fit.upstream[role].record.folder) for role in roles]
-        basis = self.settings.get("basis", "raw")  # a model without a fit has none, and looks at none
-        return build_model(self.settings["model"], basis, [*data, self.data], self.system)
+        return model_of(self._fit)
 
     @cached_property
     def parameters(self) -> "Tensor":
@@ -90,7 +85,3 @@ def open_run(id: str, *, root: Path | None = None) -> Run:
     """
     found = load_run(id, root=root)
     return OpenedRun(found.record) if found.record.kind == "runs" else found
-
-
-def _number(role: str) -> int:
-    return int(role.rpartition("_")[2])

@@ -149,9 +149,9 @@ def test_what_is_joined_must_fit():
     assert hinged.build(_setting(cart), parts=["a"], rod="mass").n_parameters == 5
     assert hinged.build(_setting(cart), parts=["a"], rod="rigid_body").n_parameters == 7
     for models in ([cart], [rod, cart], [cart, cart]):
-        with pytest.raises(UserError, match="joined on|fewer coordinates"):
+        with pytest.raises(UserError, match="parts"):
             hinged.build(_setting(*models), parts=["a"])
     built = extended.build(_setting(cart), parts=["a"], hidden=[3], rest="basis")
     assert built.n_parameters == 4 + Lagrangian(fxf, 3).n_parameters
-    with pytest.raises(UserError, match="joined on|fewer coordinates"):
+    with pytest.raises(UserError, match="parts"):
         extended.build(_setting(rod), parts=["a"], hidden=[3])

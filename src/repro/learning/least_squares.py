@@ -35,6 +35,7 @@ class LeastSquares(Optimiser):
             origin[problem.model.frozen] = start[problem.model.frozen]
             matrix[:, problem.model.frozen], right = 0.0, right - matrix @ origin
             solution, rank = solve(matrix, right, self.cutoff)
+            solution[problem.model.frozen] = 0.0  # but for rounding it is so already
             solutions.append(origin + solution)
             ranks.append(rank)
             progress((member + 1) / problem.members, f"member {member + 1}")
