@@ -21,6 +21,8 @@ BASE_CARD: Mapping[str, Any] = {
     "objective": "inverse",
     "optimiser": "adam",
     "sequence": "d_only",
+    "grid": None,
+    "free_epochs": None,
     "reset": "start",
     "tau_noise": 0.0,
     "qdd_noise": 0.0,
@@ -56,6 +58,7 @@ class SyntheticStore:
         outcome: str = "ok",
         curves: pd.DataFrame | None = None,
         trajectories: pd.DataFrame | None = None,
+        identifiability: pd.DataFrame | None = None,
         **card: Any,
     ) -> str:
         n = max((len(values) for values in metrics.values()), default=len(seeds or [0]))
@@ -66,8 +69,7 @@ class SyntheticStore:
         folder.mkdir(parents=True)
         full = {**BASE_CARD, **card, "seeds": seeds, "member_status": list(status or ["ok"] * n)}
         rows = [
-            {"member": seed, "split": "train" if metric == "fit_seconds" else "test"}
-            | {"metric": metric, "value": value, "unit": "u"}
+            {"member": seed, "split": _split(metric), "metric": metric.partition("@")[0], "value": value, "unit": "u"}
             for metric, values in metrics.items()
             for seed, value in zip(seeds, values, strict=False)
         ]
@@ -75,7 +77,8 @@ class SyntheticStore:
             pd.DataFrame(rows, columns=["member", "split", "metric", "value", "unit"]).to_parquet(
                 folder / "metrics.parquet"
             )
-            for table, content in {"curves": curves, "trajectories": trajectories}.items():
+            beside = {"curves": curves, "trajectories": trajectories, "identifiability": identifiability}
+            for table, content in beside.items():
                 if content is not None:
                     content.to_parquet(folder / f"{table}.parquet")
         record = {
@@ -95,14 +98,17 @@ class SyntheticStore:
         self.list_job(experiment, job if outcome == "ok" else {**job, "card": full})
         return name
 
-    def anchors(self, experiment: str, *, trivial: Mapping[str, float], degenerate: Mapping[str, float]) -> None:
-        literal = {"literal": False, "hidden": "", "epochs": 0}
+    def anchors(
+        self, experiment: str, *, trivial: Mapping[str, float], degenerate: Mapping[str, float], **card: Any
+    ) -> None:
+        literal = {"literal": False, "hidden": "", "epochs": 0} | card
+        basis = literal.pop("basis", "t1")
         self.run(experiment, {k: [v] for k, v in trivial.items()}, model="trivial", basis="", optimiser="", **literal)
         self.run(
             experiment, {k: [v] for k, v in degenerate.items()}, model="degenerate", basis="", optimiser="", **literal
         )
         exact = {key: [1e-13, 2e-13] for key in trivial}
-        self.run(experiment, exact, basis="t1", optimiser="least_squares", **literal)
+        self.run(experiment, exact, basis=basis, optimiser="least_squares", **literal)
 
     def bench(self, rows: Sequence[Mapping[str, Any]], *, experiment: str = "timing") -> str:
         self.count += 1
@@ -133,6 +139,12 @@ def store(tmp_path: Path) -> SyntheticStore:
 @pytest.fixture
 def quick_store(tmp_path: Path) -> SyntheticStore:
     return SyntheticStore(tmp_path / "outputs", "quick")
+
+
+def _split(metric: str) -> str:
+    if metric.endswith("@free"):
+        return "free"
+    return "train" if metric in ("fit_seconds", "rank", "condition_raw", "condition_scaled") else "test"
 
 
 def errors(rng: np.random.Generator, centre: float, n: int = 5, spread: float = 0.3) -> list[float]:
@@ -197,9 +209,47 @@ def trajectory(rng: np.random.Generator, n: int = 5, points: int = 300) -> pd.Da
     return pd.concat(frames, ignore_index=True)
 
 
+def singular_values(seen: int, unseen: Sequence[str], n: int = 5) -> pd.DataFrame:
+    rows = [
+        (member, "D", order, 10.0 ** (-order / 15) if order < seen else 1e-16, text)
+        for member in range(n)
+        for order, text in enumerate([""] * seen + list(unseen))
+    ]
+    return pd.DataFrame(rows, columns=["member", "phase", "order", "value", "direction"])
+
+
+def fill_double_pendulum(store: SyntheticStore, rng: np.random.Generator) -> None:
+    """Run the experiments of the double pendulum, synthetically."""
+    place = {"system": "dip", "basis": "fxf", "literal": False, "hidden": ""}
+    for experiment in ("dip_identifiability", "dip_pretraining", "dip_neural"):
+        store.anchors(experiment, trivial={"mae_tau": 0.66}, degenerate={"mae_tau": 0.08}, **place)
+    unseen = {"d_only": ["a", "b"], "d_h_only": ["a", "b", "(xd + 0.15 c)^2"], "joint": ["a", "b"]}
+    for sequence, words in unseen.items():
+        seen = 30 - len(words)
+        metrics = {"rank": [seen] * 5, "condition_raw": [2e3] * 5, "condition_scaled": [50.0] * 5}
+        grid = None if sequence == "d_only" else "product of 30"
+        card = {**place, "optimiser": "least_squares", "sequence": sequence, "grid": grid, "tau_noise": 0.01}
+        values = singular_values(seen, words)
+        store.run("dip_identifiability", learned(rng, 1e-9) | metrics, identifiability=values, **card)
+        for noise in (0.0, 0.1):
+            gauge = {**card, "basis": "fxf_gauge", "tau_noise": noise, "energy_form": "sum"}
+            store.run("dip_identifiability", learned(rng, 1e-9 + noise), **gauge)
+    for regime in ("episodes", "long"):
+        for optimiser, tau in (("adam_l1", 0.5), ("adam_cosine_l1", 0.004)):
+            card = {**place, "regime": regime, "optimiser": optimiser, "seeds": list(range(8))}
+            first = learned(rng, tau, 8) | {"mae_H_sum@free": errors(rng, 5e-4, 8)}
+            pretrained = {"sequence": "d_h_then_d", "grid": "product of 100", "free_epochs": 300, "epochs": 1000}
+            curves = learning_curve(rng, tau, 8)
+            store.run("dip_pretraining", first, curves=curves, **card, **pretrained)
+            alone = {"sequence": "d_only", "epochs": 1300}
+            store.run("dip_pretraining", learned(rng, 10 * tau, 8), curves=learning_curve(rng, tau, 8), **card, **alone)
+    store.run("dip_neural", learned(rng, 0.1) | {"trapped": [0, 0, 1, 0, 0]}, **{**place, "model": "structured"})
+
+
 def fill(store: SyntheticStore) -> None:
-    """Run every experiment of the single pendulum, synthetically."""
+    """Run every experiment, synthetically."""
     rng = np.random.default_rng(0)
+    fill_double_pendulum(store, rng)
     anchors = {"mae_tau": 1.4, "mae_qdd": 11.0, "onestep_euler_qd[0]": 0.05, "onestep_euler_qd[1]": 0.12}
     floor = {**anchors, "mae_tau": 0.12, "mae_qdd": 10.0}
     for experiment in ("sip_basis", "sip_forward_inverse", "sip_optimisers", "sip_energies"):

@@ -1,6 +1,7 @@
 import html.parser
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -55,7 +56,7 @@ class Tags(html.parser.HTMLParser):
 def test_a_build_writes_results_tables_figures_and_the_page(built):
     assert built.page.is_file()
     assert {path.name for path in built.results.glob("*")} == {
-        *(f"{name}.parquet" for name in ("metrics", "runs", "curves", "trajectories", "bench")),
+        *(f"{name}.parquet" for name in ("metrics", "runs", "curves", "trajectories", "bench", "identifiability")),
         "claims.csv",
     }
     for figure in FIGURES:
@@ -198,12 +199,10 @@ def test_only_a_clean_tree_of_the_full_scale_and_the_present_code_is_published(c
         publish.publish(results, checkout)
     commit(checkout)
     runs = results.runs.assign(stale=pd.array([True] + [False] * (len(results.runs) - 1), dtype="boolean"))
-    stale = Results(results.metrics, runs, results.curves, results.trajectories, results.bench)
+    stale = replace(results, runs=runs)
     with pytest.raises(UserError, match="1 runs are older than the code"):
         publish.publish(stale, checkout)
-    quick = Results(
-        results.metrics, results.runs.assign(scale="quick"), results.curves, results.trajectories, results.bench
-    )
+    quick = replace(results, runs=results.runs.assign(scale="quick"))
     with pytest.raises(UserError, match="only results of scale paper are published, these are of scale quick"):
         publish.publish(quick, checkout)
 

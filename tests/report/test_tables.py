@@ -80,7 +80,7 @@ def test_a_table_is_the_same_in_its_three_forms(tmp_path):
 @pytest.mark.parametrize("name", [c.name for c in COMPARISONS if c.name != "selection"])
 def test_every_table_of_models_has_the_three_anchor_rows_of_each_test_set(tables, name):
     anchors = [row for row in tables[name].rows if row.anchor]
-    test_sets = 3 if name == "regimes" else 1  # episodes of 1000 and of 100 steps, and one long run
+    test_sets = {"regimes": 3, "dip_pretraining": 2}.get(name, 1)  # episodes (of 1000 and 100 steps), one long run
     assert len(anchors) == 3 * test_sets
     for title in ("trivial", "degenerate", "oracle"):
         assert sum(row.cells[0].startswith(title) for row in anchors) == test_sets

@@ -3,7 +3,15 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from repro.report.figures import forward_inverse, learning_curves, regimes, validation
+from repro.report.figures import (
+    dip_energies,
+    forward_inverse,
+    identifiability,
+    learning_curves,
+    pretraining,
+    regimes,
+    validation,
+)
 from repro.report.figures.figure import Figure
 from repro.report.results import Results
 
@@ -13,6 +21,10 @@ FIGURES: Sequence[Figure] = (
     forward_inverse.FIGURE,
     learning_curves.OBJECTIVES,
     learning_curves.OPTIMISERS,
+    identifiability.FIGURE,
+    dip_energies.FIGURE,
+    pretraining.ERRORS,
+    pretraining.CURVES,
 )
 
 

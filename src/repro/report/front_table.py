@@ -1,7 +1,7 @@
 """The README's table of models: what the same data give, from doing nothing to the closed form."""
 
 from repro.report import writing
-from repro.report.model_tables import ANCHOR_TITLES
+from repro.report.model_tables import anchor_title
 from repro.report.results import Results
 from repro.report.selection import anchor_name, settings
 from repro.report.setting import Setting
@@ -27,7 +27,7 @@ def models_block(results: Results) -> str:
 def _title(setting: Setting) -> str:
     name = anchor_name(setting)
     if name is not None:
-        return ANCHOR_TITLES[name]
+        return anchor_title(name, setting.card["basis"])
     first = "basis" if setting.card["model"] == "lagrangian" else "model"
     title = setting.title(first, "hidden", "optimiser")
     return f"{title}, {setting.card['epochs']} epochs" if setting.card["optimiser"] == "adam" else title

@@ -34,7 +34,7 @@ def gather_runs(runs: Sequence[StoredRun], benches: Sequence[Path]) -> Results:
     import pandas as pd
 
     finished = [run for run in runs if run.outcome == "ok"]
-    curves = [_thinned(_table(run, "curves")) for run in {run.id: run for run in finished}.values()]
+    curves = [_thinned(_table(run, "curves")) for run in _distinct(finished)]
     drawn = {run.id: run for run in finished if run.experiment in TRAJECTORIES_OF}
     trajectories = [_first_points(_table(run, "trajectories")) for run in drawn.values()]
     return Results(
@@ -42,8 +42,16 @@ def gather_runs(runs: Sequence[StoredRun], benches: Sequence[Path]) -> Results:
         runs=typed("runs", [_run_row(run) for run in runs]),
         curves=typed("curves", _together(curves)),
         trajectories=typed("trajectories", _together(trajectories)),
+        identifiability=typed(
+            "identifiability", _together([_table(run, "identifiability") for run in _distinct(finished)])
+        ),
         bench=typed("bench", _together([_bench(folder) for folder in benches]) if benches else pd.DataFrame()),
     )
+
+
+def _distinct(runs: Sequence[StoredRun]) -> list[StoredRun]:
+    """Each run once, though several experiments list it."""
+    return [*{run.id: run for run in runs}.values()]
 
 
 def _metrics(run: StoredRun) -> "pd.DataFrame":

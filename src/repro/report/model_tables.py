@@ -25,13 +25,20 @@ from repro.report.writing import ABSENT, interval
 # Never one error alone: force, acceleration (mean and median), energy, Lagrangian (raw, relative, canonical), inertia.
 CORE = (
     *("mae_tau", "mae_qdd", "median_ae_qdd", "mae_H_legendre", "mae_H_centred"),
-    *("mae_L_raw", "mae_L_relative", "mae_L_canonical", "min_eig_M", "skill_tau", "skill_qdd"),
+    *("mae_L_raw", "mae_L_relative", "mae_L_canonical", "min_eig_M", "trapped", "skill_tau", "skill_qdd"),
 )
 ANCHOR_TITLES = {
     TRIVIAL: "trivial (τ = 0)",
     DEGENERATE: "degenerate (L = pₓ²/2m)",
-    ORACLE: "oracle (least squares on T1/V1)",
+    ORACLE: "oracle (least squares)",
 }
+
+
+def anchor_title(name: str, basis: str = "") -> str:
+    """Name an anchor row; the closed form with the basis that it is in."""
+    return f"oracle (least squares on {written('basis', basis)})" if name == ORACLE and basis else ANCHOR_TITLES[name]
+
+
 READING = (
     "Median over members with the 95 % Student-t interval of those that finished; failed members count as infinitely "
     "wrong in the median. Skill is 1 - error / error of the trivial model. "
@@ -60,6 +67,19 @@ COMPARISONS = (
     ),
     Comparison("optimisers", "sip_optimisers", "Optimisers and architectures", ("fit_seconds",)),
     Comparison("energies", "sip_energies", "Energies", ("mae_H_sum", "min_T", "momentum_transform")),
+    Comparison(
+        "dip_identifiability",
+        "dip_identifiability",
+        "The double pendulum in closed form: what D and D_H tell",
+        ("mae_H_sum", "mae_H_sum@free", "coefficient_error", "rank"),
+    ),
+    Comparison(
+        "dip_pretraining",
+        "dip_pretraining",
+        "The double pendulum: pretraining on D_H",
+        ("mae_H_sum@free", "mae_tau@free", "mae_H_sum", "coefficient_error", "fit_seconds"),
+    ),
+    Comparison("dip_neural", "dip_neural", "The double pendulum: networks", ("gravity", "fit_seconds")),
     Comparison("selection", "sip_selection", "Basis selection", ("support_exact", "false_terms", "coefficient_error")),
 )
 
@@ -113,7 +133,7 @@ class _Layout:
         # Of an anchor only what places it is said: it has no optimiser or width to compare.
         shown = test_set_of(setting.card) if anchor_as else self.card
         card = {column: as_text(setting.card[column]) if column in shown else "" for column in self.card}
-        title = ANCHOR_TITLES[anchor_as] if anchor_as else setting.title("model")
+        title = anchor_title(anchor_as, setting.card["basis"]) if anchor_as else setting.title("model")
         found = {metric: setting.estimate(metric) for metric in self.metrics}
         data: dict[str, Any] = {"model": title, **card}
         for metric, one in found.items():

@@ -15,13 +15,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Results:
-    """The five result tables; columns and types as in `schema`."""
+    """The result tables; columns and types as in `schema`."""
 
     metrics: "pd.DataFrame"
     runs: "pd.DataFrame"
     curves: "pd.DataFrame"
     trajectories: "pd.DataFrame"
     bench: "pd.DataFrame"
+    identifiability: "pd.DataFrame"
 
     @property
     def scale(self) -> str:

@@ -64,6 +64,14 @@ RUNS: Mapping[str, type] = {
 }
 CURVES: Mapping[str, type] = {"run": str, "member": int, "step": int, "name": str, "value": float}
 TRAJECTORIES: Mapping[str, type] = {"run": str, "member": int, "name": str, "t": float, "value": float}
+IDENTIFIABILITY: Mapping[str, type] = {
+    "run": str,
+    "member": int,
+    "phase": str,
+    "order": int,
+    "value": float,
+    "direction": str,
+}
 BENCH: Mapping[str, type] = {
     "run": str,
     "name": str,
@@ -86,6 +94,7 @@ TABLES: Mapping[str, Mapping[str, type]] = {
     "curves": CURVES,
     "trajectories": TRAJECTORIES,
     "bench": BENCH,
+    "identifiability": IDENTIFIABILITY,
 }
 
 PANDAS_TYPES: Mapping[type, str] = {str: "str", float: "float64", int: "Int64", bool: "boolean", list: "object"}

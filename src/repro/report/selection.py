@@ -18,7 +18,7 @@ TRIVIAL, DEGENERATE, ORACLE = "trivial", "degenerate", "oracle"
 ANCHORS: Mapping[str, Where] = {
     TRIVIAL: {"model": "trivial"},
     DEGENERATE: {"model": "degenerate"},
-    ORACLE: {"basis": "t1", "optimiser": "least_squares"},
+    ORACLE: {"basis": ["t1", "fxf"], "optimiser": "least_squares", "sequence": "d_only"},
 }
 
 
@@ -98,7 +98,9 @@ def test_set_of(card: Mapping[str, Any]) -> dict[str, Any]:
 def anchor_name(setting: Setting) -> str | None:
     """Say which anchor a setting is, if any."""
     for name, where in ANCHORS.items():
-        if all(setting.card[column] == value for column, value in where.items()):
+        if all(
+            setting.card[column] in (value if isinstance(value, list) else [value]) for column, value in where.items()
+        ):
             return name
     return None
 

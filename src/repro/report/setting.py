@@ -76,7 +76,7 @@ class Setting:
         """Return the members' values, (member,) by seed; nan for a failed one, empty where none was measured."""
         if metric == "diverged":
             return np.array([float(status != "ok") for _, status in self.members.values()])
-        column = self._by_split.get(metric_named(metric).split, {}).get(metric)
+        column = self._by_split.get(metric_named(metric).split, {}).get(metric.partition("@")[0])
         if column is None:
             return np.full(self.n if self.failed == self.n else 0, np.nan)
         return np.array(
@@ -95,7 +95,7 @@ class Setting:
 
     def unit(self, metric: str) -> str:
         """Return the unit that was stored with a metric."""
-        units = self.metrics.loc[self.metrics["metric"] == metric, "unit"]
+        units = self.metrics.loc[self.metrics["metric"] == metric.partition("@")[0], "unit"]
         return str(units.iloc[0]) if len(units) else ""
 
     @cached_property

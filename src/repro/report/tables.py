@@ -3,7 +3,9 @@
 from collections.abc import Sequence
 
 from repro.report import writing
+from repro.report.identifiability_table import identifiability_table
 from repro.report.model_tables import model_tables
+from repro.report.pretraining_table import pretraining_table
 from repro.report.results import Results
 from repro.report.schema import as_text, plain
 from repro.report.selection import NotRunError, like_for_like, paired_values, settings
@@ -17,7 +19,10 @@ from repro.report.vocabulary import written
 
 def all_tables(results: Results, verdicts: Sequence[Verdict]) -> list[Table]:
     """Make every table that has something to say; the verdicts first."""
-    others = [paired_table(results), timing_table(results), failures_table(results)]
+    others = [
+        *(paired_table(results), identifiability_table(results), pretraining_table(results)),
+        *(timing_table(results), failures_table(results)),
+    ]
     return [verdict_table(verdicts), *model_tables(results), *(table for table in others if table.rows)]
 
 

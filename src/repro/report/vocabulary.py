@@ -1,4 +1,7 @@
-"""The metrics by name: how they are written for people, on which scale they average, and which way is better."""
+"""The metrics by name: how they are written for people, on which scale they average, and which way is better.
+
+`mae_H_sum` is the error on the test part of D, `mae_H_sum@free` that on the test part of D_H.
+"""
 
 import re
 from dataclasses import dataclass, replace
@@ -14,20 +17,24 @@ class Metric:
     meaning: str
     scale: Literal["log", "linear", "share"] = "log"
     lower_is_better: bool = True
-    split: Literal["test", "train"] = "test"
+    split: Literal["test", "train", "free"] = "test"
 
 
 # Card values as people write them; any other stands as it is, with dashes for underscores.
 NAMES = {
     "t1": "T1/V1",
     "t2": "T2/V1",
+    "fxf": "F⊗F",
+    "fxf_gauge": "F⊗F + gauge",
     "adam": "Adam",
     "adam_cosine": "Adam, cosine decay",
     "adam_l1": "Adam + L1",
+    "adam_cosine_l1": "Adam, cosine decay + L1",
     "lasso": "Lasso",
     "lbfgs": "L-BFGS",
     "levenberg_marquardt": "Levenberg-Marquardt",
     "least_squares": "least squares",
+    "least_squares_from_start": "least squares from a random start",
     "thresholded_least_squares": "thresholded least squares",
     "blackbox": "black box",
     "d_only": "D",
@@ -86,6 +93,12 @@ METRICS: dict[str, Metric] = {
     "onestep_exact_qd": Metric("one exact step q̇", r"one exact step $\dot q$", "velocity error of one exact step"),
     "rollout_qd": Metric("rollout q̇", r"rollout $\dot q$", "velocity error of a 300-step rollout"),
     "momentum_transform": Metric("|M̂q̇ - p̂|", r"$|\hat M\dot q-\hat p|$", "mean gap between the two momenta"),
+    "rank": Metric("rank", "rank", "combinations of terms that the training data see", scale="linear", split="train"),
+    "null_directions": Metric(
+        "unseen", "unseen", "combinations of terms that the training data do not see", scale="linear", split="train"
+    ),
+    "condition_raw": Metric("condition", "condition", "condition number of the regression", split="train"),
+    "condition_scaled": Metric("condition, unit columns", "condition, unit columns", "after scaling", split="train"),
     "support_exact": Metric(
         "exact support", "exact support", "share of members with the true terms", scale="share", lower_is_better=False
     ),
@@ -116,6 +129,10 @@ METRICS: dict[str, Metric] = {
 
 def metric_named(name: str) -> Metric:
     """Look a metric up; a component such as mae_tau[1] shares its parent's scale; an unknown one averages plainly."""
+    bare, on_free, _ = name.partition("@free")
+    if on_free:
+        on_d = metric_named(bare)
+        return replace(on_d, label=f"{on_d.label} on D_H", latex=f"{on_d.latex} on $D_H$", split="free")
     parent, component = _split(name)
     known = METRICS.get(parent)
     if known is None:

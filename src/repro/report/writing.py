@@ -24,6 +24,7 @@ _LATEX_SPECIAL = {
     "–": "--",
     "∞": r"$\infty$",
     "×": r"$\times$",
+    "⊗": r"$\otimes$",
     "÷": r"$\div$",
     "±": r"$\pm$",
     "τ": r"$\tau$",

@@ -8,7 +8,7 @@ import numpy as np
 from repro.report import style
 from repro.report.figures.figure import Figure, new_canvas
 from repro.report.results import Results
-from repro.report.selection import ANCHORS, Where, settings
+from repro.report.selection import Where, anchor_name, settings
 from repro.report.setting import Setting
 from repro.report.style import TEXT_WIDTH, Role
 
@@ -29,7 +29,7 @@ def draw_objectives(results: Results) -> "Canvas | None":
     for setting in found:
         title = setting.title("basis", "hidden", "optimiser")
         panels.setdefault(title, []).append((str(setting.card["objective"]), setting))
-    return _grid(results, panels, roles)
+    return curve_panels(results, panels, roles)
 
 
 def draw_optimisers(results: Results) -> "Canvas | None":
@@ -39,12 +39,13 @@ def draw_optimisers(results: Results) -> "Canvas | None":
     lines = [(_optimiser(setting), setting) for setting in found]
     names = list(dict.fromkeys(name for name, _ in lines))
     roles = {name: style.SERIES[index % len(style.SERIES)] for index, name in enumerate(names)}
-    return _grid(results, {"T2/V1, 1x10, inverse": lines} if lines else {}, roles)
+    return curve_panels(results, {"T2/V1, 1x10, inverse": lines} if lines else {}, roles)
 
 
-def _grid(
+def curve_panels(
     results: Results, panels: Mapping[str, Sequence[tuple[str, Setting]]], roles: Mapping[str, Role]
 ) -> "Canvas | None":
+    """Draw one panel a title, with a named line a setting; None without panels."""
     if not panels:
         return None
     columns = min(COLUMNS, len(panels))
@@ -90,12 +91,10 @@ def _common_quantity(results: Results, shown: Sequence[Setting]) -> str:
 
 
 def _with_curves(results: Results, found: Sequence[Setting]) -> list[Setting]:
-    anchors = [*ANCHORS.values()]
     return [
         setting
         for setting in found
-        if not any(all(setting.card[c] == v for c, v in where.items()) for where in anchors)
-        and any(not _curve(results, setting, quantity).empty for quantity in QUANTITIES)
+        if anchor_name(setting) is None and any(not _curve(results, setting, quantity).empty for quantity in QUANTITIES)
     ]
 
 

@@ -1,0 +1,63 @@
+"""Singular values of the double pendulum's regression: what D shows, and what D_H does not."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from repro.report import style
+from repro.report.figures.figure import Figure, new_canvas
+from repro.report.results import Results
+from repro.report.selection import settings
+from repro.report.style import TEXT_WIDTH
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+EXPERIMENT = "dip_identifiability"
+SEQUENCES = {"d_only": "D", "d_h_only": "D_H with its energy", "joint": "D and D_H"}
+BASES = {"fxf": "F⊗F", "fxf_gauge": "F⊗F with gauge terms"}
+LEAST = 1e-17  # below rounding: zero is drawn here
+
+
+def draw(results: Results) -> "Canvas | None":
+    """Draw one panel a basis, one line a kind of data; None where nothing was examined."""
+    if results.identifiability.empty:
+        return None
+    canvas = new_canvas(TEXT_WIDTH, 3.0)
+    panels = canvas.subplots(1, len(BASES), sharey=True)
+    drawn = {}
+    for panel, (basis, title) in zip(panels, BASES.items(), strict=True):
+        for (sequence, label), role in zip(SEQUENCES.items(), style.SERIES, strict=False):
+            values = _spectrum(results, basis, sequence)
+            if values.size:
+                order = np.arange(1, values.size + 1)
+                look = role.line_style | role.marker_style | {"linestyle": role.line}
+                drawn[label] = panel.plot(order, np.maximum(values, LEAST), label=label, **look)[0]
+        panel.set_title(title)
+        panel.set_yscale("log")
+        panel.set_xlabel("direction")
+    if not drawn:
+        return None
+    panels[0].set_ylabel("singular value / largest")
+    canvas.legend(handles=[*drawn.values()], loc="outside upper left", ncols=len(drawn))
+    return canvas
+
+
+def _spectrum(results: Results, basis: str, sequence: str) -> np.ndarray:
+    rows = results.identifiability
+    for setting in settings(results, EXPERIMENT, {"basis": basis, "sequence": sequence}):
+        seed, (run, _) = next(iter(setting.members.items()))
+        own = rows[(rows["run"] == run) & (rows["member"] == seed)].sort_values("order")
+        if len(own):
+            return own["value"].to_numpy(dtype=float)
+    return np.zeros(0)
+
+
+FIGURE = Figure(
+    "identifiability",
+    "What the data of the double pendulum show",
+    "Singular values of the regression, columns scaled to unit norm, first member. Those at the level of rounding "
+    "belong to combinations of terms that no sample shows: in F⊗F the two identities sin² + cos² = 1, and on D_H one "
+    "more, the squared momentum of the cart, which is zero in all free motion from rest.",
+    draw,
+)

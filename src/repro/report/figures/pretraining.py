@@ -1,0 +1,77 @@
+"""Pretraining on D_H: every member's errors after each sequence, and the learning curves of both phases."""
+
+from typing import TYPE_CHECKING
+
+from repro.report import style
+from repro.report.figures.dots import dot_plot
+from repro.report.figures.figure import Figure
+from repro.report.figures.learning_curves import curve_panels
+from repro.report.pretraining_table import EXPERIMENT, pretraining_pairs
+from repro.report.results import Results
+from repro.report.selection import TRIVIAL, anchor, anchor_name, settings, test_set_of
+from repro.report.setting import Setting
+from repro.report.style import Role
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+METRICS = {"mae_tau": "N, N m", "mae_L_raw": "J", "mae_H_centred": "J"}
+PRINTED = {"mae_tau": 0.10, "mae_L_raw": 12.35}
+ROLES = {"d_h_then_d": style.SERIES[0], "d_only": style.SERIES[1], "d_h_only": style.SERIES[2]}
+LABELS = {"d_h_then_d": "D_H, then D", "d_only": "D alone", "d_h_only": "D_H alone"}
+
+
+def draw_errors(results: Results) -> "Canvas | None":
+    """Draw one row an optimiser and budget, with the sequences in it."""
+    rows: dict[str, list[tuple[Setting, Role]]] = {}
+    found = [s for s in settings(results, EXPERIMENT) if anchor_name(s) is None and s.card["sequence"] in ROLES]
+    for setting in sorted(found, key=_place):
+        rows.setdefault(_title(setting), []).append((setting, ROLES[setting.card["sequence"]]))
+    if not rows:
+        return None
+    trivial = anchor(results, EXPERIMENT, TRIVIAL, test_set_of(found[0].card))
+    return dot_plot(
+        list(rows.items()),
+        METRICS,
+        legend={LABELS[sequence]: role for sequence, role in ROLES.items()},
+        printed=PRINTED,
+        reference=lambda metric: trivial.estimate(metric).median if trivial and metric == "mae_tau" else None,
+    )
+
+
+def draw_curves(results: Results) -> "Canvas | None":
+    """Draw one panel a pair of equal budgets: pretrained and not."""
+    panels: dict[str, list[tuple[str, Setting]]] = {}
+    for pretrained, alone in pretraining_pairs(results):
+        panels[_title(pretrained)] = [(LABELS["d_h_then_d"], pretrained), (LABELS["d_only"], alone)]
+    roles = {LABELS[sequence]: ROLES[sequence] for sequence in ("d_h_then_d", "d_only")}
+    return curve_panels(results, panels, roles)
+
+
+def _title(setting: Setting) -> str:
+    card = setting.card
+    regime = "one long run" if card["regime"] == "long" else "episodes"
+    epochs = (card["epochs"] or 0) + (card["free_epochs"] or 0)
+    counted = f", {epochs} epochs" if card["optimiser"].startswith("adam") else ""
+    return f"{regime}, {setting.title('optimiser').removesuffix(' + L1')}{counted}"
+
+
+def _place(setting: Setting) -> tuple[str, str, int]:
+    card = setting.card
+    return card["regime"], card["optimiser"], (card["epochs"] or 0) + (card["free_epochs"] or 0)
+
+
+ERRORS = Figure(
+    "dip_pretraining",
+    "The double pendulum: pretraining on D_H",
+    "Each dot is a member, each bar the median, errors on the test part of D; the same number of epochs in a row. "
+    "The paper prints 0.10 and 12.35 for D_H, then 8,000 epochs on D.",
+    draw_errors,
+)
+CURVES = Figure(
+    "learning_curves_pretraining",
+    "Learning curves: pretraining on D_H, then D, against D alone",
+    "The same initialisation and number of epochs. The loss of the first phase is that of D_H, so the jump is where D "
+    "begins. Thin lines are members, the thick one their median.",
+    draw_curves,
+)
