@@ -53,8 +53,8 @@ class FeatureMap:
 
         q, qd, qdd: (..., n_q); returns (..., 2 + 2 n_q + n_q (n_q + 1) / 2, n_z).
         """
-        rows = evaluate(self._jet_function, q, qd, qdd)
-        return np.ascontiguousarray(rows.reshape(*q.shape[:-1], -1, len(self)))
+        columns = evaluate(self._jet_function, q, qd, qdd).reshape(*q.shape[:-1], len(self), -1)
+        return np.ascontiguousarray(columns.swapaxes(-1, -2))
 
     @cached_property
     def _jet_function(self) -> casadi.Function:
@@ -65,7 +65,8 @@ class FeatureMap:
         w = euler_lagrange(z, q, qd, qdd)
         v = [casadi.jacobian(u[:, c], qd)[:, d].T for c, d in self.mass_pairs]
         rows = casadi.vertcat(z.T, zdot.T, u.T, w, *v)
-        return casadi.Function("jets", [q, qd, qdd], [casadi.densify(rows)])
+        # by columns, as `evaluate` lays its results out: no copy of a large array then
+        return casadi.Function("jets", [q, qd, qdd], [casadi.densify(rows.T)])
 
     def _symbols(self) -> tuple[casadi.SX, casadi.SX, casadi.SX]:
         return (

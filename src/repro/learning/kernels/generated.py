@@ -42,6 +42,7 @@ _PRELUDE = f"""
 #include <math.h>
 #include <stdint.h>
 #define LANES {LANES}
+#define AHEAD (4 * LANES) /* samples fetched in advance: their order is random */
 typedef double vec __attribute__((vector_size(8 * LANES)));
 {FUNCTIONS}"""
 
@@ -54,6 +55,8 @@ static void gradient_{number}(const double *data, const int64_t *order, int64_t 
     for (int l = 0; l < LANES; l++) {{
       int64_t inside = s + l < count;
       const double *row = data + {columns} * (order ? order[inside ? s + l : s] : (inside ? s + l : s));
+      if (order && s + l + AHEAD < count)
+        for (int k = 0; k < {columns}; k += 8) __builtin_prefetch(data + {columns} * order[s + l + AHEAD] + k);
       {load}
       weight[0][l] *= inside;
     }}
