@@ -36,6 +36,7 @@ def run_card(
         **_of_free_motion(config),
         "energies": config.energies.reading,
         "energy_form": config.sequence.energy_form,
+        "control": config.control.name if config.control.kind != "none" else None,
         "transform_weight": objective.transform_weight,
         "transform_hidden": _layers(model.get("transform_hidden") or []),
         "curriculum": "-".join(str(steps) for steps in config.curriculum.episodes) or None,

@@ -3,18 +3,10 @@
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import ConfigDict, Field, field_validator
 
-Count = Annotated[int, Field(gt=0)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Share = Annotated[float, Field(gt=0, lt=1)]
-
-
-class Section(BaseModel):
-    """A group of keys; a key that is not listed is an error."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
+from repro.control_config import Control, Task
+from repro.section import Count, NotNegative, Positive, Section, Share
 
 
 class System(Section):
@@ -67,9 +59,9 @@ class Columns(Section):
     q: list[str]
     qd: list[str]
     tau: list[str]
-    qdd: list[str] = []
-    time: list[str] = []
-    episode: list[str] = []
+    qdd: list[str] = Field(default_factory=list)
+    time: list[str] = Field(default_factory=list)
+    episode: list[str] = Field(default_factory=list)
 
 
 class File(Section):
@@ -135,6 +127,7 @@ class Scale(Section):
     starts: Annotated[int, Field(ge=2)]
     epochs: Annotated[float, Field(gt=0, le=1)]
     iterations: Annotated[float, Field(gt=0, le=1)]
+    loops: Count
 
 
 class Config(Section):
@@ -150,6 +143,8 @@ class Config(Section):
     optimiser: dict[str, Any]
     sequence: Sequence
     energies: Energies
+    control: Control
+    task: Task
     scale: Scale
     seeds: int | list[int] | None
     record: bool

@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from pydantic import ValidationError
 
 # pydantic names the branch of a union that it has tried; a user has written no such key.
-_BRANCHES = ("random_force", "file")
+_BRANCHES = ("random_force", "file", "none", "mpc", "energy_shaping")
 
 
 def meant(word: str, allowed: Iterable[str]) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_type_hints
 
 from pydantic import BaseModel, ValidationError, create_model
 
-from repro.config import Section
+from repro.section import Section
 from repro.errors import UserError
 from repro.messages import choose, lines
 

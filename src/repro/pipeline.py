@@ -79,35 +79,54 @@ class Pipeline:
         parts: dict[str, Any] = {"reading": self.config.energies.reading}
         if self.config.energies.horizons:
             parts["horizons"] = self.config.energies.horizons
+        if self.control_stage is not None:
+            upstream["control"] = self.control_stage.id
         model = f"repro.models.{self.config.model['kind']}"
         modules = ("repro.stages.evaluation", "repro.stages.identifiability", model, self._system_module)
         return self._stage("runs", self.name, parts, upstream, modules)
 
     @cached_property
+    def control_stage(self) -> Stage | None:
+        """The closed loops on the true plant, where a controller is chosen."""
+        config = self.config
+        if config.control.kind == "none":
+            return None
+        parts = {
+            "control": config.control.model_dump(),
+            "task": config.task.model_dump(),
+            "loops": config.scale.loops,
+            "canonical": config.energies.reading.startswith("canonical"),
+        }
+        upstream = {"data": self.data_stages["data"].id, "fit": self.fit_stage.id}
+        modules = ("repro.stages.control", f"repro.models.{config.model['kind']}", self._system_module)
+        return self._stage("control", self.name, parts, upstream, modules)
+
+    @cached_property
     def recording_stage(self) -> Stage:
         """The rerun recording of the run."""
-        return self._stage(
-            "recordings", self.name, {}, {"run": self.run_stage.id}, ("repro.stages.recording", self._system_module)
-        )
+        module = "repro.stages.recording" if self.control_stage is None else "repro.stages.loop_recording"
+        return self._stage("recordings", self.name, {}, {"run": self.run_stage.id}, (module, self._system_module))
 
     @property
     def name(self) -> str:
         """A readable name: what sets this run apart."""
         config = self.config
-        if self._without_fit:
-            return f"{config.system.name}-{config.model['kind']}"
         words = [config.system.name, config.model["kind"]]
-        if config.model["kind"] == "lagrangian":
-            words.append(config.basis.name)
-        words += [config.objective.kind, config.optimiser["name"]]
-        if config.sequence.kind != "d_only":
-            words.append(config.sequence.kind)
+        if not self._without_fit:
+            if config.model["kind"] == "lagrangian":
+                words.append(config.basis.name)
+            words += [config.objective.kind, config.optimiser["name"]]
+            if config.sequence.kind != "d_only":
+                words.append(config.sequence.kind)
+        if config.control.kind != "none":
+            words.append(config.control.name)
         return "-".join(words)
 
     @property
     def stages(self) -> list[Stage]:
         """All that a run consists of, in their order, the run itself last; its recording comes after it."""
-        return [*self.data_stages.values(), self.fit_stage, self.run_stage]
+        closed = [] if self.control_stage is None else [self.control_stage]
+        return [*self.data_stages.values(), self.fit_stage, *closed, self.run_stage]
 
     def finished(self, store: Store) -> Record | None:
         """The stored run, when all that this run should leave is there."""
@@ -125,8 +144,11 @@ class Pipeline:
             progress.report(0.0, f"data: {role}")
             store.compute(stage, partial(work.make_data, role=role))
         fit = store.compute(self.fit_stage, work.make_fit)
+        closed = None
+        if self.control_stage is not None:
+            closed = store.compute(self.control_stage, lambda folder: work.make_control(folder, fit))
         progress.report(0.95, "evaluation")
-        run = store.compute(self.run_stage, lambda folder: work.make_run(folder, fit))
+        run = store.compute(self.run_stage, lambda folder: work.make_run(folder, fit, closed))
         if self._is_recorded(run):
             store.compute(self.recording_stage, lambda folder: work.make_recording(folder, run))
         return run
@@ -138,6 +160,8 @@ class Pipeline:
     def _is_recorded(self, run: Record) -> bool:
         """Whether a recording is wanted, and has motion and energy to show: a simulated model of a known system."""
         config = self.config
+        if self.control_stage is not None:
+            return config.record
         shows = config.model["kind"] not in (*ANCHOR_ROWS, "blackbox") and isinstance(config.data, RandomForce)
         return config.record and shows and bool(run.summary.get("simulated"))
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from shutil import copyfile
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pandas as pd
 
 from repro.card import run_card
@@ -15,7 +16,7 @@ from repro.evaluation.rollouts import can_simulate
 from repro.mechanics.system import System
 from repro.models.model import Model
 from repro.options import optimiser_class
-from repro.stages import dataset, evaluation, fit, identifiability, recording
+from repro.stages import control, dataset, evaluation, fit, identifiability, loop_recording, recording
 from repro.stages.checkpoint import FileCheckpoint
 from repro.tracking import progress
 from repro.tracking.record import Record
@@ -97,7 +98,23 @@ class Work:
         )
         return fit.keep(folder, fitted, config.members, seconds)
 
-    def make_run(self, folder: Path, fitted: Record) -> dict[str, Any]:
+    def make_control(self, folder: Path, fitted: Record) -> dict[str, Any]:
+        """Close the loops."""
+        stage = self.pipeline.control_stage
+        assert stage is not None
+        plan = control.Plan(*(stage.config[name] for name in ("control", "task", "loops", "canonical")))
+        return control.drive(
+            folder,
+            self.model,
+            fit.load_parameters(fitted.folder).numpy(),
+            self.config.members,
+            self.system,
+            self.data("data"),
+            plan,
+            progress.report,
+        )
+
+    def make_run(self, folder: Path, fitted: Record, closed: Record | None = None) -> dict[str, Any]:
         """Measure, and write the run card that every table is made from."""
         status = fitted.summary["status"]
         ensemble = evaluation.Fit(
@@ -122,6 +139,10 @@ class Work:
             self.config.energies.horizons,
         )
         copyfile(fitted.path(fit.CURVES), folder / fit.CURVES)
+        if closed is not None:
+            for name in (control.LOOPS, control.TRAJECTORIES):
+                copyfile(closed.path(name), folder / name)
+            measured["median"] |= {"success": closed.summary["success"]}
         card = run_card(
             self.config,
             n_train=self.data("data").n_train,
@@ -142,7 +163,17 @@ class Work:
 
     def make_recording(self, folder: Path, run: Record) -> dict[str, Any]:
         """Write the recording from what the run stored."""
+        if self.pipeline.control_stage is not None:
+            return self._record_loop(folder, run, self.store.paths.folder("control", self.pipeline.control_stage.id))
         trajectories, curves = (pd.read_parquet(run.path(name)) for name in (evaluation.TRAJECTORIES, fit.CURVES))
         card = {**run.summary["card"], "test medians": run.summary["median"], "command": self.pipeline.command}
         title = self.pipeline.name.replace("-", " ")
         return recording.record(folder, run.id, title, card, trajectories, curves, self.system)
+
+    def _record_loop(self, folder: Path, run: Record, closed: Path) -> dict[str, Any]:
+        first = pd.read_parquet(closed / control.LOOPS).iloc[0].to_dict()
+        card = {**run.summary["card"], "first loop": first, "command": self.pipeline.command}
+        with np.load(closed / control.FIRST) as stored:
+            loop = dict(stored)
+        title = self.pipeline.name.replace("-", " ")
+        return loop_recording.record(folder, run.id, title, card, loop, self.system)

@@ -42,6 +42,7 @@ class Model(ABC):
     inverse = True  # predicts tau: the inverse objective applies
     energetic = True  # has a Lagrangian
     frozen = slice(0, 0)  # weights that a fit leaves as they are
+    known = False  # all weights are given: there is nothing to fit
 
     @property
     @abstractmethod

@@ -31,11 +31,12 @@ class Layout:
     energies: Sequence[Chart]
     inputs: Sequence[Chart]
     learning: Sequence[Chart]
+    further: Sequence[Chart]
 
     @property
     def simulated(self) -> list[Chart]:
         """All charts over simulated time."""
-        return [*self.coordinates, *self.rates, *self.inputs, *self.energies]
+        return [*self.coordinates, *self.rates, *self.inputs, *self.energies, *self.further]
 
 
 def layout_of(recording: RunRecording) -> Layout:
@@ -67,12 +68,17 @@ def layout_of(recording: RunRecording) -> Layout:
     learning = [
         Chart(f"learning/{part(name)}", name, "", "", curve.values, colours) for name, curve in recording.curves.items()
     ]
+    further = [
+        Chart(f"further/{part(name)}", name, "", unit, {name: values}, {name: palette.MODELS[number]}, legend=False)
+        for number, (name, (unit, values)) in enumerate(recording.charts.items())
+    ]
     return Layout(
         coordinates=_one_legend(coordinates),
         rates=_one_legend(rates),
         energies=_one_legend(energies),
         inputs=[chart for chart in inputs if chart.lines],
         learning=_one_legend(learning),
+        further=further,
     )
 
 
@@ -84,6 +90,8 @@ def blueprint(layout: Layout, frame: scene.Frame) -> rrb.Blueprint:
     if layout.learning:
         name = f"Learning curves (choose timeline {LEARNING_TIMELINE} below)"
         pages.append(rrb.Horizontal(*(chart.view() for chart in layout.learning), name=name))
+    if layout.further:
+        pages.insert(0, _stack(layout.further, "Controller"))
     left = rrb.Vertical(scene.view(frame), rrb.Tabs(*pages, active_tab=0), row_shares=[5, 4])
     motion = rrb.Tabs(_stack(layout.coordinates, "Coordinates"), _stack(layout.rates, "Rates"), active_tab=0)
     shares = [len(layout.coordinates), *(1 for _ in layout.inputs)]

@@ -9,6 +9,7 @@ PLANT: Colour = (62, 134, 234)
 FORCE: Colour = (196, 84, 196)
 OBSTACLE: Colour = (222, 72, 72)
 TRACK: Colour = (132, 132, 132)
+PREDICTED: Colour = (226, 160, 40)
 
 MODELS: tuple[Colour, ...] = (
     (226, 104, 10),

@@ -60,6 +60,8 @@ class RunRecording:
     power        name -> (steps,), W; the first is the one that the others should add up to
     curves       name -> learning curve
     obstacle     centre x, centre y (y up) and radius, m
+    predicted    (steps, nodes, 2), where a controller sees the tip going, m; a step without a plan is not finite
+    charts       title -> unit and (steps,) values of further charts, such as what a solver did
     """
 
     run: str
@@ -73,6 +75,8 @@ class RunRecording:
     power: Mapping[str, np.ndarray]
     curves: Mapping[str, Curve] = field(default_factory=dict)
     obstacle: tuple[float, float, float] | None = None
+    predicted: np.ndarray | None = None
+    charts: Mapping[str, tuple[str, np.ndarray]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         steps = len(self.time)
@@ -81,6 +85,9 @@ class RunRecording:
         points = self.plant.points.shape[1:]
         shapes: dict[str, tuple[np.ndarray, tuple[int, ...]]] = {"force": (self.force, (steps,))}
         shapes |= {f"power {name}": (values, (steps,)) for name, values in self.power.items()}
+        shapes |= {f"chart {name}": (values, (steps,)) for name, (_, values) in self.charts.items()}
+        if self.predicted is not None:
+            shapes["predicted"] = self.predicted, (steps, self.predicted.shape[1], 2)
         for label, rollout in {PLANT: self.plant, **self.models}.items():
             shapes[f"state of {label}"] = rollout.state, (steps, 2 * len(self.coordinates))
             shapes[f"points of {label}"] = rollout.points, (steps, *points)
@@ -170,6 +177,8 @@ def _write(path: Path, recording: RunRecording) -> None:
         chart.log(stream, rr.TimeColumn(LEARNING_TIMELINE, sequence=curve.step))
 
     scene.log_surroundings(stream, frame, recording.obstacle)
+    if recording.predicted is not None:
+        scene.log_prediction(stream, time, recording.predicted, frame.scale)
     colours = palette.colours(recording.models)
     for label, model in recording.models.items():
         scene.log_body(stream, part(label), time, model.points, scale=frame.scale, colour=colours[label], solid=False)

@@ -151,6 +151,17 @@ def log_body(
         _move(recording, f"{root}/link{number}", time, start, np.arctan2(along[:, 1], along[:, 0]))
 
 
+def log_prediction(recording: rr.RecordingStream, time: rr.TimeColumn, points: np.ndarray, scale: float) -> None:
+    """The path (steps, nodes, 2) on which a controller sees the tip going, m, y up; nothing where it is not finite."""
+    import rerun as rr
+
+    entity = f"{ROOT}/{PLANT}/predicted"
+    style = rr.LineStrips2D.from_fields(radii=0.015 * scale, colors=palette.PREDICTED, draw_order=5)
+    recording.log(entity, style, static=True)
+    strips = [path[np.all(np.isfinite(path), axis=-1)] for path in to_view(points)]
+    recording.send_columns(entity, [time], rr.LineStrips2D.columns(strips=strips))
+
+
 def log_force(recording: rr.RecordingStream, time: rr.TimeColumn, force: np.ndarray, scale: float) -> None:
     """An arrow that starts at the side of the plant's cart, two links long where the force is greatest."""
     import rerun as rr

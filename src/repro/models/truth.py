@@ -1,0 +1,95 @@
+"""The true Lagrangian as a model: the row that no learned model can beat."""
+
+from collections.abc import Sequence
+from types import ModuleType
+from typing import Any, Literal, cast
+
+import casadi
+import numpy as np
+
+from repro.errors import UserError
+from repro.mechanics.derive import dynamics_of, evaluate
+from repro.mechanics.system import System
+from repro.models.damped import Damped
+from repro.models.features import FeatureMap
+from repro.models.lagrangian import Lagrangian
+from repro.models.model import Model
+from repro.models.setting import Setting
+
+POINTS = 200  # where the true energies are looked at, many more than coefficients
+
+
+class ChainTerms:
+    """The terms that T and V of a cart with a chain of links are made of, as a basis."""
+
+    LINEAR = True
+
+    @staticmethod
+    def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+        """xd^2, and for all links j >= k: xd thd_j cos th_j, thd_j thd_k cos(th_j - th_k)."""
+        terms = {"xd^2": qd[0] ** 2}
+        for j in range(1, len(q)):
+            terms[f"xd thd{j} cos(th{j})"] = qd[0] * qd[j] * m.cos(q[j])
+            terms[f"thd{j}^2"] = qd[j] ** 2
+            for k in range(1, j):
+                terms[f"thd{k} thd{j} cos(th{k} - th{j})"] = qd[k] * qd[j] * m.cos(q[k] - q[j])
+        return terms
+
+    @staticmethod
+    def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+        """cos th_j."""
+        return {f"cos(th{j})": m.cos(q[j]) for j in range(1, len(q))}
+
+
+class Truth(Lagrangian):
+    """A Lagrangian in the terms of a chain of links, its coefficients those of the true system; nothing is fitted."""
+
+    known = True
+
+    def __init__(self, system: System) -> None:
+        super().__init__(cast(ModuleType, ChainTerms), system.n_q)
+        self.coefficients = _coefficients(system, self.kinetic_features, self.potential_features)
+
+    def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
+        """The true coefficients, the same for every member."""
+        return np.repeat(self.coefficients[None], len(generators), axis=0)
+
+
+class DampedTruth(Damped):
+    """The true system with the friction of its joints as further coefficients."""
+
+    known = True
+
+    def __init__(self, system: System) -> None:
+        super().__init__(Truth(system), "diagonal")
+        self.friction_of_joints = np.array(system.damping)
+
+    def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
+        """The true coefficients, the same for every member."""
+        start = super().initial(generators)
+        start[:, self.damping_slice] = self.friction_of_joints
+        return start
+
+
+def build(setting: Setting, *, damping: Literal["none", "diagonal"] = "none") -> Model:
+    """The model of this file for a setting; the keyword is its option in conf/model. It needs the true system."""
+    if setting.system is None:
+        raise UserError("model=truth is the true system: it cannot be used with data=file")
+    return Truth(setting.system) if damping == "none" else DampedTruth(setting.system)
+
+
+def _coefficients(system: System, kinetic: FeatureMap, potential: FeatureMap) -> np.ndarray:
+    """The coefficients by which the terms make up the true energies; UserError where they do not."""
+    generator = np.random.default_rng(0)
+    q, qd = generator.uniform(-np.pi, np.pi, (2, POINTS, system.n_q))
+    dynamics = dynamics_of(system)
+    found = []
+    for features, energy in ((kinetic, dynamics.kinetic), (potential, dynamics.potential)):
+        symbols = [casadi.SX.sym(name, system.n_q) for name in ("q", "qd")]
+        terms = casadi.Function("terms", symbols, [features.expression(*symbols)])
+        columns, values = evaluate(terms, q, qd), evaluate(energy, q, qd)[:, 0]
+        solution, *_ = np.linalg.lstsq(columns, values, rcond=None)
+        if not np.allclose(columns @ solution, values, rtol=0, atol=1e-9 * np.abs(values).max()):
+            raise UserError(f"model=truth: the energies of {system.name}, reading={system.reading}, are no chain's")
+        found.append(solution)
+    return np.concatenate(found)
