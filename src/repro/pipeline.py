@@ -1,6 +1,6 @@
 """One run from its configuration: the only place that knows the order of the stages."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
@@ -8,6 +8,7 @@ from typing import Any
 
 from repro.combinations import ANCHOR_ROWS, FREE_MOTION
 from repro.config import Config, File, RandomForce, scaled
+from repro.parts import fit_of, is_settings, model_modules, settings_of
 from repro.tracking import progress
 from repro.tracking.record import Record
 from repro.tracking.stage import Stage
@@ -69,7 +70,31 @@ class Pipeline:
             }
             modules.append(f"repro.learning.{config.optimiser['kind']}")
         upstream = {role: stage.id for role, stage in self.data_stages.items()}
+        for number, (fit, of_model) in enumerate(self._part_fits, start=1):
+            upstream[f"part_{number}"] = fit
+            modules += of_model
         return self._stage("fits", self.name, parts, upstream, (*modules, self._system_module))
+
+    @cached_property
+    def part_pipelines(self) -> list["Pipeline"]:
+        """The pipelines of the sub-models that the model is made of, where their settings are given."""
+        return [Pipeline.of(settings_of(part, self.config), self.command) for part in self._parts if is_settings(part)]
+
+    @property
+    def _parts(self) -> list[str]:
+        return self.config.model.get("parts", [])
+
+    @property
+    def _part_fits(self) -> Iterator[tuple[str, list[str]]]:
+        """The id of the fit of every sub-model, in order, and the modules of its model."""
+        made = iter(self.part_pipelines)
+        for part in self._parts:
+            if is_settings(part):
+                stage = next(made).fit_stage
+                yield stage.id, [name for name in stage.modules if name.startswith("repro.models.")]
+            else:
+                fit = fit_of(part)
+                yield fit.id, model_modules(fit)
 
     @cached_property
     def run_stage(self) -> Stage:
@@ -139,6 +164,8 @@ class Pipeline:
         """Make whatever is not there yet, and return the run's record; StageFailed when a stage fails."""
         from repro.pipeline_work import Work
 
+        for part in self.part_pipelines:
+            part.execute(store)
         work = Work(self, store)
         for role, stage in self.data_stages.items():
             progress.report(0.0, f"data: {role}")

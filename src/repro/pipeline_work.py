@@ -16,9 +16,11 @@ from repro.evaluation.rollouts import can_simulate
 from repro.mechanics.system import System
 from repro.models.model import Model
 from repro.options import optimiser_class
+from repro.parts import part_of
 from repro.stages import control, dataset, evaluation, fit, identifiability, loop_recording, recording
 from repro.stages.checkpoint import FileCheckpoint
 from repro.tracking import progress
+from repro.tracking.load import load_run
 from repro.tracking.record import Record
 from repro.tracking.store import Store
 
@@ -46,7 +48,10 @@ class Work:
     @cached_property
     def model(self) -> Model:
         """The model, built for the final dataset."""
-        return fit.build_model(self.config.model, self.config.basis.name, self.forced, self.truth)
+        upstream, root = self.pipeline.fit_stage.upstream, self.store.paths.root
+        fits = [load_run(upstream[role], root=root) for role in upstream if role.startswith("part_")]
+        parts = [part_of(each, self.config.members) for each in fits]
+        return fit.build_model(self.config.model, self.config.basis.name, self.forced, self.truth, parts)
 
     @property
     def recipe(self) -> fit.Recipe:

@@ -22,7 +22,7 @@ from repro.mechanics.system import System
 from repro.models.damped import without_damping
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
-from repro.models.setting import Setting
+from repro.models.setting import Part, Setting
 
 PARAMETERS, CURVES = "parameters.npz", "curves.parquet"
 
@@ -36,13 +36,19 @@ class Recipe:
     seeds: Sequence[int]
 
 
-def build_model(options: Mapping[str, Any], basis: str, data: Sequence[Dataset], system: System | None) -> Model:
+def build_model(
+    options: Mapping[str, Any],
+    basis: str,
+    data: Sequence[Dataset],
+    system: System | None,
+    parts: Sequence[Part] = (),
+) -> Model:
     """The model that the file repro/models/<kind>.py builds; data: the curriculum's datasets, then D itself."""
     kind = options["kind"]
     module = importlib.import_module(f"repro.models.{kind}")
     features = importlib.import_module(f"repro.models.bases.{basis}")
     final = data[-1].train
-    setting = Setting(features, final.q, final.qd, data[0].train.qd, system)
+    setting = Setting(features, final.q, final.qd, data[0].train.qd, system, tuple(parts))
     return module.build(setting, **{key: value for key, value in options.items() if key != "kind"})
 
 
@@ -59,7 +65,7 @@ def fit(
     """Fit and return the result with the seconds it took; data: the curriculum's datasets, then D itself."""
     generators = [np.random.default_rng([seed, 1]) for seed in recipe.seeds]
     parameters = torch.from_numpy(model.initial(generators))
-    if model.n_parameters == 0 or model.known:
+    if model.known or model.frozen == slice(0, model.n_parameters):
         return Fitted(parameters, status=["ok"] * len(parameters), notes={"epochs": 0}), 0.0
     phases = phases_of(model, recipe, data, free, system)
     started = time.perf_counter()
