@@ -18,7 +18,7 @@ MISTAKES = {
     "optimiser.kind=sgd": "optimiser.kind = 'sgd': allowed are adam, lbfgs, least_squares",
     "basis=t3": "basis=t3: allowed are {bases}",
     "basis.name=t3": "basis.name = 't3': allowed are {bases}",
-    "model.kind=mlp": "model.kind = 'mlp': allowed are blackbox, degenerate, lagrangian",
+    "model.kind=mlp": "model.kind = 'mlp': allowed are blackbox, degenerate, extended, hinged, lagrangian",
     "model.hidden=10": "model.hidden = 10: should be a valid list",
     "model.hidden=[10,0]": "model.hidden = [10, 0]: every number must be at least 1",
     "model.activation=relu": "model.activation = 'relu': should be 'softplus' or 'tanh'",
@@ -49,7 +49,7 @@ MISTAKES = {
     "hydra.verbose=true": "settings of Hydra itself go with hydra/launcher=",
 }
 COMBINATIONS = {
-    "basis=t2 optimiser=least_squares": "library, rigid_body, t1), not lagrangian, t2",
+    "basis=t2 optimiser=least_squares": "library, rigid_body, spring, t1), not lagrangian, t2",
     "basis=t1 optimiser=least_squares objective=forward": "needs objective=inverse, not forward",
     "model=blackbox": "model=blackbox predicts accelerations only; use objective=forward",
     "model=blackbox objective=forward sequence=joint": "use sequence=d_only",
@@ -59,10 +59,17 @@ COMBINATIONS = {
     "basis=t2 objective.l1_kinetic=0.1": "act on coefficients under optimiser=adam and a linear basis",
     "objective.finish=0.2": "equal weights at the end need other weights before: objective.error_scale",
     "model=structured model.factor=triangular model.rank=5": "use model.factor=wide",
+    "chain=[2]": "joins copies of a link that system=link",
+    "objective=port": "asks for eq. (12b) of model=port_hamiltonian",
     "sequence=joint system.damping=[0.1,0.1]": "D_H keeps its energy only without damping",
     "data=file data.path={file} sequence=joint": "data=file goes with sequence=d_only",
     "data=file data.path={file} model=degenerate": "is made from the true system",
     "data=file data.path={file} curriculum=growing_episodes": "data=file goes with curriculum=none",
+    "data=file data.path={file} control=sip": "drives the true system, which data=file does not tell",
+    "model=degenerate control=sip": "needs a model with energies and an invertible mass matrix, not model=degenerate",
+    "system=dip model=truth control=energy_shaping": "swings up one link, and system=dip has 2",
+    "model=truth control=sip task.delay=0.04": "must be shorter than control.time_step = 0.04",
+    "model=truth control=sip task.damping=[0.1]": "task.damping = [0.1]: needs 2 numbers, or none",
 }
 
 

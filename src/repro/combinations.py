@@ -140,6 +140,13 @@ def _triangular_factor(config: Config) -> Iterator[str]:
         yield f"model.rank = {rank}: a triangular factor has as many columns as coordinates; use model.factor=wide"
 
 
+def _chain(config: Config) -> Iterator[str]:
+    if config.chain and (
+        config.system.name != "link" or config.model["kind"] not in ("lagrangian", "port_hamiltonian")
+    ):
+        yield f"chain = {config.chain}: joins copies of a link that system=link and model=lagrangian have learned"
+
+
 def _recording(config: Config) -> Iterator[str]:
     if not isinstance(config.data, File):
         return
@@ -155,6 +162,24 @@ def _recording(config: Config) -> Iterator[str]:
         yield "curriculum.episodes: needs simulated data; data=file goes with curriculum=none"
 
 
+def _closed_loop(config: Config) -> Iterator[str]:
+    control, task, kind = config.control, config.task, config.model["kind"]
+    if control.kind == "none" or [*_system(config)]:
+        return
+    said = f"control = {control.name!r}"
+    if isinstance(config.data, File):
+        yield f"{said}: drives the true system, which data=file does not tell; use control=none"
+    if kind in ("trivial", "degenerate", "blackbox"):
+        yield f"{said}: needs a model with energies and an invertible mass matrix, not model={kind}"
+    system = _load(config)
+    if control.kind == "energy_shaping" and system.n_q != 2:
+        yield f"{said}: swings up one link, and system={config.system.name} has {system.n_q - 1}"
+    if task.delay >= control.time_step:
+        yield f"task.delay = {task.delay}: must be shorter than control.time_step = {control.time_step}"
+    if len(task.damping) not in (0, system.n_q):
+        yield f"task.damping = {task.damping}: needs {system.n_q} numbers, or none"
+
+
 RULES: tuple[Callable[[Config], Iterator[str]], ...] = (
     _system,
     _basis_of_another_system,
@@ -165,9 +190,11 @@ RULES: tuple[Callable[[Config], Iterator[str]], ...] = (
     _l1,
     _free_motion_keeps_its_energy,
     _pretraining_epochs,
+    _chain,
     _finish,
     _triangular_factor,
     _recording,
+    _closed_loop,
 )
 
 

@@ -148,6 +148,7 @@ class Config(Section):
     scale: Scale
     seeds: int | list[int] | None
     record: bool
+    chain: list[Count]
     experiment: str | None
     sweep: list[str]
 

@@ -104,10 +104,18 @@ class Pipeline:
         parts: dict[str, Any] = {"reading": self.config.energies.reading}
         if self.config.energies.horizons:
             parts["horizons"] = self.config.energies.horizons
+        if self.config.chain:
+            parts["chain"] = self.config.chain
         if self.control_stage is not None:
             upstream["control"] = self.control_stage.id
         model = f"repro.models.{self.config.model['kind']}"
-        modules = ("repro.stages.evaluation", "repro.stages.identifiability", model, self._system_module)
+        modules = (
+            "repro.stages.evaluation",
+            "repro.stages.identifiability",
+            "repro.evaluation.chains",
+            model,
+            self._system_module,
+        )
         return self._stage("runs", self.name, parts, upstream, modules)
 
     @cached_property

@@ -1,5 +1,6 @@
 """The work behind each stage of a pipeline: loads what is upstream, calls the science, writes the card."""
 
+from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
 from shutil import copyfile
@@ -7,11 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
+from torch import Tensor
 
 from repro.card import run_card
 from repro.config import RandomForce
 from repro.data.dataset import Dataset
+from repro.evaluation.chains import chain_errors
 from repro.evaluation.identifiability import Identifiability
+from repro.evaluation.metrics import Metric
 from repro.evaluation.rollouts import can_simulate
 from repro.mechanics.system import System
 from repro.models.model import Model
@@ -140,7 +144,7 @@ class Work:
             self.truth,
             self.config.energies.reading,
             self.free,
-            list(identifiability.metrics([*identified.values()][-1])) if identified else [],
+            [*self._found(identified), *self._chained(ensemble.parameters)],
             self.config.energies.horizons,
         )
         copyfile(fitted.path(fit.CURVES), folder / fit.CURVES)
@@ -156,6 +160,14 @@ class Work:
             notes=fitted.summary["notes"],
         )
         return measured | {"card": card, "simulated": can_simulate(self.model)}
+
+    def _found(self, identified: dict[str, list[Identifiability]]) -> Iterator[Metric]:
+        if identified:
+            yield from identifiability.metrics([*identified.values()][-1])
+
+    def _chained(self, parameters: Tensor) -> Iterator[Metric]:
+        if self.config.chain:
+            yield from chain_errors(self.model, parameters, self.system, self.config.chain, "test")
 
     def identified(self) -> dict[str, list[Identifiability]]:
         """What the data can tell of a linear model, by the phase of its training; empty for other models."""

@@ -45,7 +45,7 @@ def test_upright_is_highest_and_hanging_is_lowest(system: System) -> None:
     assert system.potential(system.hanging, np) < min(potential)
 
 
-@every_system
+@every_chain
 def test_links_point_up_when_upright(system: System) -> None:
     up, down = (np.array(system.body_points(list(q), np)) for q in (system.upright, system.hanging))
     assert np.all(np.diff(up[:, 1]) > 0)
@@ -86,6 +86,13 @@ def test_the_free_rod_is_the_second_link_of_the_double_pendulum() -> None:
             double.potential(point, np) - single.potential(point[:2], np), abs=1e-12
         )
         np.testing.assert_allclose(rod.body_points(place, np), ends, atol=1e-12)
+
+
+def test_the_link_is_a_stiffening_spring() -> None:
+    system = load("link", damping=[0.3])
+    acceleration = evaluate(dynamics_of(system).acceleration, np.array([0.2]), np.array([0.5]), np.array([1.0]))
+    assert acceleration[0] == pytest.approx((1.0 - 0.3 * 0.5 - 20 * 0.2 - 40 * 0.2**3) / 0.5)
+    assert np.linalg.norm(np.subtract(*system.body_points([0.2], np))) == pytest.approx(1.2)
 
 
 def test_damping_may_grow_with_the_angle() -> None:

@@ -25,10 +25,10 @@ def damping_errors(model: Model, parameters: Tensor, part: Dataset, system: Syst
     if not any(system.damping) or not _has_friction(model):
         return
     q, qd = (array[:, :STATES] for array in (part.q, part.qd))
-    learned = np.stack(
-        [evaluate(_learned(model), *state, w) for *state, w in zip(q, qd, parameters.numpy(), strict=True)]
-    )
-    true = evaluate(_true(system), q, qd)
+    members = zip(q, qd, parameters.double().numpy(), strict=True)
+    shape = (*q.shape, system.n_q)
+    learned = np.stack([evaluate(_learned(model), *member) for member in members]).reshape(shape)
+    true = evaluate(_true(system), q, qd).reshape(shape)
     error = np.linalg.norm(learned - true, axis=(-2, -1)).mean(1) / np.linalg.norm(true, axis=(-2, -1)).mean(1)
     yield Metric(split, "damping_error", error, "1")
     joints = _joint_motions(system)

@@ -1,0 +1,84 @@
+"""A learned link, joined to itself many times over: state and energy against the true chain, cost, and a monolith."""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import casadi
+import numpy as np
+from torch import Tensor
+
+from repro.evaluation.metrics import Metric
+from repro.mechanics.derive import evaluate
+from repro.mechanics.system import System
+from repro.models.link_chain import ChainLink, link_chain
+from repro.models.model import Model
+from repro.models.ports import PortSystem
+
+SECONDS, TIME_STEP = 10.0, 0.004
+KEPT = 25  # steps from one kept state to the next
+REACH = 0.3  # m and kg m/s, of the random start
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Every KEPT-th state (time, 2 links) = [extensions; momenta], their energies (time,) in J; processor time in s."""
+
+    states: np.ndarray
+    energy: np.ndarray
+    seconds: float
+
+
+def chain_errors(
+    model: Model, parameters: Tensor, system: System, links: Sequence[int], split: str
+) -> Iterator[Metric]:
+    """For each number of links: relative errors of state and energy after 10 s, and seconds.
+
+    The true chain, of the same structure with the true constants, is simulated with the same steps. Seconds: building
+    and simulating the chain of one member.
+    """
+    learned = [ChainLink.learned(model, weights) for weights in parameters.double().numpy()]
+    for number in links:
+        start = random_start(number)
+        plant = simulate_chain(ChainLink.true(system), start)
+        motions = [simulate_chain(link, start) for link in learned]
+        gap = np.array([np.linalg.norm(m.states[-1] - plant.states[-1]) for m in motions])
+        energy = np.array([abs(m.energy[-1] - plant.energy[-1]) for m in motions])
+        yield Metric(split, f"chain_error_{number}", gap / np.linalg.norm(plant.states[-1]), "1")
+        yield Metric(split, f"chain_energy_error_{number}", energy / plant.energy[0], "1")
+        yield Metric(split, f"chain_seconds_{number}", np.array([m.seconds for m in motions]), "s")
+
+
+def simulate_chain(link: ChainLink, start: np.ndarray) -> Motion:
+    """Build the chain and follow it for 10 s by RK4, at a cost that is linear in its length; start: (2 links,)."""
+    begun = time.process_time()
+    chain = link_chain(link, len(start) // 2)
+    rate, energy = _rate(chain), casadi.Function("energy", [chain.state], [chain.energy])
+    x, kept = start, [start]
+    for step in range(1, round(SECONDS / TIME_STEP) + 1):
+        k1 = rate(x)
+        k2 = rate(x + TIME_STEP / 2 * k1)
+        k3 = rate(x + TIME_STEP / 2 * k2)
+        k4 = rate(x + TIME_STEP * k3)
+        x = x + TIME_STEP / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        if step % KEPT == 0:
+            kept.append(x)
+    took = time.process_time() - begun
+    energies = np.array([evaluate(energy, state)[0] for state in kept])
+    return Motion(np.stack(kept), energies, took)
+
+
+def random_start(links: int) -> np.ndarray:
+    """Extensions and momenta, the same for every model, (2 links,)."""
+    return np.random.default_rng(7).uniform(-REACH, REACH, 2 * links)
+
+
+def _rate(chain: PortSystem) -> Callable[[np.ndarray], np.ndarray]:
+    """xdot = (J - R) dH/dx with the constant J - R of a chain as a sparse matrix."""
+    from scipy.sparse import csr_matrix
+
+    structure = casadi.evalf(chain.interconnection - chain.resistance)
+    rows, columns = structure.sparsity().get_triplet()
+    sparse = csr_matrix((structure.nonzeros(), (rows, columns)), shape=structure.shape)
+    gradient = casadi.Function("gradient", [chain.state], [casadi.densify(chain.gradient)])
+    return lambda x: sparse @ evaluate(gradient, x)

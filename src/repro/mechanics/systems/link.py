@@ -1,0 +1,35 @@
+"""A mass on a stiffening spring, with a force on it: the link that chains are made of."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from repro.mechanics.system import Coordinate, System
+
+
+@dataclass(frozen=True)
+class SpringLink(System):
+    """Mass m1 (kg) at the end of a spring with force k1 s + k3 s^3 (N/m, N/m^3) that hangs on a wall."""
+
+    name: ClassVar[str] = "link"
+
+    m1: float = 0.5
+    k1: float = 20.0
+    k3: float = 40.0
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """The extension of the spring."""
+        return (Coordinate("x", "m", False),)
+
+    def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
+        """Kinetic energy in J."""
+        return 0.5 * self.m1 * qd[0] ** 2
+
+    def potential(self, q: Sequence[Any], m: Any) -> Any:
+        """Energy of the spring in J."""
+        return 0.5 * self.k1 * q[0] ** 2 + 0.25 * self.k3 * q[0] ** 4
+
+    def body_points(self, q: Sequence[Any], m: Any) -> list[list[Any]]:
+        """World points [x, y] in m of the mass and of the wall, 1 m away at rest."""
+        return [[q[0], 0.0 * q[0]], [-1.0 + 0.0 * q[0], 0.0 * q[0]]]
