@@ -6,9 +6,12 @@ import math
 import numpy as np
 import pytest
 
-from repro.bench.accuracy import Race
-from repro.bench.case import lagrangian_case
+from repro.bench.accuracy import Race, Racer
+from repro.bench.case import lagrangian_case, triangular_case
 from repro.models.bases import t2
+
+OURS = Racer("PLNN", "inverse", "Levenberg-Marquardt")
+FORWARD = Racer("PLNN", "forward", "Levenberg-Marquardt")
 
 
 @pytest.fixture(scope="module")
@@ -20,19 +23,20 @@ def case():
 def race(case):
     def start(threshold, patience=1.0, limit_s=0.5):
         ticks = itertools.count()
-        return Race(lambda: case, threshold, patience, limit_s, lambda: float(next(ticks)))
+        models = {"PLNN": lambda: case, "DeLaN": lambda: triangular_case((4,), 2, 200)}
+        return Race(models, threshold, patience, limit_s, lambda: float(next(ticks)))
 
     return start
 
 
 def test_what_is_good_enough_at_once_takes_one_budget(race):
-    pairs = race(threshold=1e6).forward_against_inverse("Levenberg-Marquardt")
+    pairs = race(threshold=1e6).pairs(OURS, FORWARD)
     np.testing.assert_array_equal(pairs.ours, [1.0, 1.0])
     np.testing.assert_array_equal(pairs.ratios, [1.0, 1.0])
 
 
 def test_what_is_never_good_enough_is_given_up(race):
-    pairs = race(threshold=0.0).forward_against_inverse("Levenberg-Marquardt")
+    pairs = race(threshold=0.0).pairs(OURS, FORWARD)
     assert np.isinf(pairs.ours).all()
     assert np.isinf(pairs.other).all()
 
@@ -43,10 +47,17 @@ def test_the_forward_objective_is_judged_by_the_error_of_tau(race, case):
     parameters = case.parameters[:1]
     problem = case.problem("forward").member(0)
     tau = model.evaluate(parameters, problem.tasks[0].prepared).tau.numpy()
-    assert found.error(parameters, 0) == pytest.approx(np.abs(tau - data.tau[:1]).mean())
+    assert found.error("PLNN", parameters, 0) == pytest.approx(np.abs(tau - data.tau[:1]).mean())
 
 
-def test_optimisers_of_the_inverse_objective_are_paired_by_member(race):
-    pairs = race(threshold=1e6).optimisers("Levenberg-Marquardt", "L-BFGS")
+@pytest.mark.parametrize("other", [Racer("PLNN", "inverse", "L-BFGS"), Racer("DeLaN", "inverse", "L-BFGS")])
+def test_optimisers_and_models_are_paired_by_member(race, other):
+    pairs = race(threshold=1e6).pairs(OURS, other)
     assert len(pairs) == 2
     assert all(math.isfinite(s) for s in [*pairs.ours, *pairs.other])
+
+
+def test_a_racer_runs_once_however_often_it_is_compared(race):
+    found = race(threshold=1e6)
+    first = found.pairs(OURS, FORWARD).ours
+    assert found.pairs(OURS, Racer("PLNN", "inverse", "L-BFGS")).ours is first

@@ -1,10 +1,9 @@
-"""Seconds of training until the model is good enough, by optimiser and objective."""
+"""Seconds of training until the model is good enough: by model, equation and optimiser."""
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from torch import Tensor
@@ -15,7 +14,6 @@ from repro.learning.adam import Adam
 from repro.learning.lbfgs import LBFGS
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.optimiser import Optimiser
-from repro.learning.problem import Problem
 from repro.learning.result import NoCheckpoint, silent
 
 GROWTH = 1.5  # from one budget to the next: a time is known to this factor
@@ -27,66 +25,68 @@ OPTIMISERS: Mapping[str, tuple[Callable[[int], Optimiser], int]] = {  # by numbe
 
 
 @dataclass(frozen=True)
+class Racer:
+    """A model by its name in the race, what it is trained for, and how."""
+
+    model: str
+    equation: Equation
+    optimiser: str
+
+    @property
+    def label(self) -> str:
+        """A few words for the tables."""
+        return f"{self.model}, {self.equation}, {self.optimiser}"
+
+
+@dataclass(frozen=True)
 class Race:
     """From one random start a member to a training MAE_tau of `threshold`, every optimiser with its usual settings.
 
-    Budgets grow until one reaches the threshold or takes longer than `limit_s`; the forward objective is given up
-    after `patience` times the seconds of the inverse one.
+    Budgets grow until one reaches the threshold or takes longer than `limit_s`; a racer is given up after `patience`
+    times the seconds of the one it is compared with.
     """
 
-    build_case: Callable[[], Case]
+    models: Mapping[str, Callable[[], Case]]
     threshold: float
     patience: float
     limit_s: float
     clock: Clock = time.process_time
+    _cases: dict[str, Case] = field(default_factory=dict)
+    _known: dict[Racer, np.ndarray] = field(default_factory=dict)
 
-    def forward_against_inverse(self, optimiser: str) -> Pairs:
-        """Inverse (ours) and forward with the same optimiser, a pair a member."""
-        inverse = self._inverse(optimiser)
-        limits = [self.patience * s if math.isfinite(s) else self.limit_s for s in inverse]
-        return Pairs(inverse, np.array([self._seconds(optimiser, "forward", m, s) for m, s in enumerate(limits)]))
+    def pairs(self, ours: Racer, other: Racer) -> Pairs:
+        """Both racers from the same seeds, a pair a member."""
+        if ours not in self._known:
+            limits = [self.limit_s] * self.case(ours.model).members
+            self._known[ours] = np.array([self._seconds(ours, m, limit) for m, limit in enumerate(limits)])
+        first = self._known[ours]
+        limits = [self.patience * s if math.isfinite(s) else self.limit_s for s in first]
+        return Pairs(first, np.array([self._seconds(other, m, limit) for m, limit in enumerate(limits)]))
 
-    def optimisers(self, ours: str, other: str) -> Pairs:
-        """Two optimisers of the inverse objective, a pair a member."""
-        return Pairs(self._inverse(ours), self._inverse(other))
+    def case(self, model: str) -> Case:
+        """The networks of one model and their samples."""
+        if model not in self._cases:
+            self._cases[model] = self.models[model]()
+        return self._cases[model]
 
-    @cached_property
-    def case(self) -> Case:
-        """The networks and their samples."""
-        return self.build_case()
-
-    @cached_property
-    def _members(self) -> Mapping[Equation, Sequence[Problem]]:
-        equations: tuple[Equation, ...] = ("inverse", "forward")
-        problems = {equation: self.case.problem(equation) for equation in equations}
-        return {name: [whole.member(m) for m in range(self.case.members)] for name, whole in problems.items()}
-
-    @cached_property
-    def _known(self) -> dict[str, np.ndarray]:
-        return {}
-
-    def _inverse(self, optimiser: str) -> np.ndarray:
-        if optimiser not in self._known:
-            seconds = [self._seconds(optimiser, "inverse", m, self.limit_s) for m in range(self.case.members)]
-            self._known[optimiser] = np.array(seconds)
-        return self._known[optimiser]
-
-    def _seconds(self, optimiser: str, equation: Equation, member: int, limit_s: float) -> float:
-        build, budget = OPTIMISERS[optimiser]
-        problem, start = self._members[equation][member], self.case.parameters[member : member + 1]
+    def _seconds(self, racer: Racer, member: int, limit_s: float) -> float:
+        build, budget = OPTIMISERS[racer.optimiser]
+        case = self.case(racer.model)
+        problem, start = case.problem(racer.equation).member(member), case.parameters[member : member + 1]
         build(1).fit(problem, start, silent, NoCheckpoint())  # a warm-up: code is generated here
         while True:
             begun = self.clock()
             fitted = build(budget).fit(problem, start, silent, NoCheckpoint())
             seconds = self.clock() - begun
-            if self.error(fitted.parameters, member) <= self.threshold:
+            if self.error(racer.model, fitted.parameters, member) <= self.threshold:
                 return seconds
             if seconds > limit_s:
                 return math.inf
             budget = math.ceil(GROWTH * budget)
 
-    def error(self, parameters: Tensor, member: int) -> float:
+    def error(self, model: str, parameters: Tensor, member: int) -> float:
         """MAE_tau on a member's training samples, whatever it was trained for; parameters (1, n_parameters)."""
-        (task,) = self._members["inverse"][member].tasks
-        tau = self.case.model.evaluate(parameters.double(), task.prepared).tau
+        case = self.case(model)
+        (task,) = case.problem("inverse").member(member).tasks
+        tau = case.model.evaluate(parameters.double(), task.prepared).tau
         return math.inf if tau is None else (tau - task.measured["tau"]).abs().mean().item()

@@ -15,6 +15,7 @@ from repro.learning.objective import Objective
 from repro.learning.problem import Problem
 from repro.learning.training import make_task
 from repro.mechanics.system import load
+from repro.models.bases import raw
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
 from repro.models.structured import Structured
@@ -48,20 +49,40 @@ class Case:
 
 def lagrangian_case(basis: ModuleType, hidden: Sequence[int], members: int, samples: int) -> Case:
     """A network for T (or L) of a basis, on the single pendulum."""
-    dataset = pendulum(members, samples)
+    dataset = pendulum(range(members), samples)
     return _started(Lagrangian(basis, dataset.n_q, hidden=hidden), dataset)
 
 
 def structured_case(hidden: Sequence[int], members: int, samples: int) -> Case:
-    """A network for the mass matrix, on the single pendulum."""
-    dataset = pendulum(members, samples)
+    """A network for a wide factor of the mass matrix, on the single pendulum."""
+    dataset = pendulum(range(members), samples)
     scale = dataset.qd.reshape(-1, dataset.n_q).std(axis=0)
     return _started(Structured(dataset.n_q, scale, hidden=hidden), dataset)
 
 
-def pendulum(members: int, samples: int) -> Dataset:
+def triangular_case(hidden: Sequence[int], members: int, samples: int) -> Case:
+    """The mass matrix by its triangular factor from a network without a linear path, as DeLaN has it."""
+    dataset = pendulum(range(members), samples)
+    model = Structured(
+        dataset.n_q, np.ones(dataset.n_q), hidden=hidden, activation="softplus", skip=False, factor="triangular",
+        initialisation="glorot",
+    )  # fmt: skip
+    return _started(model, dataset)
+
+
+def random_case(n_q: int, hidden: Sequence[int], samples: int) -> Case:
+    """One network L(q, qd) on random states: its cost depends on their number and on n_q alone."""
+    q, qd, qdd, tau = np.random.default_rng(0).normal(size=(4, 1, samples, n_q))
+    dataset = Dataset(
+        q=q, qd=qd, qdd=qdd, tau=tau, time=np.arange(samples, dtype=float), episode=np.zeros(samples, dtype=int),
+        n_train=samples, coordinates=load("pendulum", n=max(1, n_q - 1)).coordinates[:n_q], time_step=1.0,
+    )  # fmt: skip
+    return _started(Lagrangian(raw, n_q, hidden=hidden), dataset)
+
+
+def pendulum(seeds: Sequence[int], samples: int) -> Dataset:
     """The single pendulum under a random force, in short episodes."""
-    return random_force(load("sip"), seeds=range(members), samples=samples, episode_steps=EPISODE_STEPS)
+    return random_force(load("sip"), seeds=seeds, samples=samples, episode_steps=EPISODE_STEPS)
 
 
 def _started(model: Model, dataset: Dataset) -> Case:

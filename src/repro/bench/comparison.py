@@ -17,6 +17,8 @@ COLUMNS = (
     "ratio_q75",
     "ours_ms",
     "other_ms",
+    "ours_mib",
+    "other_mib",
     "threads",
     "protocol",
 )

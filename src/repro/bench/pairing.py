@@ -26,13 +26,19 @@ class Rounds:
 
 @dataclass(frozen=True)
 class Pairs:
-    """Seconds of both contenders, pair by pair (pair,); infinite where a goal was not reached."""
+    """Seconds of both contenders, pair by pair (pair,), infinite where a goal was not reached; MiB of memory."""
 
     ours: np.ndarray
     other: np.ndarray
+    ours_mib: float = math.nan
+    other_mib: float = math.nan
 
     def __len__(self) -> int:
         return len(self.ours)
+
+    def with_memory(self, ours_mib: float, other_mib: float) -> "Pairs":
+        """The same with the memory of both."""
+        return Pairs(self.ours, self.other, ours_mib, other_mib)
 
     @property
     def ratios(self) -> np.ndarray:
@@ -41,7 +47,7 @@ class Pairs:
         return self.other[finished] / self.ours[finished]
 
     def summary(self) -> dict[str, float]:
-        """Median and quartiles of the ratio, medians of both times in ms; each a value that was observed."""
+        """Median and quartiles of the ratio, medians of both times in ms, each a value that was observed; memory."""
         low, median, high = _quantiles(self.ratios, [0.25, 0.5, 0.75])
         return {
             "ratio_median": median,
@@ -49,6 +55,8 @@ class Pairs:
             "ratio_q75": high,
             "ours_ms": 1e3 * _quantiles(self.ours, [0.5])[0],
             "other_ms": 1e3 * _quantiles(self.other, [0.5])[0],
+            "ours_mib": self.ours_mib,
+            "other_mib": self.other_mib,
         }
 
 

@@ -27,16 +27,22 @@ class RaceSize:
 class Scale:
     """Rounds of every comparison of steps, the hidden layers that are compared, the members of an ensemble, the race.
 
-    large: networks that would take minutes on a full batch, and are timed on `large_batch` samples.
+    large: networks that would take minutes on a full batch, and are timed on `large_batch` samples. coordinates: of the
+    growth with n_q, from the first. streamed: samples of the least squares beyond memory; many: members side by side,
+    with `many_batch` samples each.
     """
 
     rounds: Rounds
     sizes: Sequence[Hidden]
     ensemble: int
     race: RaceSize
+    coordinates: Sequence[int]
+    streamed: Sequence[int]
+    many: Sequence[int]
     batch: int = 2048
     large: Sequence[Hidden] = ()
     large_batch: int = 256
+    many_batch: int = 256
 
 
 SCALES = {
@@ -46,18 +52,27 @@ SCALES = {
         sizes=[PAPERS],
         ensemble=2,
         race=RaceSize(["Levenberg-Marquardt"], members=1, samples=500, threshold=0.5, patience=1.0, limit_s=0.2),
+        coordinates=[2, 3],
+        streamed=[1_000],
+        many=[2],
     ),
     "quick": Scale(
         Rounds(least=5, most=15, limit_s=0.7),
         sizes=[PAPERS, (64, 64)],
         ensemble=10,
         race=RaceSize(list(OPTIMISERS), members=2, samples=6144, threshold=0.1, patience=1.0, limit_s=3.0),
+        coordinates=[2, 4, 8],
+        streamed=[1_000, 100_000],
+        many=[10],
     ),
     "paper": Scale(
         Rounds(least=7, most=31, limit_s=4.0),
         sizes=[PAPERS, (32, 32), (64, 64)],
         ensemble=10,
         race=RaceSize(list(OPTIMISERS), members=5, samples=6144, threshold=0.1, patience=3.0, limit_s=10.0),
+        coordinates=[2, 1, 3, 4, 5, 6, 7, 8],
+        streamed=[1_000, 10_000, 100_000, 1_000_000, 10_000_000],
+        many=[10, 100, 1_000],
         large=[(500, 500)],
     ),
 }

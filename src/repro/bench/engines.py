@@ -1,0 +1,51 @@
+"""Our engine against the usual way of writing the Euler-Lagrange residual, and what its cost grows with."""
+
+from collections.abc import Iterator
+from functools import partial
+
+from repro.bench.case import random_case
+from repro.bench.comparison import Comparison
+from repro.bench.contender import (
+    PREPARED,
+    STEP,
+    Contender,
+    by_hessian,
+    compared,
+    fastest,
+    in_torch,
+    size_text,
+    t2_case,
+)
+from repro.bench.scale import PAPERS, Scale
+from repro.mechanics.c_library import has_compiler
+
+ENSEMBLE = "; time of all members, by vmap(hessian) one after another"
+GROWTH = "; random states, one network L(q, qd); the ratio is the growth of the cost from {least} coordinates"
+MEMBERS = "; the ratio is the growth of the time of all members from one, over their number"
+
+
+def engines(scale: Scale) -> Iterator[Comparison]:
+    """Inverse steps in our engine, compiled and in torch, against vmap(hessian); then an ensemble."""
+    ways = [fastest("inverse"), in_torch("inverse")] if has_compiler() else [in_torch("inverse")]
+    for hidden in [*scale.sizes, *scale.large]:
+        batch = scale.large_batch if hidden in scale.large else scale.batch
+        protocol, case = STEP.format(batch=batch) + PREPARED, t2_case(hidden, 1, batch)
+        for own in ways:
+            yield compared(scale, "engine", size_text(hidden), case, (own, by_hessian("inverse")), protocol)
+    protocol, case = STEP.format(batch=scale.batch) + ENSEMBLE + PREPARED, t2_case(PAPERS, scale.ensemble, scale.batch)
+    for own in ways:
+        pair = own, by_hessian("inverse")
+        yield compared(scale, "engine", size_text(PAPERS), case, pair, protocol, scale.ensemble)
+
+
+def coordinates(scale: Scale) -> Iterator[Comparison]:
+    """Growth of the inverse and of the forward step with the number of coordinates, at equal width."""
+    least, *more = scale.coordinates
+    for hidden in scale.sizes:
+        protocol = STEP.format(batch=scale.batch).replace("n_q = 2, ", "") + GROWTH.format(least=least)
+        for own in (fastest("inverse"), fastest("forward")):
+            for n_q in more:
+                first = Contender(f"{own.label}, n_q = {least}", own.step)
+                other = Contender(f"n_q = {n_q}", own.step, partial(random_case, n_q, hidden, scale.batch))
+                case = partial(random_case, least, hidden, scale.batch)
+                yield compared(scale, "coordinates", size_text(hidden), case, (first, other), protocol)

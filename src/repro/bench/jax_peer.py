@@ -1,0 +1,81 @@
+"""The same step in JAX: the Lagrangian neural network as published, and our inverse formulation.
+
+Written anew: the LNN after Cranmer et al. (2020), arXiv:2003.04630, which solves with the Hessian of each sample.
+"""
+
+import os
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from repro.bench.case import Case, Equation
+from repro.bench.step import Step
+from repro.models.lagrangian import Lagrangian
+
+
+def jax_step(case: Case, equation: Equation) -> Step:
+    """Loss and gradient of an ensemble on T2/V1, float64, jit and vmap: forward by the Hessian, inverse without one."""
+    # one thread, as all other contenders; read when JAX is first imported
+    os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")
+    import jax
+    import jax.numpy as jnp
+
+    jax.config.update("jax_enable_x64", True)
+    lagrangian = _lagrangian(case, jnp, jax)
+    residual = _forward(lagrangian, jax, jnp) if equation == "forward" else _inverse(lagrangian, jax)
+
+    def loss(weights: Any, *sample: Any) -> Any:
+        rows = jax.vmap(residual, in_axes=(None, 0, 0, 0, 0))(weights, *sample)
+        return jnp.mean(jnp.sum(rows**2, axis=-1))
+
+    step = jax.jit(jax.vmap(jax.value_and_grad(loss)))
+    data = [jnp.asarray(case.parameters.numpy())]
+    data += [jnp.asarray(case.measured(name).numpy()) for name in ("q", "qd", "qdd", "tau")]
+
+    def run() -> tuple[np.ndarray, np.ndarray]:
+        losses, gradients = jax.block_until_ready(step(*data))
+        return np.asarray(losses), np.asarray(gradients)
+
+    return run
+
+
+def _lagrangian(case: Case, jnp: Any, jax: Any) -> Callable[[Any, Any, Any], Any]:
+    model = case.model
+    if not isinstance(model, Lagrangian) or model.network is None:
+        raise TypeError("the peer is written for networks on a basis")
+    shapes = model.network.shapes
+    ends = np.cumsum([np.prod(shape) for shape in shapes])
+    beta = model.potential_slice
+
+    def lagrangian(weights: Any, q: Any, qd: Any) -> Any:
+        parts = jnp.split(weights[: ends[-1]], ends[:-1])
+        layers = [part.reshape(shape) for part, shape in zip(parts, shapes, strict=True)]
+        cosines = jnp.cos(q[1:])
+        output = jnp.concatenate([qd, cosines])
+        for weight, bias in zip(layers[0:-2:2], layers[1:-2:2], strict=True):
+            output = jax.nn.softplus(weight @ output + bias)
+        return (layers[-2] @ output + layers[-1])[0] - weights[beta] @ cosines
+
+    return lagrangian
+
+
+def _forward(lagrangian: Callable[[Any, Any, Any], Any], jax: Any, jnp: Any) -> Callable[..., Any]:
+    def residual(weights: Any, q: Any, qd: Any, qdd: Any, tau: Any) -> Any:
+        mass = jax.hessian(lagrangian, 2)(weights, q, qd)
+        coupling = jax.jacobian(jax.grad(lagrangian, 2), 1)(weights, q, qd)
+        push = jax.grad(lagrangian, 1)(weights, q, qd)
+        return jnp.linalg.solve(mass, tau + push - coupling @ qd) - qdd
+
+    return residual
+
+
+def _inverse(lagrangian: Callable[[Any, Any, Any], Any], jax: Any) -> Callable[..., Any]:
+    def residual(weights: Any, q: Any, qd: Any, qdd: Any, tau: Any) -> Any:
+        def slopes(q: Any, qd: Any) -> Any:
+            return jax.grad(lagrangian, (1, 2))(weights, q, qd)
+
+        (push, _), (_, rate) = jax.jvp(slopes, (q, qd), (qd, qdd))
+        return rate - push - tau
+
+    return residual
