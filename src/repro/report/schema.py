@@ -84,6 +84,8 @@ BENCH: Mapping[str, type] = {
     "ratio_q75": float,
     "ours_ms": float,
     "other_ms": float,
+    "ours_mib": float,
+    "other_mib": float,
     "threads": int,
     "protocol": str,
     "command": str,
