@@ -4,10 +4,15 @@ from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import Any
 
+import yaml
+
 from repro.combinations import ANCHOR_ROWS, FREE_MOTION
 from repro.config import Config, File, RandomForce
 from repro.protocol import is_literal
+from repro.settings import CONF
 
+# What is told elsewhere on the card, or changes no result.
+TOLD = ("kind", "hidden", "transform_hidden", "transform_weight", "l1_kinetic", "l1_potential", "passivity_states")
 NOISES = ("tau_noise", "qdd_noise", "q_noise", "qd_noise")
 
 
@@ -29,6 +34,7 @@ def run_card(
         "n_train": n_train,
         "model": model["kind"],
         "basis": basis,
+        "options": _options(config) if fitted else None,
         "hidden": None if linear else _layers(model.get("hidden") or []) or None,
         "objective": objective.kind if fitted else None,
         "optimiser": config.optimiser["name"] + kind if fitted else None,
@@ -47,6 +53,24 @@ def run_card(
         "notes": {key: value for key, value in notes.items() if key != "epochs"},
         "n_parameters": n_parameters,
     }
+
+
+def _options(config: Config) -> str | None:
+    """Options that have no column of their own, where they are not their setting's: of model, objective, and starts."""
+    starts = {key: value for key, value in config.optimiser.items() if key == "starts"}
+    changed = []
+    for setting, chosen in (
+        (f"model/{config.model['kind']}", config.model),
+        (f"objective/{config.objective.kind}", config.objective.model_dump()),
+        (f"optimiser/{config.optimiser['name']}", starts),
+    ):
+        usual = yaml.safe_load((CONF / f"{setting}.yaml").read_text())
+        changed += [
+            f"{key}={str(value).lower()}"
+            for key, value in chosen.items()
+            if key not in TOLD and value != usual.get(key, value)
+        ]
+    return ", ".join(changed) or None
 
 
 def _of_free_motion(config: Config) -> dict[str, Any]:

@@ -15,6 +15,7 @@ CARD: Mapping[str, type] = {
     "model": str,
     "basis": str,
     "hidden": str,
+    "options": str,
     "objective": str,
     "optimiser": str,
     "sequence": str,
