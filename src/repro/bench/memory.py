@@ -1,7 +1,6 @@
 """How much memory a call needs at its peak, beyond what the process held before."""
 
 import ctypes
-import gc
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -11,7 +10,6 @@ _STATUS, _RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
 
 def peak_mib(call: Callable[[], object]) -> float:
     """MiB of resident memory that one call added at its peak; nan where the system does not tell (not on Linux)."""
-    gc.collect()
     try:
         # what was freed goes back to the system, so that the call cannot hide in it
         ctypes.CDLL("libc.so.6").malloc_trim(0)

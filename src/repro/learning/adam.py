@@ -22,8 +22,8 @@ class Adam(Optimiser):
     """Kingma and Ba (2015) in the form of legacy Keras: step lr sqrt(1 - b2^k) / (1 - b1^k) m / (sqrt(v) + epsilon).
 
     schedule `keras`: lr / (1 + decay k); `cosine`: lr down to lr * 1e-4 along half a cosine. A member whose loss is no
-    longer finite is put back to its last finite weights and left there. engine `auto` takes generated code for small
-    models in float64 where a compiler is there, and torch otherwise. precision float32 is Keras's default.
+    longer finite is put back to its last finite weights and left there. engine `auto` takes compiled code in
+    float64 where a compiler and a kernel for the model are there, and torch otherwise. precision float32 is Keras's default.
     """
 
     epochs: int = 1000

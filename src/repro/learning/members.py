@@ -1,4 +1,4 @@
-"""One member's loss, gradient and Jacobian in float64: generated code where it pays, torch otherwise."""
+"""One member's loss, gradient and Jacobian in float64: compiled where there is a kernel, torch otherwise."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
