@@ -4,6 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from repro.report.results import Results
 from repro.report.schema import as_text
 from repro.report.selection import (
@@ -143,7 +145,7 @@ class _Layout:
             cells=(
                 title,
                 *(written(column, value) for column, value in card.items()),
-                *(interval(one) for one in found.values()),
+                *(interval(one) if metric != "trapped" else _counted(setting) for metric, one in found.items()),
                 *(str(setting.n), str(setting.failed), "stale" if setting.stale else ""),
             ),
             data=data,
@@ -156,6 +158,15 @@ class _Layout:
         card = {column: as_text(test_set.get(column)) for column in self.card}
         absent = [ABSENT] * len(self.metrics)
         return Row((title, *card.values(), *absent, "0", "0", ""), {"model": title, **card, "n": 0}, anchor=True)
+
+
+def _counted(setting: Setting) -> str:
+    """Of how many members the flag holds; a failed member is no better than a trapped one."""
+    values = setting.values("trapped")
+    if not values.size:
+        return ABSENT
+    trapped = int(np.sum(np.nan_to_num(values, nan=1.0) > 0.5))
+    return f"{trapped} of {setting.n}" + (" ⚠" if trapped else "")
 
 
 def _test_sets(found: Sequence[Setting]) -> list[dict[str, Any]]:

@@ -24,6 +24,7 @@ _LATEX_SPECIAL = {
     "–": "--",
     "∞": r"$\infty$",
     "×": r"$\times$",
+    "⚠": r"$\triangle$",
     "⊗": r"$\otimes$",
     "÷": r"$\div$",
     "±": r"$\pm$",
