@@ -109,13 +109,9 @@ class Pipeline:
         if self.control_stage is not None:
             upstream["control"] = self.control_stage.id
         model = f"repro.models.{self.config.model['kind']}"
-        modules = (
-            "repro.stages.evaluation",
-            "repro.stages.identifiability",
-            "repro.evaluation.chains",
-            model,
-            self._system_module,
-        )
+        modules = ["repro.stages.evaluation", "repro.stages.identifiability", model, self._system_module]
+        if self.config.chain:
+            modules.append("repro.evaluation.chains")
         return self._stage("runs", self.name, parts, upstream, modules)
 
     @cached_property

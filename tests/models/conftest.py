@@ -35,6 +35,9 @@ LAGRANGIANS = {
 FREE = {
     "port-Hamiltonian of free J": lambda: _port("free", "state"),
     "port-Hamiltonian of free J and R": lambda: _port("full", "state"),
+    "port-Hamiltonian with a momentum of its own": lambda: PortHamiltonian(
+        Lagrangian(t2, N_Q, hidden=(3,)), np.array([0.9, 5.0]), hidden=(2,), transform_hidden=(3,)
+    ),
 }
 MODELS = LAGRANGIANS | FREE | {"blackbox": lambda: BlackBox(N_Q, hidden=(6, 5))}
 

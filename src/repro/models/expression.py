@@ -18,8 +18,10 @@ INPUTS = ("q", "qd", "qdd", "tau")
 class ExpressionModel(Model):
     """Small models of any form: `energies` and, where L does not say all, `friction`, `port_form` or `momentum`.
 
-    One output stack [tau | p | T | V | M, upper entries | eq. (12b) error] (..., n_rows) at each sample.
+    One output stack [tau | p | T | V | M, upper entries | p_tran, if any | eq. (12b) error] (..., n_rows) a sample.
     """
+
+    transforms = False  # has a network of its own for the momentum, eq. (8)
 
     def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
         """The samples themselves, (..., 4 n_q)."""
@@ -32,14 +34,16 @@ class ExpressionModel(Model):
     def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:
         """The stack, taken apart."""
         n_q = self.n_q
-        sizes = [n_q, n_q, 1, 1, n_q * (n_q + 1) // 2, 2 * n_q]
-        tau, momentum, kinetic, potential, mass, port_error = outputs[0].split(sizes, dim=-1)
+        sizes = [n_q, n_q, 1, 1, n_q * (n_q + 1) // 2, n_q if self.transforms else 0]
+        parts = outputs[0].split([*sizes, outputs[0].shape[-1] - sum(sizes)], dim=-1)
+        tau, momentum, kinetic, potential, mass, transformed, port_error = parts
         return Terms(
             tau=tau,
             momentum=momentum,
             kinetic=kinetic[..., 0],
             potential=potential[..., 0],
             mass=symmetric(mass, n_q),
+            transformed_momentum=transformed if self.transforms else None,
             port_error=port_error,
         )
 
@@ -71,9 +75,10 @@ class ExpressionModel(Model):
         energies, momentum = self.energies(q, qd, parameters), self.momentum(q, qd, parameters)
         mass = casadi.jacobian(momentum, qd)
         upper = [mass[c, d] for c in range(self.n_q) for d in range(c, self.n_q)]
+        transformed = [self.transformed_momentum(q, qd, parameters)] if self.transforms else []
         stack = casadi.vertcat(
             self.inverse_dynamics(q, qd, qdd, parameters), momentum, energies.kinetic, energies.potential, *upper,
-            self.port_error(q, qd, qdd, tau, parameters),
+            *transformed, self.port_error(q, qd, qdd, tau, parameters),
         )  # fmt: skip
         return casadi.vertcat(q, qd, qdd, tau), parameters, stack
 

@@ -11,6 +11,7 @@ from repro.models.expression import ExpressionModel
 from repro.models.features import FeatureMap
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Energies, Model, PortForm
+from repro.models.momentum import MomentumTransform
 from repro.models.network import Activation
 from repro.models.port_matrices import Factored, Skew
 from repro.models.setting import Setting
@@ -26,7 +27,10 @@ class PortHamiltonian(ExpressionModel):
     structure `canonical`: J = [0 I; -I 0] and R = [0 0; 0 C]; `free`: J(x) = A - A' from a network; `full`: R(x) from
     networks too. C is 0, `constant`, or of the `state` q. `floor` adds floor/2 |qd/scale|^2 to T, so that M > 0, and H
     is bounded below wherever the model's own M >= 0 and V is bounded.
-    parameters: [those of the energy | J | R].
+
+    With `transform_hidden` the momentum has a network of its own, p = M_hat(q) qd as in eq. (8), and so has the port
+    form: H = qd' p / 2 + V. What eq. (12) asks for is then the loss of L (7a), Omega_tran, and both rows of (12b).
+    parameters: [those of the energy | J | R | M_hat].
     """
 
     def __init__(
@@ -38,7 +42,10 @@ class PortHamiltonian(ExpressionModel):
         dissipation: Dissipation = "state",
         hidden: Sequence[int] = (8,),
         floor: float = 0.0,
+        transform_hidden: Sequence[int] | None = None,
     ) -> None:
+        self.transforms = transform_hidden is not None
+        self.transform = None if transform_hidden is None else MomentumTransform(energy.n_q, tuple(transform_hidden))
         self.energy, self.n_q, self.floor, self.structure = energy, energy.n_q, floor, structure
         self.velocity_scale = np.asarray(velocity_scale, dtype=float)
         self.features = FeatureMap(position.kinetic, self.n_q)
@@ -56,15 +63,18 @@ class PortHamiltonian(ExpressionModel):
         self.energy_slice = slice(0, n_energy)
         self.skew_slice = slice(n_energy, n_energy + n_skew)
         self.damping_slice = slice(n_energy + n_skew, n_energy + n_skew + n_damping)
+        n_transform = 0 if self.transform is None else self.transform.network.n_parameters
+        self.transform_slice = slice(self.damping_slice.stop, self.damping_slice.stop + n_transform)
 
     @property
     def n_parameters(self) -> int:
         """Number of weights of one member."""
-        return self.damping_slice.stop
+        return self.transform_slice.stop
 
     def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
         """The start of every part."""
-        return np.concatenate([part.initial(generators) for part in self._parts if part is not None], axis=1)
+        parts = (*self._parts, self.transform)
+        return np.concatenate([part.initial(generators) for part in parts if part is not None], axis=1)
 
     def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:
         """T with its floor, and V."""
@@ -80,7 +90,10 @@ class PortHamiltonian(ExpressionModel):
     def port_form(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> PortForm:
         """dH/dx and (J - R) dH/dx."""
         energies = self.energies(q, qd, parameters)
-        gradient = casadi.vertcat(casadi.gradient(energies.potential - energies.kinetic, q), qd)
+        kinetic = energies.kinetic
+        if self.transform is not None:
+            kinetic = 0.5 * casadi.dot(qd, self.transformed_momentum(q, qd, parameters))
+        gradient = casadi.vertcat(casadi.gradient(energies.potential - kinetic, q), qd)
         return PortForm(gradient, self.structure_matrix(q, qd, parameters) @ gradient)
 
     def structure_matrix(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
@@ -102,6 +115,24 @@ class PortHamiltonian(ExpressionModel):
         if self.structure == "full":
             return self.damping.matrix(self._state(q, qd), parameters[self.damping_slice])
         return casadi.diagcat(zero, self.damping.matrix(self._place(q, qd), parameters[self.damping_slice]))
+
+    def transformed_momentum(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
+        """M_hat(q) qd, eq. (8)."""
+        if self.transform is None:
+            return super().transformed_momentum(q, qd, parameters)
+        return self.transform.expression(q, qd, parameters[self.transform_slice])
+
+    def port_error(
+        self, q: casadi.SX, qd: casadi.SX, qdd: casadi.SX, tau: casadi.SX, parameters: casadi.SX
+    ) -> casadi.SX:
+        """The error of (12b), (2 n_q,); with a momentum of its own, that of (7a) beside it, (3 n_q,)."""
+        if self.transform is None:
+            return super().port_error(q, qd, qdd, tau, parameters)
+        momentum = self.transformed_momentum(q, qd, parameters)
+        rate = casadi.jtimes(momentum, q, qd) + casadi.jtimes(momentum, qd, qdd)
+        motion = self.port_form(q, qd, parameters).drift + casadi.vertcat(casadi.SX.zeros(self.n_q), tau)
+        inverse = self.inverse_dynamics(q, qd, qdd, parameters) - tau
+        return casadi.vertcat(inverse, motion - casadi.vertcat(qd, rate))
 
     @property
     def _parts(self) -> tuple[Model, Skew | None, Factored | None]:
@@ -126,6 +157,7 @@ def build(
     activation: Activation = "tanh",
     damping_hidden: list[int],
     floor: float = 1e-4,
+    transform_hidden: list[int] | None = None,
 ) -> PortHamiltonian:
     """The model of this file for a setting; the keywords are its options in conf/model.
 
@@ -144,4 +176,5 @@ def build(
         dissipation=dissipation,
         hidden=damping_hidden,
         floor=floor if energy == "structured" else 0.0,
+        transform_hidden=transform_hidden,
     )
