@@ -85,3 +85,16 @@ def test_a_model_that_contains_the_truth_finds_it(episodes, system):
 def test_t1_is_the_case_where_it_is_gauss_newton(episodes, system):
     errors = _test_error(Lagrangian(t1, 2), episodes, system, LevenbergMarquardt(iterations=20, decrease=10))
     assert np.all(errors < 1e-9)
+
+
+def test_every_start_has_the_weights_that_a_model_brings_along(make_problem, data):
+    from repro.models.interconnection import Interconnection, Joined
+
+    given = np.random.default_rng(0).normal(size=(3, 4))
+    rest = Structured(2, np.array([0.9, 5.0]), hidden=(2,))
+    model = Interconnection([Joined(Lagrangian(t1, 2), lambda q: q), Joined(rest, lambda q: q)], 2, given)
+    start = torch.from_numpy(model.initial([np.random.default_rng(seed) for seed in range(3)]))
+    optimiser = LevenbergMarquardt(iterations=3, starts=3, scouting=2)
+    fitted = optimiser.fit(make_problem(model, data), start, silent, NoCheckpoint())
+    np.testing.assert_array_equal(fitted.parameters[:, :4], given)
+    assert (fitted.parameters[:, 4:] != start[:, 4:]).any(1).all()

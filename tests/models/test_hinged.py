@@ -133,8 +133,7 @@ def test_parts_start_from_what_they_bring_along():
     assert model.frozen == slice(0, 4)
     assert Interconnection(model.parts, 3, given, frozen=False).frozen == slice(0, 0)
     assert len(model.coefficient_names) == model.n_parameters
-    with pytest.raises(ValueError, match="2 members"):
-        model.initial([np.random.default_rng(0)])
+    assert model.brought == slice(0, 4)
 
 
 def _setting(*models):

@@ -42,7 +42,9 @@ class LevenbergMarquardt(FullBatch):
         if self.starts == 1:
             return start
         (seed,) = problem.problem.seeds
-        others = problem.problem.model.initial([np.random.default_rng([seed, 2, k]) for k in range(self.starts - 1)])
+        model = problem.problem.model
+        others = model.initial([np.random.default_rng([seed, 2, k]) for k in range(self.starts - 1)])
+        others[:, model.brought] = start[model.brought]
         short = replace(self, iterations=self.scouting)
         tries = [short._descend(problem, candidate, silent) for candidate in (start, *others)]
         return min(tries, key=lambda result: result[1][-1] if np.isfinite(result[1][-1]) else np.inf)[0]

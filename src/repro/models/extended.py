@@ -20,6 +20,7 @@ def build(
     hidden: list[int],
     rank: int | None = None,
     activation: Activation = "tanh",
+    skip: bool = True,
 ) -> Interconnection:
     """The model of this file for a setting; the keywords are its options in conf/model.
 
@@ -33,6 +34,8 @@ def build(
     if rest == "basis":
         other = Lagrangian(setting.basis, setting.n_q, hidden=hidden, activation=activation)
     else:
-        other = Structured(setting.n_q, setting.velocity_scale, hidden=hidden, rank=rank, activation=activation)
+        other = Structured(
+            setting.n_q, setting.velocity_scale, hidden=hidden, rank=rank, activation=activation, skip=skip
+        )
     joined = [Joined(part.model, lambda q: q[:own]), Joined(other, lambda q: q)]
     return Interconnection(joined, setting.n_q, part.parameters, frozen)

@@ -36,8 +36,9 @@ class Interconnection(ExpressionModel):
     def __init__(self, parts: Sequence[Joined], n_q: int, given: np.ndarray | None = None, frozen: bool = True) -> None:
         self.parts, self.n_q = tuple(parts), n_q
         self.given = given
-        if given is not None and frozen:
-            self.frozen = slice(0, given.shape[1])
+        if given is not None:
+            self.brought = slice(0, given.shape[1])
+            self.frozen = self.brought if frozen else slice(0, 0)
         ends = np.cumsum([0, *(part.model.n_parameters for part in self.parts)]).tolist()
         self.slices = [slice(start, stop) for start, stop in pairwise(ends)]
 
@@ -52,12 +53,10 @@ class Interconnection(ExpressionModel):
         return tuple(name for part in self.parts for name in part.model.coefficient_names)
 
     def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
-        """What the parts bring along, and the start of the others; ValueError for another number of members."""
+        """What the parts bring along, and the start of the others; for another number of members all is drawn."""
         drawn = np.concatenate([part.model.initial(generators) for part in self.parts], axis=1)
-        if self.given is not None:
-            if len(self.given) != len(generators):
-                raise ValueError(f"{len(self.given)} members bring their weights along, not {len(generators)}")
-            drawn[:, : self.given.shape[1]] = self.given
+        if self.given is not None and len(self.given) == len(generators):
+            drawn[:, self.brought] = self.given
         return drawn
 
     def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:

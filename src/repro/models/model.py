@@ -42,6 +42,7 @@ class Model(ABC):
     inverse = True  # predicts tau: the inverse objective applies
     energetic = True  # has a Lagrangian
     frozen = slice(0, 0)  # weights that a fit leaves as they are
+    brought = slice(0, 0)  # weights that are not drawn at random, and that every start has in common
     known = False  # all weights are given: there is nothing to fit
 
     @property
