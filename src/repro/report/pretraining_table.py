@@ -22,7 +22,8 @@ SHOWN = ("optimiser", "regime", "free_epochs", "epochs")
 def pretraining_pairs(results: Results) -> Iterator[tuple[Setting, Setting]]:
     """Pair D_H, then D with D alone: the same setting otherwise, and as many epochs in all."""
     alone = settings(results, EXPERIMENT, {"sequence": "d_only"})
-    for pretrained in settings(results, EXPERIMENT, {"sequence": "d_h_then_d"}):
+    counted = [s for s in settings(results, EXPERIMENT, {"sequence": "d_h_then_d"}) if s.card["free_epochs"]]
+    for pretrained in counted:
         shared = [column for column in CARD if column not in APART]
         for other in alone:
             alike = all(as_text(pretrained.card[c]) == as_text(other.card[c]) for c in shared)

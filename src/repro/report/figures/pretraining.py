@@ -8,7 +8,7 @@ from repro.report.figures.figure import Figure
 from repro.report.figures.learning_curves import curve_panels
 from repro.report.pretraining_table import EXPERIMENT, pretraining_pairs
 from repro.report.results import Results
-from repro.report.selection import TRIVIAL, anchor, anchor_name, settings, test_set_of
+from repro.report.selection import TRIVIAL, anchor, settings, test_set_of
 from repro.report.setting import Setting
 from repro.report.style import Role
 
@@ -24,7 +24,7 @@ LABELS = {"d_h_then_d": "D_H, then D", "d_only": "D alone", "d_h_only": "D_H alo
 def draw_errors(results: Results) -> "Canvas | None":
     """Draw one row an optimiser and budget, with the sequences in it."""
     rows: dict[str, list[tuple[Setting, Role]]] = {}
-    found = [s for s in settings(results, EXPERIMENT) if anchor_name(s) is None and s.card["sequence"] in ROLES]
+    found = [s for s in settings(results, EXPERIMENT) if s.card["sequence"] in ROLES and _counts_epochs(s)]
     for setting in sorted(found, key=_place):
         rows.setdefault(_title(setting), []).append((setting, ROLES[setting.card["sequence"]]))
     if not rows:
@@ -43,7 +43,10 @@ def draw_curves(results: Results) -> "Canvas | None":
     """Draw one panel a pair of equal budgets: pretrained and not."""
     panels: dict[str, list[tuple[str, Setting]]] = {}
     for pretrained, alone in pretraining_pairs(results):
-        panels[_title(pretrained)] = [(LABELS["d_h_then_d"], pretrained), (LABELS["d_only"], alone)]
+        panels[_title(pretrained).replace(", ", "\n", 1)] = [
+            (LABELS["d_h_then_d"], pretrained),
+            (LABELS["d_only"], alone),
+        ]
     roles = {LABELS[sequence]: ROLES[sequence] for sequence in ("d_h_then_d", "d_only")}
     return curve_panels(results, panels, roles)
 
@@ -52,8 +55,12 @@ def _title(setting: Setting) -> str:
     card = setting.card
     regime = "one long run" if card["regime"] == "long" else "episodes"
     epochs = (card["epochs"] or 0) + (card["free_epochs"] or 0)
-    counted = f", {epochs} epochs" if card["optimiser"].startswith("adam") else ""
-    return f"{regime}, {setting.title('optimiser').removesuffix(' + L1')}{counted}"
+    return f"{regime}, {setting.title('optimiser').removesuffix(' + L1')}, {epochs} epochs"
+
+
+def _counts_epochs(setting: Setting) -> bool:
+    # The others end at rounding, from any start: drawn beside these they would flatten them.
+    return setting.card["optimiser"].startswith("adam")
 
 
 def _place(setting: Setting) -> tuple[str, str, int]:
