@@ -12,7 +12,6 @@ from repro.models.model import Model
 POSITIONS = 64  # where the mass matrix must stay positive definite
 LEAST = 0.1  # of its least eigenvalue before
 HALVINGS = 6
-FLOOR = 1e-9  # of the prior information, relative: directions that the data never moved in
 
 
 @dataclass(frozen=True)
@@ -20,7 +19,8 @@ class Prior:
     """What the fit knew: weights (n_w,) and information (n_w, n_w), the inverse of their covariance.
 
     The information is that of the training data for a model whose forces may be wrong by a share `error` of their size
-    there: Lambda = mean(J'J) / (error * rms(tau))^2. It says which combinations of weights the data have pinned.
+    there, Lambda = mean(J'J) / (error * rms(tau))^2: it says which combinations of weights the data have pinned. The
+    others are expected to stay within the size of the weights.
     """
 
     weights: np.ndarray
@@ -39,16 +39,17 @@ class Prior:
         """The prior of a model fitted to samples (sample, n_q), of an expected relative error."""
         raw = information(model, q, qd, qdd, weights)
         size = np.sqrt(np.mean(np.sum(forces(model, q, qd, qdd, weights) ** 2, axis=-1)))
-        floor = FLOOR * np.trace(raw) / len(raw)
-        return cls(weights, (raw + floor * np.eye(len(raw))) / (error * size) ** 2)
+        spread = np.sqrt(np.mean(weights**2))
+        return cls(weights, raw / (error * size) ** 2 + np.eye(len(raw)) / spread**2)
 
 
 @dataclass
 class Identification:
     """Weights that follow what is measured; for a model linear in them this is exact recursive least squares.
 
-    Each stretch adds J'J / deviation^2 to the information and moves the weights by the Gauss-Newton step; a step that
-    would leave the mass matrix without a good part of its least eigenvalue is halved, and at last not made.
+    Each stretch adds J'J / deviation^2 to the information and moves the weights by the Gauss-Newton step. A step that
+    explains the stretch worse than before, or leaves the mass matrix without a good part of its least eigenvalue, is
+    halved, and at last not made.
     deviation: standard deviation of the balance's error, N s: the trust in one stretch.
     """
 
@@ -77,8 +78,10 @@ class Identification:
         self.information += slope.T @ slope / self.deviation**2
         step = np.linalg.solve(self.information, slope.T @ error / self.deviation**2)
         for _ in range(HALVINGS):
-            if self._least_eigenvalue(self.weights + step) >= self._least:
-                self.weights = self.weights + step
+            weights = self.weights + step
+            after, _ = self.balance.error(samples, applied, weights)
+            if np.linalg.norm(after) <= np.linalg.norm(error) and self._least_eigenvalue(weights) >= self._least:
+                self.weights = weights
                 return
             step = step / 2
         self.refused += 1

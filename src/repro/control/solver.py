@@ -17,7 +17,7 @@ from repro.mechanics.c_library import has_compiler, library_file
 SolverName = Literal["fatrop", "ipopt"]
 FLAGS = ("-O1",)
 START_BARRIER = 0.1  # fatrop's mu_init
-_QUIET = {"print_time": False, "error_on_fail": False, "calc_lam_p": False}
+_QUIET = {"print_time": False, "error_on_fail": False, "show_eval_warnings": False, "calc_lam_p": False}
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,168 @@
+"""Re-identification on line: exact on a linear model, guarded, and no worse for noise than its prior says."""
+
+import casadi as ca
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from repro.control.adaptation import Identification, Prior
+from repro.control.conditions import random_starts
+from repro.control.momentum_balance import MomentumBalance, forces, information
+from repro.data.random_force import random_force
+from repro.mechanics.derive import dynamics_of, evaluate
+from repro.mechanics.simulate import simulate
+from repro.mechanics.system import load
+from repro.models.structured import Structured
+from repro.models.truth import DampedTruth, Truth
+
+DT = 0.005
+
+
+def motion(system, steps=25, seed=0):
+    """Stretches (step, 9, 2 n_q) of the plant under random forces (step, 8)."""
+    applied = np.repeat(np.random.default_rng(seed).uniform(-4, 4, steps), 8)
+    tau = applied[None, :, None] * system.input_map[:, 0]
+    start = random_starts(system, (0.8,), 1, seed)[0].state
+    states = simulate(dynamics_of(system).acceleration, start[None], tau, DT, angles=system.angles)[0]
+    return np.stack([states[8 * k : 8 * k + 9] for k in range(steps)]), applied.reshape(steps, 8)
+
+
+def training(system):
+    data = random_force(
+        system, seeds=[0], regime="episodes", episode_steps=50, samples=1000, train_fraction=0.8, time_step=0.04,
+        force_limit=4.0, start="upright", reset="random", labels="exact", tau_noise=0.0, qdd_noise=0.0, q_noise=0.0,
+        qd_noise=0.0, shared=False,
+    )  # fmt: skip
+    return data.q[0], data.qd[0], data.qdd[0]
+
+
+@pytest.fixture(scope="module", params=["sip", "dip"])
+def plant(request):
+    system = load(request.param)
+    return system, Truth(system), training(system)
+
+
+def fitted(model, samples, tau):
+    """Weights of least squares on the forces, by Levenberg-Marquardt."""
+    q, qd, qdd, w = (
+        ca.SX.sym(name, size) for name, size in (("q", 2), ("qd", 2), ("qdd", 2), ("w", model.n_parameters))
+    )
+    said = model.inverse_dynamics(q, qd, qdd, w)
+    value, slope = (ca.Function("f", [q, qd, qdd, w], [ca.densify(e)]) for e in (said, ca.jacobian(said, w)))
+    found = least_squares(
+        lambda w: (evaluate(value, *samples, w) - tau).ravel(),
+        model.initial([np.random.default_rng(0)])[0],
+        lambda w: evaluate(slope, *samples, w).reshape(tau.size, -1),
+        method="lm",
+        max_nfev=200,
+    )
+    assert np.abs(found.fun).max() < 0.1
+    return found.x
+
+
+def identification(system, model, wrong, samples, deviation=1e-4):
+    return Identification(MomentumBalance(model, system, 8, DT), Prior.of(model, wrong, *samples, 0.2), deviation)
+
+
+def test_the_balance_holds_along_a_motion_and_its_slope_is_exact(plant):
+    system, model, _ = plant
+    balance = MomentumBalance(model, system, 8, DT)
+    weights = model.coefficients
+    for samples, applied in zip(*motion(system), strict=True):
+        error, slope = balance.error(samples, applied, weights)
+        assert np.abs(error).max() < 1e-6
+        other = balance.error(samples, applied, 1.1 * weights)[0]
+        np.testing.assert_allclose(error - 0.1 * slope @ weights, other, atol=1e-12)
+
+
+def test_wrong_coefficients_are_found_within_a_second(plant):
+    system, model, samples = plant
+    start = random_starts(system, (0.8,), 1, 0)[0]
+    factors = np.random.default_rng([*start.seed, 1]).uniform(0.8, 1.2, len(model.coefficients))
+    adaptive = identification(system, model, model.coefficients * factors, samples)
+    for stretch, applied in zip(*motion(system), strict=True):
+        adaptive.update(stretch, applied)
+    np.testing.assert_allclose(adaptive.weights, model.coefficients, rtol=1e-3)
+    assert adaptive.refused == 0
+
+
+def test_it_is_the_batch_solution_of_prior_and_measurements(plant):
+    """Recursive updates give the minimum of the prior and of all stretches together."""
+    system, model, samples = plant
+    adaptive = identification(system, model, 1.1 * model.coefficients, samples, deviation=1e-2)
+    stretches = motion(system, steps=6)
+    matrix, vector = adaptive.prior.information.copy(), adaptive.prior.information @ adaptive.prior.weights
+    for stretch, applied in zip(*stretches, strict=True):
+        zero = np.zeros_like(adaptive.weights)
+        impulse, slope = adaptive.balance.error(stretch, applied, zero)
+        matrix, vector = matrix + slope.T @ slope * 1e4, vector + slope.T @ impulse * 1e4
+        adaptive.update(stretch, applied)
+    np.testing.assert_allclose(adaptive.weights, np.linalg.solve(matrix, vector), rtol=1e-8)
+
+
+def test_friction_that_the_prior_did_not_have_is_found():
+    system = load("dip")
+    model = DampedTruth(system)
+    plant = load("dip", damping=[0.1, 0.002, 0.003])
+    weights = model.initial([np.random.default_rng(0)])[0]
+    adaptive = identification(system, model, weights, training(system))
+    for stretch, applied in zip(*motion(plant, steps=50), strict=True):
+        adaptive.update(stretch, applied)
+    np.testing.assert_allclose(adaptive.weights[-3:], [0.1, 0.002, 0.003], rtol=0.02)
+
+
+def test_a_network_follows_too():
+    """A network that knows the nominal plant learns one of other masses; what it sees next it explains better."""
+    system, plant = load("sip"), load("sip", m0=0.75, m1=0.17)
+    model = Structured(2, np.array([0.9, 5.0]), hidden=(2,))
+    samples = training(system)
+    trained = fitted(model, samples, evaluate(dynamics_of(system).inverse, *samples))
+    adaptive = identification(system, model, trained, samples, deviation=1e-3)
+    errors = []
+    for stretch, applied in zip(*motion(plant, steps=100), strict=True):
+        errors.append(
+            [np.abs(adaptive.balance.error(stretch, applied, w)[0]).max() for w in (trained, adaptive.weights)]
+        )
+        adaptive.update(stretch, applied)
+    fixed, followed = np.mean(errors[50:], axis=0)
+    assert followed < 0.1 * fixed
+
+
+def test_the_mass_matrix_stays_positive_definite(plant):
+    """Measurements of a plant that cannot be: steps that would spoil M are shortened or not made."""
+    system, model, samples = plant
+    adaptive = identification(system, model, model.coefficients, samples, deviation=1e-6)
+    for stretch, applied in zip(*motion(system), strict=True):
+        adaptive.update(stretch, -20 * applied)
+        assert adaptive._least_eigenvalue(adaptive.weights) >= adaptive._least
+    assert adaptive.refused > 0
+
+
+def test_what_is_not_finite_teaches_nothing(plant):
+    system, model, samples = plant
+    adaptive = identification(system, model, model.coefficients, samples)
+    before = adaptive.weights.copy(), adaptive.information.copy()
+    adaptive.update(np.full((9, 2 * system.n_q), np.nan), np.ones(8))
+    np.testing.assert_array_equal(adaptive.weights, before[0])
+    np.testing.assert_array_equal(adaptive.information, before[1])
+
+
+def test_the_prior_is_what_the_training_data_say(plant):
+    system, model, (q, qd, qdd) = plant
+    weights = model.coefficients
+    prior = Prior.of(model, weights, q, qd, qdd, 0.2)
+    np.testing.assert_array_equal(prior.weights, weights)
+    assert np.linalg.eigvalsh(prior.information).min() > 0
+    np.testing.assert_allclose(
+        forces(model, q, qd, qdd, weights), evaluate(dynamics_of(system).inverse, q, qd, qdd), atol=1e-10
+    )
+    # all weights wrong by 20 % make all forces wrong by 20 %: one deviation of the prior, and 0.2 of each weight's
+    raw = information(model, q, qd, qdd, weights)
+    tau = forces(model, q, qd, qdd, weights)
+    assert weights @ raw @ weights == pytest.approx(np.mean(np.sum(tau**2, axis=-1)))
+    assert (0.2 * weights) @ prior.information @ (0.2 * weights) == pytest.approx(1.0 + 0.2**2 * len(weights))
+
+
+def test_simpsons_rule_needs_an_even_number():
+    with pytest.raises(ValueError, match="even"):
+        MomentumBalance(Truth(load("sip")), load("sip"), 7, DT)

@@ -1,0 +1,53 @@
+"""The true Lagrangian as a model: its energies are the system's, its coefficients too."""
+
+import casadi
+import numpy as np
+import pytest
+
+from repro.errors import UserError
+from repro.mechanics.derive import dynamics_of
+from repro.mechanics.system import load
+from repro.models.bases import t1
+from repro.models.setting import Setting
+from repro.models.truth import Truth, build
+
+SYSTEMS = [
+    ("sip", "physical"),
+    ("sip", "printed"),
+    ("sip_rod", "physical"),
+    ("dip", "physical"),
+    ("pendulum", "physical"),
+]
+
+
+@pytest.mark.parametrize(("name", "reading"), SYSTEMS)
+def test_energies_are_those_of_the_system(name, reading):
+    system = load(name, reading)
+    model = Truth(system)
+    (weights,) = model.initial([np.random.default_rng(0)])
+    q, qd = np.random.default_rng(1).normal(size=(2, system.n_q))
+    said = model.energies(casadi.SX(q), casadi.SX(qd), casadi.SX(weights))
+    dynamics = dynamics_of(system)
+    assert float(said.kinetic) == pytest.approx(float(dynamics.kinetic(q, qd, [])), abs=1e-12)
+    assert float(said.potential) == pytest.approx(float(dynamics.potential(q, qd, [])), abs=1e-12)
+
+
+def test_its_friction_is_that_of_the_joints():
+    system = load("dip", damping=[0.1, 0.02, 0.03])
+    zeros = np.zeros((1, 2, 3))
+    model = build(Setting(t1, zeros, zeros, zeros, system), damping="diagonal")
+    weights = model.initial([np.random.default_rng(seed) for seed in range(2)])
+    np.testing.assert_array_equal(weights[:, -3:], [[0.1, 0.02, 0.03]] * 2)
+    q, qd, tau = np.random.default_rng(1).normal(size=(3, 3))
+    ours = model.acceleration(casadi.SX(q), casadi.SX(qd), casadi.SX(tau), casadi.SX(weights[0]))
+    np.testing.assert_allclose(
+        np.asarray(casadi.DM(ours)), np.asarray(dynamics_of(system).acceleration(q, qd, tau, [])), rtol=1e-10
+    )
+
+
+def test_what_is_no_chain_is_refused():
+    with pytest.raises(UserError, match="no chain's"):
+        Truth(load("dip", "printed"))
+    zeros = np.zeros((1, 2, 2))
+    with pytest.raises(UserError, match="data=file"):
+        build(Setting(t1, zeros, zeros, zeros, None))
