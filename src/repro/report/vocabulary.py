@@ -103,7 +103,7 @@ METRICS: dict[str, Metric] = {
         "exact support", "exact support", "share of members with the true terms", scale="share", lower_is_better=False
     ),
     "false_terms": Metric("false terms", "false terms", "number of wrong terms", scale="linear"),
-    "fit_seconds": Metric("fit", "fit", "time of the fit", split="train"),
+    "fit_seconds": Metric("fit", "fit", "CPU time of the fit", split="train"),
     "epochs": Metric("epochs", "epochs", "epochs done", scale="linear", split="train"),
     "diverged": Metric("diverged", "diverged", "share of members that diverged", scale="share", split="train"),
     "success": Metric(

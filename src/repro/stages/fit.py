@@ -62,15 +62,15 @@ def fit(
     progress: Progress,
     checkpoint: Checkpoint,
 ) -> tuple[Fitted, float]:
-    """Fit and return the result with the seconds it took; data: the curriculum's datasets, then D itself."""
+    """Fit and return the result with the CPU seconds it took; data: the curriculum's datasets, then D itself."""
     generators = [np.random.default_rng([seed, 1]) for seed in recipe.seeds]
     parameters = torch.from_numpy(model.initial(generators))
     if model.known or model.frozen == slice(0, model.n_parameters):
         return Fitted(parameters, status=["ok"] * len(parameters), notes={"epochs": 0}), 0.0
     phases = phases_of(model, recipe, data, free, system)
-    started = time.perf_counter()
+    started = time.process_time()
     fitted = train(phases, optimiser, parameters, progress, checkpoint)
-    return fitted, time.perf_counter() - started
+    return fitted, time.process_time() - started
 
 
 def keep(folder: Path, fitted: Fitted, seeds: Sequence[int], seconds: float) -> dict[str, Any]:
