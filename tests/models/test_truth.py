@@ -39,10 +39,10 @@ def test_its_friction_is_that_of_the_joints():
     weights = model.initial([np.random.default_rng(seed) for seed in range(2)])
     np.testing.assert_array_equal(weights[:, -3:], [[0.1, 0.02, 0.03]] * 2)
     q, qd, tau = np.random.default_rng(1).normal(size=(3, 3))
-    ours = model.acceleration(casadi.SX(q), casadi.SX(qd), casadi.SX(tau), casadi.SX(weights[0]))
-    np.testing.assert_allclose(
-        np.asarray(casadi.DM(ours)), np.asarray(dynamics_of(system).acceleration(q, qd, tau, [])), rtol=1e-10
-    )
+    symbols = [casadi.SX.sym(name, 3) for name in ("q", "qd", "tau")]
+    ours = casadi.Function("ours", symbols, [model.acceleration(*symbols, casadi.SX(weights[0]))])
+    expected = dynamics_of(system).acceleration(q, qd, tau, [])
+    np.testing.assert_allclose(np.asarray(ours(q, qd, tau)), np.asarray(expected), rtol=1e-10)
 
 
 def test_what_is_no_chain_is_refused():
