@@ -8,19 +8,46 @@ import pytest
 from repro.bench import peers as module
 from repro.bench.case import lagrangian_case
 from repro.bench.jax_peer import jax_step
+from repro.bench.package_peers import implicit_candidates, phlearn_step, selection_fit, sindy_pi_fit
 from repro.bench.peers import peers
 from repro.bench.scale import SCALES
 from repro.bench.step import torch_step
-from repro.models.bases import t2
+from repro.models.bases import library, t2
+from repro.models.lagrangian import Lagrangian
 
 
 @pytest.mark.extras
+@pytest.mark.filterwarnings("ignore")
 @pytest.mark.skipif(find_spec("jax") is None, reason="needs the extra `peers`")
 @pytest.mark.parametrize("equation", ["inverse", "forward"])
 def test_jax_agrees_with_our_engine(equation):
     case = lagrangian_case(t2, (6, 5), 2, 40)
     for ours, other in zip(torch_step(case, equation)(), jax_step(case, equation)(), strict=True):
         np.testing.assert_allclose(other, ours, rtol=0, atol=1e-9 * np.abs(ours).max())
+
+
+@pytest.mark.extras
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.skipif(find_spec("pysindy") is None, reason="needs the extra `peers`")
+def test_sindy_pi_finds_the_accelerations_that_we_find():
+    candidates, (cart, pole) = implicit_candidates(2048), sindy_pi_fit(2048)()
+    for column, row in enumerate((cart, pole)):
+        assert np.abs(candidates @ row - candidates[:, column]).mean() < 1e-6
+
+
+def test_our_selection_finds_the_terms_of_the_lagrangian():
+    found, names = selection_fit(2048)(), Lagrangian(library, 2).coefficient_names
+    kept = {names[index]: value for index, value in enumerate(found) if value}
+    expected = {"xd^2 thetad^0 1": 0.4, "xd^1 thetad^1 cos(theta)": 0.1, "xd^0 thetad^2 1": 0.025, "cos(theta)": 0.98}
+    assert kept == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.extras
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.skipif(find_spec("phlearn") is None, reason="needs the extra `peers`")
+def test_phlearn_gives_a_gradient_of_every_weight_that_matters():
+    loss, gradient = phlearn_step(lagrangian_case(t2, (4,), 1, 30))()
+    assert loss > 0 and gradient[-1] == 0 and np.abs(gradient[:-1]).max() > 0
 
 
 def test_a_peer_that_is_not_installed_is_left_out(monkeypatch):

@@ -7,16 +7,31 @@ from importlib.metadata import PackageNotFoundError, version
 from repro.bench.comparison import Comparison
 from repro.bench.contender import PREPARED, STEP, Contender, compared, fastest, size_text, t2_case
 from repro.bench.jax_peer import jax_step
+from repro.bench.memory import peak_mib
+from repro.bench.package_peers import phlearn_step, selection_fit, sindy_pi_fit
+from repro.bench.pairing import Pairs, interleaved
 from repro.bench.scale import PAPERS, Scale
 
 JAX = "; JAX {version}, jit and vmap over samples and members, XLA with one thread"
+PHLEARN = "; phlearn {version}: a pseudo-Hamiltonian network of equal width in float32, loss on the rates of the state"
+PYSINDY = (
+    "processor time of finding the single pendulum's equation from {batch} samples, candidates prepared beforehand; "
+    "one thread; in turn, {{pairs}} pairs; pysindy {version}: both accelerations, l1 weight 1e-4, which leaves an error of "
+    "qdd below 1e-6; ours has the terms and coefficients of L to rounding"
+)
+WIDE = (64, 64)
 
 
 def peers(scale: Scale) -> Iterator[Comparison]:
-    """Steps of the inverse model against JAX: the LNN as published, and our own formulation."""
-    found = _version("jax")
-    if found is None:
-        return
+    """Whatever is installed of JAX, pysindy and phlearn."""
+    for package, compare in [("jax", _jax), ("phlearn", _phlearn), ("pysindy", _pysindy)]:
+        found = _version(package)
+        if found is not None:
+            yield from compare(scale, found)
+
+
+def _jax(scale: Scale, version: str) -> Iterator[Comparison]:
+    """Steps of the inverse model against the LNN as published, and against our own formulation."""
     ways = [
         Contender("JAX, LNN (Hessian and solve)", partial(jax_step, equation="forward")),
         Contender("JAX, inverse (jvp of grad)", partial(jax_step, equation="inverse")),
@@ -24,9 +39,23 @@ def peers(scale: Scale) -> Iterator[Comparison]:
     for hidden, members in [*((hidden, 1) for hidden in scale.sizes), (PAPERS, scale.ensemble)]:
         case, protocol = t2_case(hidden, members, scale.batch), STEP.format(batch=scale.batch) + PREPARED
         for other in ways:
-            pair = fastest("inverse"), other
-            text = protocol + JAX.format(version=found)
-            yield compared(scale, "peers", size_text(hidden), case, pair, text, members)
+            text = protocol + JAX.format(version=version)
+            yield compared(scale, "peers", size_text(hidden), case, (fastest("inverse"), other), text, members)
+
+
+def _phlearn(scale: Scale, version: str) -> Iterator[Comparison]:
+    pair = fastest("inverse"), Contender("phlearn, network for H", phlearn_step)
+    protocol = STEP.format(batch=scale.batch) + PREPARED + PHLEARN.format(version=version)
+    yield compared(scale, "peers", size_text(WIDE), t2_case(WIDE, 1, scale.batch), pair, protocol)
+
+
+def _pysindy(scale: Scale, version: str) -> Iterator[Comparison]:
+    def measure() -> Pairs:
+        ours, other = selection_fit(scale.batch), sindy_pi_fit(scale.batch)
+        return interleaved(ours, other, scale.rounds).with_memory(peak_mib(ours), peak_mib(other))
+
+    protocol = PYSINDY.format(batch=scale.batch, version=version)
+    yield Comparison("peers", "thresholded least squares", "pysindy, SINDy-PI", "35 | 16 terms", 1, protocol, measure)
 
 
 def _version(package: str) -> str | None:
