@@ -16,8 +16,8 @@ JAX = "; JAX {version}, jit and vmap over samples and members, XLA with one thre
 PHLEARN = "; phlearn {version}: a pseudo-Hamiltonian network of equal width in float32, loss on the rates of the state"
 PYSINDY = (
     "processor time of finding the single pendulum's equation from {batch} samples, candidates prepared beforehand; "
-    "one thread; in turn, {{pairs}} pairs; pysindy {version}: both accelerations, l1 weight 1e-4, which leaves an error of "
-    "qdd below 1e-6; ours has the terms and coefficients of L to rounding"
+    "one thread; in turn, {{pairs}} pairs; pysindy {version}: both accelerations, l1 weight 1e-4, which leaves an "
+    "error of qdd below 1e-6; ours has the terms and coefficients of L to rounding"
 )
 WIDE = (64, 64)
 
