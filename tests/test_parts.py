@@ -97,6 +97,14 @@ def test_an_other_sub_model_is_an_other_run(outputs):
     assert first.upstream["part_2"] == second.upstream["part_2"]
 
 
+def test_settings_may_be_written_without_anything_to_quote(outputs):
+    plain = [part.replace("=", ":").replace(" ", "+") for part in (CART, ROD)]
+    one, other = (
+        _pipeline(*HINGED, f"model.parts={parts}") for parts in (f"['{CART}','{ROD}']", f"[{','.join(plain)}]")
+    )
+    assert [p.fit_stage.id for p in one.part_pipelines] == [p.fit_stage.id for p in other.part_pipelines]
+
+
 def test_seeds_that_a_part_does_not_have_are_named(outputs, hinged):
     cart = repro.load_run(hinged.id).upstream["fit"].upstream["part_1"]
     with pytest.raises(Exception, match=r"has the seeds \[4, 7\], and not \[5\]"):

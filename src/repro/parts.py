@@ -1,5 +1,6 @@
 """The trained sub-models that a model is made of: runs that are there, or settings of runs that are made first."""
 
+import re
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -15,16 +16,18 @@ if TYPE_CHECKING:
 
 
 def is_settings(part: str) -> bool:
-    """Whether an entry of model.parts is the settings of a run, `system=sip_rod basis=t1 ...`, not the id of one."""
-    return "=" in part
+    """Whether an entry of model.parts is the settings of a run, not the id of one.
+
+    `system=sip_rod basis=t1 ...`, or without anything to quote on a command line, `system:sip_rod+basis:t1+...`.
+    """
+    return "=" in part or ":" in part
 
 
 def settings_of(part: str, config: Config) -> Config:
     """The configuration of a sub-model's run: its own settings, with the scale, seeds and reading of the whole."""
     seeds = ",".join(str(seed) for seed in config.members)
-    return _composed(
-        (*part.split(), f"scale={config.scale.name}", f"seeds=[{seeds}]", f"reading={config.reading.name}")
-    )
+    own = [word.replace(":", "=", 1) if "=" not in word else word for word in re.split(r"[\s+]+", part.strip())]
+    return _composed((*own, f"scale={config.scale.name}", f"seeds=[{seeds}]", f"reading={config.reading.name}"))
 
 
 def fit_of(id: str, root: Path | None = None) -> Run:
