@@ -50,7 +50,7 @@ def run(argv: Sequence[str]) -> int:
         return _print_configuration(overrides)
     paths = Paths(outputs_root())
     here = not where and not options.dry_run
-    jobs = planned(overrides, paths, on_unknown=_start_server if here else lambda: None)
+    jobs = planned(overrides, paths, on_unknown=lambda: start_server(PRELOAD) if here else None)
     if options.failed:
         store = Store(paths.root)
         jobs = [job for job in jobs if job.failures(store)]
@@ -76,6 +76,8 @@ def _jobs(overrides: Sequence[str], paired: bool, sweep: bool) -> list[tuple[str
 
 def reproduce(argv: Sequence[str]) -> int:
     """`repro reproduce scale=quick`: every experiment, then the report; 1 when a job failed."""
+    from repro.report import drawing
+
     parser = argparse.ArgumentParser(prog="repro reproduce", description="Run every experiment and make the report.")
     parser.add_argument("overrides", nargs="*", help="scale=smoke|quick|paper, experiment=NAME for one alone")
     parser.add_argument("--workers", type=int, default=CORES, help="jobs at once")
@@ -87,7 +89,7 @@ def reproduce(argv: Sequence[str]) -> int:
     names = given["experiment"].split(",") if "experiment" in given else experiments()
     paths = Paths(outputs_root())
     overrides = [job for name in names for job in expand([f"experiment={name}", f"scale={scale}"])]
-    jobs = planned(overrides, paths, on_unknown=_start_server)
+    jobs = planned(overrides, paths, on_unknown=lambda: start_server((*PRELOAD, *drawing.PRELOAD)))
     list_jobs(paths, jobs)
     results = _run_missing(jobs, paths, options.workers)
     timed = "experiment" in given or _time(paths, scale)
@@ -98,10 +100,6 @@ def reproduce(argv: Sequence[str]) -> int:
 def expected_stages(overrides: Sequence[str]) -> list[Stage]:
     """The stages of a job by the present defaults and code, the run last (for `repro status`)."""
     return Planned.of(compose(overrides, Paths(outputs_root()).composed)).pipeline.stages
-
-
-def _start_server() -> None:
-    start_server(PRELOAD)
 
 
 def _run_missing(
