@@ -42,8 +42,8 @@ class Racer:
 class Race:
     """From one random start a member to a training MAE_tau of `threshold`, every optimiser with its usual settings.
 
-    Budgets grow until one reaches the threshold or takes longer than `limit_s`; a racer is given up after `patience`
-    times the seconds of the one it is compared with.
+    Budgets grow until one reaches the threshold or takes longer than `limit_s`, or than `patience` times the seconds of
+    the one it is compared with.
     """
 
     models: Mapping[str, Callable[[], Case]]
@@ -60,7 +60,7 @@ class Race:
             limits = [self.limit_s] * self.case(ours.model).members
             self._known[ours] = np.array([self._seconds(ours, m, limit) for m, limit in enumerate(limits)])
         first = self._known[ours]
-        limits = [self.patience * s if math.isfinite(s) else self.limit_s for s in first]
+        limits = [min(self.patience * s, self.limit_s) for s in first]
         return Pairs(first, np.array([self._seconds(other, m, limit) for m, limit in enumerate(limits)]))
 
     def case(self, model: str) -> Case:

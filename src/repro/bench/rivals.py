@@ -69,7 +69,7 @@ def time_to_accuracy(scale: Scale) -> Iterator[Comparison]:
     protocol = (
         f"processor time of training from a random start to a training MAE_tau of {size.threshold:g}; one thread, "
         f"{size.samples} samples in episodes of 100 steps; budgets grow by {GROWTH:g}; {{pairs}} starts, one a pair; "
-        f"infinite: not reached in {size.patience:g} times the seconds of ours"
+        f"infinite: not reached in {size.patience:g} times the seconds of ours, or in {size.limit_s:g} s"
     )
 
     def one(name: str, ours: Racer, other: Racer) -> Comparison:
