@@ -13,8 +13,11 @@ from repro.settings import CONF, digest
 
 # What an option needs beside it.
 COMPANIONS = {
+    "basis=rigid_body": ["system=rod"],
+    "basis=spring": ["system=link"],
     "data=file": ["data.path={file}"],
     "model=blackbox": ["objective=forward"],
+    "objective=port": ["model=port_hamiltonian"],
     "optimiser=lasso": ["basis=library"],
     "optimiser=thresholded_least_squares": ["basis=library"],
     "optimiser=least_squares": ["basis=t1"],

@@ -56,13 +56,14 @@ def run_card(
 
 
 def _options(config: Config) -> str | None:
-    """Options that have no column of their own, where they are not their setting's: of model, objective, and starts."""
+    """Options without a column of their own, where not their setting's: of model, objective, friction, starts."""
     starts = {key: value for key, value in config.optimiser.items() if key == "starts"}
     changed = []
     for setting, chosen in (
         (f"model/{config.model['kind']}", config.model),
         (f"objective/{config.objective.kind}", config.objective.model_dump()),
         (f"optimiser/{config.optimiser['name']}", starts),
+        (f"system/{config.system.name}", {"damping_growth": config.system.damping_growth}),
     ):
         usual = yaml.safe_load((CONF / f"{setting}.yaml").read_text())
         changed += [

@@ -2,12 +2,13 @@
 
 import re
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from repro.config import Config
 from repro.errors import UserError
+from repro.settings import CONF
 from repro.tracking.load import Run, load_run
 
 if TYPE_CHECKING:
@@ -18,15 +19,17 @@ if TYPE_CHECKING:
 def is_settings(part: str) -> bool:
     """Whether an entry of model.parts is the settings of a run, not the id of one.
 
-    `system=sip_rod basis=t1 ...`, or without anything to quote on a command line, `system:sip_rod+basis:t1+...`.
+    A name of conf/sub_models.yaml, or `system=sip_rod basis=t1 ...`, or without anything to quote on a command line,
+    `system:sip_rod+basis:t1+...`.
     """
-    return "=" in part or ":" in part
+    return part in _named() or "=" in part or ":" in part
 
 
 def settings_of(part: str, config: Config) -> Config:
     """The configuration of a sub-model's run: its own settings, with the scale, seeds and reading of the whole."""
+    words = re.split(r"[\s+]+", _named().get(part, part).strip())
+    own = [word if "=" in word else word.replace(":", "=", 1) for word in words]
     seeds = ",".join(str(seed) for seed in config.members)
-    own = [word.replace(":", "=", 1) if "=" not in word else word for word in re.split(r"[\s+]+", part.strip())]
     return _composed((*own, f"scale={config.scale.name}", f"seeds=[{seeds}]", f"reading={config.reading.name}"))
 
 
@@ -73,6 +76,13 @@ def part_of(fit: Run, seeds: Sequence[int]) -> "Part":
         raise UserError(f"model.parts: {fit.id} has the seeds {there}, and not {missing}")
     weights = load_parameters(fit.record.folder).numpy()
     return Part(model_of(fit), weights[[there.index(seed) for seed in seeds]])
+
+
+@cache
+def _named() -> dict[str, str]:
+    import yaml
+
+    return yaml.safe_load((CONF / "sub_models.yaml").read_text())
 
 
 @lru_cache(maxsize=64)

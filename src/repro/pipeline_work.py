@@ -144,7 +144,7 @@ class Work:
             self.truth,
             self.config.energies.reading,
             self.free,
-            [*self._found(identified), *self._chained(ensemble.parameters)],
+            [*self._found(identified), *self._chained(ensemble.parameters), *self._watched(fitted)],
             self.config.energies.horizons,
         )
         copyfile(fitted.path(fit.CURVES), folder / fit.CURVES)
@@ -168,6 +168,12 @@ class Work:
     def _chained(self, parameters: Tensor) -> Iterator[Metric]:
         if self.config.chain:
             yield from chain_errors(self.model, parameters, self.system, self.config.chain, "test")
+
+    def _watched(self, fitted: Record) -> Iterator[Metric]:
+        curves = pd.read_parquet(fitted.path(fit.CURVES))
+        margins = curves[curves["name"] == "passivity_margin"].groupby("member")["value"].max()
+        if len(margins):
+            yield Metric("train", "passivity_margin_worst", margins.reindex(self.config.members).to_numpy(), "1")
 
     def identified(self) -> dict[str, list[Identifiability]]:
         """What the data can tell of a linear model, by the phase of its training; empty for other models."""

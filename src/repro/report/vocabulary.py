@@ -109,7 +109,40 @@ METRICS: dict[str, Metric] = {
     "success": Metric(
         "success", "success", "share of closed loops that reach the goal", scale="share", lower_is_better=False
     ),
-    "passivity_margin": Metric("passivity margin", "passivity margin", "greatest violation", scale="linear"),
+    "passivity_margin": Metric(
+        "passivity margin", "passivity margin", "worst over random states, by the model's own energy", scale="linear"
+    ),
+    "passivity_margin_worst": Metric(
+        "worst margin in training",
+        "worst margin in training",
+        "worst passivity margin over random states at any step of the training",
+        scale="linear",
+        split="train",
+    ),
+    "passivity_margin_plant": Metric(
+        "margin by the plant", "margin by the plant", "worst passivity margin by the plant's energy", scale="linear"
+    ),
+    "gains_energy": Metric(
+        "gains energy", "gains energy", "share of random states where the plant's energy would rise", scale="linear"
+    ),
+    "damping_error": Metric("damping error", "damping error", "relative error of C (Frobenius), or of one joint"),
+    "min_eig_C": Metric(
+        "min eig C", r"$\min \lambda(\hat C)$", "least eigenvalue of C", scale="linear", lower_is_better=False
+    ),
+    "energy_error_2s": Metric("energy 2 s", "energy 2 s", "largest energy error within 2 s of free motion"),
+    "energy_error_10s": Metric("energy 10 s", "energy 10 s", "largest energy error within 10 s of free motion"),
+    "energy_error_40s": Metric("energy 40 s", "energy 40 s", "largest energy error within 40 s of free motion"),
+    "energy_error_100s": Metric("energy 100 s", "energy 100 s", "largest energy error within 100 s of free motion"),
+    "energy_error_worst": Metric("worst energy", "worst energy", "largest energy error of any start"),
+    **{
+        f"chain_{name}_{links}": Metric(f"{label}, {links} links", f"{label}, {links} links", meaning)
+        for links in (2, 10, 100, 1000, 10000)
+        for name, label, meaning in (
+            ("error", "state", "relative state error of the chain after 10 s"),
+            ("energy_error", "energy", "energy error of the chain after 10 s over its first energy"),
+            ("seconds", "time", "processor time of building and simulating the chain"),
+        )
+    },
     "skill_tau": Metric(
         "skill τ",
         r"skill $\tau$",
