@@ -57,6 +57,8 @@ def test_a_build_writes_results_tables_figures_and_the_page(built):
     assert built.page.is_file()
     assert {path.name for path in built.results.glob("*")} == {
         *(f"{name}.parquet" for name in ("metrics", "runs", "curves", "trajectories", "bench", "identifiability")),
+        "control.parquet",
+        "closed_loops.parquet",
         "claims.csv",
     }
     for figure in FIGURES:

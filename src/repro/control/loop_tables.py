@@ -30,6 +30,7 @@ def row(loop: ClosedLoop, seed: int, control: Mapping[str, Any], task: Mapping[s
         "adaptive": bool(control.get("adaptive", False)),
         "discretisation": control.get("discretisation", ""),
         "solver": control.get("solver", ""),
+        "task": task["name"],
         "x_des": loop.start.x_des,
         "start": loop.start.name,
         **begun,
@@ -51,8 +52,14 @@ def row(loop: ClosedLoop, seed: int, control: Mapping[str, Any], task: Mapping[s
     }
 
 
-def trajectory(loop: ClosedLoop) -> Iterator[tuple[float, str, float, float]]:
-    """Every control step: state, energies, force, clearance."""
+def trajectory(loop: ClosedLoop, obstacle: Obstacle | None) -> Iterator[tuple[float, str, float, float]]:
+    """State, energies, force, clearance and the links' ends at every control step, as (x_des, name, t, value).
+
+    The disc's centre and radius come first, at t = 0.
+    """
+    if obstacle is not None:
+        for name, value in zip(("x", "y", "radius"), (*obstacle.centre, obstacle.radius), strict=True):
+            yield loop.start.x_des, f"obstacle.{name}", 0.0, value
     every = slice(None, None, SUBSTEPS)
     time, states = loop.time[every], loop.states[every]
     names = [c.name for c in loop.plant.coordinates]

@@ -5,8 +5,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from repro.errors import UserError
-from repro.report import predicates
-from repro.report.schema import BENCH, CARD
+from repro.report import control_predicates, predicates
+from repro.report.schema import BENCH, CARD, CONTROL
 
 PREDICATES: Mapping[str, Callable[..., predicates.Outcome]] = {
     predicate.__name__: predicate
@@ -20,6 +20,9 @@ PREDICATES: Mapping[str, Callable[..., predicates.Outcome]] = {
         predicates.paired_ratio_below,
         predicates.ratio_at_least,
         predicates.bench_ratio_above,
+        control_predicates.loops_succeed,
+        control_predicates.loops_succeed_more_often,
+        control_predicates.step_takes_longer,
     )
 }
 
@@ -50,7 +53,8 @@ def check_predicate(predicate: Any, place: str) -> None:
 
 
 def _check_argument(key: str, value: Any, place: str) -> None:
-    columns = {"where": CARD, "against": CARD, "bench": BENCH}.get(key)
+    known = {"where": CARD, "against": CARD, "bench": BENCH, "loops": CONTROL, "other_loops": CONTROL}
+    columns = known.get(key)
     if columns is not None:
         unknown = sorted(set(value) - set(columns)) if isinstance(value, dict) else [str(value)]
         if unknown:

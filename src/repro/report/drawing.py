@@ -5,12 +5,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from repro.report.figures import (
+    closed_loop,
     dip_energies,
     forward_inverse,
     identifiability,
     learning_curves,
     pretraining,
     regimes,
+    success_map,
     validation,
 )
 from repro.report.figures.figure import Figure
@@ -28,6 +30,9 @@ FIGURES: Sequence[Figure] = (
     dip_energies.FIGURE,
     pretraining.ERRORS,
     pretraining.CURVES,
+    closed_loop.SINGLE,
+    closed_loop.DOUBLE,
+    success_map.FIGURE,
 )
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from repro.errors import UserError
 from repro.report.results import Results, typed
-from repro.report.schema import CARD, NOT_CHOSEN, as_card_value
+from repro.report.schema import CARD, CONTROL, NOT_CHOSEN, as_card_value
 from repro.report.stored import Staleness, StoredRun, never_stale, read_json, stored_benches, stored_runs
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ CURVE_STEPS = 400
 TRAJECTORY_POINTS = 300
 TRAJECTORY_MEMBERS = 3
 TRAJECTORIES_OF = ("sip_regimes",)
+CLOSED_LOOPS_OF = ("sip_control", "dip_control")
 
 
 def gather(outputs: Path, scale: str, *, stale: Staleness = never_stale) -> Results:
@@ -45,6 +46,8 @@ def gather_runs(runs: Sequence[StoredRun], benches: Sequence[Path]) -> Results:
         identifiability=typed(
             "identifiability", _together([_table(run, "identifiability") for run in _distinct(finished)])
         ),
+        control=typed("control", _together([_loops(run) for run in finished])),
+        closed_loops=typed("closed_loops", _together([_first_loop(run) for run in _distinct(finished)])),
         bench=typed("bench", _together([_bench(folder) for folder in benches]) if benches else pd.DataFrame()),
     )
 
@@ -59,6 +62,22 @@ def _metrics(run: StoredRun) -> "pd.DataFrame":
     for column, value in {**_place(run), **_card(run)}.items():
         table[column] = value
     return table
+
+
+def _loops(run: StoredRun) -> "pd.DataFrame":
+    """Closed loops with what the card says of their model."""
+    table = _table(run, "control")
+    card = {column: value for column, value in _card(run).items() if column in CONTROL and column not in table}
+    for column, value in {"experiment": run.experiment, "scale": run.scale, **card}.items():
+        table[column] = value
+    return table
+
+
+def _first_loop(run: StoredRun) -> "pd.DataFrame":
+    if run.experiment not in CLOSED_LOOPS_OF:
+        return _nothing()
+    loops = _table(run, "closed_loops")
+    return loops if loops.empty else loops[loops["loop"] == loops["loop"].min()]
 
 
 def _run_row(run: StoredRun) -> dict[str, Any]:
@@ -140,6 +159,12 @@ def _first_points(trajectories: "pd.DataFrame") -> "pd.DataFrame":
         .groupby(["member", "name"], sort=False)
         .head(TRAJECTORY_POINTS)
     )
+
+
+def _nothing() -> "pd.DataFrame":
+    import pandas as pd
+
+    return pd.DataFrame()
 
 
 def _together(tables: Sequence["pd.DataFrame"]) -> "pd.DataFrame":

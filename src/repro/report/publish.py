@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 
 from repro.errors import UserError
+from repro.report.animation import animate_all
 from repro.report.build import render
 from repro.report.readme import write_tables
 from repro.report.results import Results
@@ -35,6 +36,7 @@ def publish(results: Results, root: Path) -> None:
         for name in ("tables", "figures"):
             shutil.rmtree(root / "paper" / name, ignore_errors=True)
             shutil.copytree(Path(temporary) / name, root / "paper" / name)
+    animate_all(results, root / "paper" / "animations")
     write_tables(root / "README.md", results, verdicts)
 
 

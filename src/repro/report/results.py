@@ -23,6 +23,8 @@ class Results:
     trajectories: "pd.DataFrame"
     bench: "pd.DataFrame"
     identifiability: "pd.DataFrame"
+    control: "pd.DataFrame"
+    closed_loops: "pd.DataFrame"
 
     @property
     def scale(self) -> str:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from repro.report import writing
+from repro.report.control_tables import control_tables
 from repro.report.identifiability_table import identifiability_table
 from repro.report.model_tables import model_tables
 from repro.report.pretraining_table import pretraining_table
@@ -21,6 +22,7 @@ def all_tables(results: Results, verdicts: Sequence[Verdict]) -> list[Table]:
     """Make every table that has something to say; the verdicts first."""
     others = [
         *(paired_table(results), identifiability_table(results), pretraining_table(results)),
+        *control_tables(results),
         *(timing_table(results), failures_table(results)),
     ]
     return [verdict_table(verdicts), *model_tables(results), *(table for table in others if table.rows)]

@@ -82,7 +82,7 @@ def drive(
             loop = _close(setting, system, parameters[member], start, plan, obstacle)
             rows.append(row(loop, seeds[member], plan.control, plan.task))
             if number < SHOWN:
-                trajectories += [(number, seeds[member], *point) for point in trajectory(loop)]
+                trajectories += [(number, seeds[member], *point) for point in trajectory(loop, obstacle)]
             if number == 0:
                 keep(folder / FIRST, loop, obstacle)
     finally:
