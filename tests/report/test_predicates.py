@@ -34,6 +34,20 @@ def test_every_member_must_lie_below_and_a_failed_one_does_not(store):
     assert not outcome(store, "all_members_below", where={"basis": "t1"}, **ask_below).holds
 
 
+def test_every_setting_of_a_family_must_lie_below(store):
+    store.run("e", {"passivity_margin": [-1.0, -2.0]})
+    store.run("e", {"passivity_margin": [-3.0, 0.5]}, basis="t1")
+    asked = {"metric": "passivity_margin", "where": {"model": "lagrangian"}}
+    found = outcome(store, "every_setting_below", value=0.6, **asked)
+    assert found.holds
+    assert (found.estimate.median, found.estimate.n, len(found.settings)) == (0.5, 4, 2)
+    assert not outcome(store, "every_setting_below", value=0.0, **asked).holds
+    store.run("e", {"passivity_margin": [-1.0, math.nan]}, basis="raw")
+    assert not outcome(store, "every_setting_below", value=0.6, **asked).holds
+    with pytest.raises(NotRunError, match="not measured"):
+        outcome(store, "every_setting_below", value=0.6, metric="damping_error", where={"model": "lagrangian"})
+
+
 def test_every_member_must_lie_away_from_the_value(store):
     store.run("e", {"min_T": [-3.0, 0.5]})
     arguments = {"metric": "min_T", "value": 0.0, "where": T2}

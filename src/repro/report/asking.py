@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from repro.errors import UserError
-from repro.report import control_predicates, predicates
+from repro.report import control_predicates, family_predicates, predicates
 from repro.report.schema import BENCH, CARD, CONTROL
 
 PREDICATES: Mapping[str, Callable[..., predicates.Outcome]] = {
@@ -20,6 +20,7 @@ PREDICATES: Mapping[str, Callable[..., predicates.Outcome]] = {
         predicates.paired_ratio_below,
         predicates.ratio_at_least,
         predicates.bench_ratio_above,
+        family_predicates.every_setting_below,
         control_predicates.loops_succeed,
         control_predicates.loops_succeed_more_often,
         control_predicates.step_takes_longer,
