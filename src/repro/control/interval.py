@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import casadi as ca
 import numpy as np
@@ -12,6 +12,8 @@ from repro.control.predictive_model import PredictiveModel
 from repro.control.problem import Problem, Weights
 
 Discretisation = Literal["shooting", "collocation"]
+Expression = Any  # casadi.SX, or casadi.MX where the model is large
+LARGEST_INLINE = 400  # instructions of the model's derivative
 DEGREE, ELEMENTS = 2, 2  # Gauss-Radau, V-A.1
 SUBSTEPS = 2  # of classical RK4
 
@@ -30,34 +32,37 @@ class Interval:
     cost        J
     """
 
-    state: ca.SX
-    inner: ca.SX
-    parameters: ca.SX
-    data: ca.SX
-    following: ca.SX
-    equalities: ca.SX
-    margins: ca.SX
-    cost: ca.SX
+    state: Expression
+    inner: Expression
+    parameters: Expression
+    data: Expression
+    following: Expression
+    equalities: Expression
+    margins: Expression
+    cost: Expression
 
 
 @dataclass(frozen=True)
 class _Motion:
-    following: ca.SX
-    middle: ca.SX
-    inner: list[ca.SX]
-    equalities: list[ca.SX]
+    following: Expression
+    middle: Expression
+    inner: list[Any]
+    equalities: list[Any]
 
 
 def interval(model: PredictiveModel, problem: Problem, discretisation: Discretisation) -> Interval:
-    """One interval under a force that is held: explicit RK4, or collocation with (7b) as an algebraic equation."""
-    state, force, parameters, data = _symbols(model)
+    """One interval under a force that is held: explicit RK4, or collocation with (7b) as an algebraic equation.
+
+    A small model is written out as scalar expressions; a large one stays a function that is called, so that the code
+    of its derivatives is there once and not once for every place where it is evaluated.
+    """
+    kind = ca.SX if model.derivative.n_instructions() <= LARGEST_INLINE else ca.MX
+    state, force, parameters, data = _symbols(model, kind)
     advance: Callable[..., _Motion] = _shoot if discretisation == "shooting" else _collocate
     motion = advance(model, state, force, parameters[1:], data[0])
-    cost = data[0] / problem.time_step * _cost(model, problem, problem.running, state, force, parameters)
-    penalty, margins = _keep_away(model, problem, state)
-    cost += data[1] * penalty
+    cost, margins = _node(model, problem)(state, force, parameters, data)
     if problem.obstacle is not None and problem.obstacle.midpoints:
-        penalty, further = _keep_away(model, problem, motion.middle)
+        penalty, further = _middle(model, problem)(motion.middle)
         cost += penalty
         margins = ca.vertcat(margins, further)
     return Interval(
@@ -66,7 +71,7 @@ def interval(model: PredictiveModel, problem: Problem, discretisation: Discretis
         parameters,
         data,
         motion.following,
-        ca.vertcat(ca.SX(0, 1), *motion.equalities),
+        ca.vertcat(kind(0, 1), *motion.equalities),
         margins,
         cost,
     )
@@ -74,16 +79,30 @@ def interval(model: PredictiveModel, problem: Problem, discretisation: Discretis
 
 def horizon_end(model: PredictiveModel, problem: Problem) -> Interval:
     """The last node."""
-    state, _, parameters, data = _symbols(model)
+    state, _, parameters, data = _symbols(model, ca.SX)
     penalty, margins = _keep_away(model, problem, state)
     cost = _cost(model, problem, problem.terminal, state, ca.SX(0), parameters) + penalty
     none = ca.SX(0, 1)
     return Interval(state, none, parameters, data, none, none, margins, cost)
 
 
-def _symbols(model: PredictiveModel) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
-    state, force = ca.SX.sym("x", 2 * model.n_q), ca.SX.sym("f")
-    return state, force, ca.SX.sym("p", 1 + model.model.n_parameters), ca.SX.sym("d", 2)
+def _symbols(model: PredictiveModel, kind: Any) -> tuple[Any, Any, Any, Any]:
+    state, force = kind.sym("x", 2 * model.n_q), kind.sym("f")
+    return state, force, kind.sym("p", 1 + model.model.n_parameters), kind.sym("d", 2)
+
+
+def _node(model: PredictiveModel, problem: Problem) -> ca.Function:
+    """(x, f, p, d) -> cost of the interval but for its middle, and margins at its start."""
+    state, force, parameters, data = _symbols(model, ca.SX)
+    cost = data[0] / problem.time_step * _cost(model, problem, problem.running, state, force, parameters)
+    penalty, margins = _keep_away(model, problem, state)
+    return ca.Function("node", [state, force, parameters, data], [cost + data[1] * penalty, margins])
+
+
+def _middle(model: PredictiveModel, problem: Problem) -> ca.Function:
+    """x in the middle -> penalty and margins."""
+    state = ca.SX.sym("x", 2 * model.n_q)
+    return ca.Function("middle", [state], [*_keep_away(model, problem, state)])
 
 
 def _cost(
@@ -113,12 +132,10 @@ def _keep_away(model: PredictiveModel, problem: Problem, state: ca.SX) -> tuple[
     return obstacle.weight * ca.sumsqr(ca.fmax(obstacle.least_squared - distances, 0)), ca.SX(0, 1)
 
 
-def _shoot(model: PredictiveModel, state: ca.SX, force: ca.SX, weights: ca.SX, length: ca.SX) -> _Motion:
-    n_q = model.n_q
-    x, f, w = (ca.SX.sym(name, like.numel()) for name, like in (("x", state), ("f", force), ("w", weights)))
-    rate = ca.vertcat(x[n_q:], model.acceleration(x[:n_q], x[n_q:], f, w))
-    derivative = ca.Function("derivative", [x, f, w], [rate], {"cse": True})
-    reached, h = [state], length / SUBSTEPS
+def _shoot(
+    model: PredictiveModel, state: Expression, force: Expression, weights: Expression, length: Expression
+) -> _Motion:
+    reached, h, derivative = [state], length / SUBSTEPS, model.derivative
     for _ in range(SUBSTEPS):
         at = reached[-1]
         k1 = derivative(at, force, weights)
@@ -129,20 +146,24 @@ def _shoot(model: PredictiveModel, state: ca.SX, force: ca.SX, weights: ca.SX, l
     return _Motion(reached[-1], reached[SUBSTEPS // 2], [], [])
 
 
-def _collocate(model: PredictiveModel, state: ca.SX, force: ca.SX, weights: ca.SX, length: ca.SX) -> _Motion:
-    n_q = model.n_q
-    slopes = np.array(ca.collocation_coeff(ca.collocation_points(DEGREE, "radau"))[0])
+def _collocate(
+    model: PredictiveModel, state: Expression, force: Expression, weights: Expression, length: Expression
+) -> _Motion:
+    n_q, symbol = model.n_q, type(state).sym
+    slopes = ca.DM(np.array(ca.collocation_coeff(ca.collocation_points(DEGREE, "radau"))[0]))
     h = length / ELEMENTS
-    starts, inner, equalities = [state], [], []
+    starts: list[Any] = [state]
+    inner: list[Any] = []
+    equalities: list[Any] = []
     for element in range(ELEMENTS):
         # Radau: the last point is the element's end
-        points = [ca.SX.sym(f"x{element}{j}", 2 * n_q) for j in range(DEGREE)]
-        accelerations = [ca.SX.sym(f"a{element}{j}", n_q) for j in range(DEGREE)]
-        polynomial = ca.horzcat(starts[-1], *points) @ ca.SX(ca.DM(slopes))
+        points = [symbol(f"x{element}{j}", 2 * n_q) for j in range(DEGREE)]
+        accelerations = [symbol(f"a{element}{j}", n_q) for j in range(DEGREE)]
+        polynomial = ca.mtimes(ca.horzcat(starts[-1], *points), slopes)
         for j, (x, qdd) in enumerate(zip(points, accelerations, strict=True)):
             equalities += [
                 polynomial[:, j] - h * ca.vertcat(x[n_q:], qdd),
-                model.residual(x[:n_q], x[n_q:], qdd, force, weights),
+                model.inverse(x, qdd, force, weights),
             ]
         inner += [*points, *accelerations]
         starts.append(points[-1])

@@ -1,6 +1,7 @@
 """What the controller needs of a learned (or the true) Lagrangian, as CasADi expressions."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import casadi as ca
 
@@ -33,6 +34,22 @@ class PredictiveModel:
         zero = ca.SX.zeros(self.n_q)
         rest, false_momentum = ca.substitute([said.kinetic, ca.gradient(said.kinetic, qd)], [qd], [zero])
         return Energies(said.kinetic - rest - ca.dot(false_momentum, qd), said.potential - rest)
+
+    @cached_property
+    def derivative(self) -> ca.Function:
+        """(x, f, weights) -> xd, x = [q, qd]."""
+        x, force, weights = ca.SX.sym("x", 2 * self.n_q), ca.SX.sym("f"), ca.SX.sym("w", self.model.n_parameters)
+        q, qd = x[: self.n_q], x[self.n_q :]
+        rate = ca.vertcat(qd, self.acceleration(q, qd, force, weights))
+        return ca.Function("derivative", [x, force, weights], [rate], {"cse": True})
+
+    @cached_property
+    def inverse(self) -> ca.Function:
+        """(x, qdd, f, weights) -> the residual of (7b)."""
+        x, qdd, force = ca.SX.sym("x", 2 * self.n_q), ca.SX.sym("qdd", self.n_q), ca.SX.sym("f")
+        weights = ca.SX.sym("w", self.model.n_parameters)
+        residual = self.residual(x[: self.n_q], x[self.n_q :], qdd, force, weights)
+        return ca.Function("inverse", [x, qdd, force, weights], [residual], {"cse": True})
 
     def potential_cost(self, potential: ca.SX) -> ca.SX:
         """V_cost: -V where theta = 0 is up (minimising it erects), V as printed otherwise."""

@@ -6,11 +6,12 @@ horizon, which a C compiler turns into code in seconds.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from repro.control.interval import Interval
+from repro.control.interval import Expression, Interval
 from repro.control.transcription import Transcription
 
 
@@ -84,12 +85,13 @@ class _StageFunctions:
         """The functions of a stage, mapped over so many."""
         w = ca.vertcat(stage.state, stage.inner)
         own = ca.vertcat(-stage.following, stage.equalities, stage.margins)
-        lam_f, lam_g = ca.SX.sym("lam_f"), ca.SX.sym("lam_g", own.numel())
+        symbol: Any = type(w).sym  # type: ignore[attr-defined]
+        lam_f, lam_g = symbol("lam_f"), symbol("lam_g", own.numel())
         jacobian = ca.jacobian(own, w)
         hessian = ca.hessian(lam_f * stage.cost + ca.dot(lam_g, own), w)[0]
         inputs = [w, stage.parameters, stage.data]
 
-        def function(name: str, given: list[ca.SX], results: list[ca.SX], repeated: list[int]) -> ca.Function:
+        def function(name: str, given: list[Any], results: list[Any], repeated: list[int]) -> ca.Function:
             made = ca.Function(name, given, results, {"cse": True})
             return made if times == 1 else made.map(f"{name}_map", "serial", times, repeated, [])
 
@@ -103,8 +105,9 @@ class _StageFunctions:
         )
 
 
-def _nonzeros(matrix: ca.SX) -> ca.SX:
-    return ca.vec(matrix).nz[:]
+def _nonzeros(matrix: Expression) -> Expression:
+    column: Any = ca.vec(matrix)
+    return column.nz[:]
 
 
 def _jacobian_places(of: Transcription, each: _StageFunctions, end: _StageFunctions) -> np.ndarray:
