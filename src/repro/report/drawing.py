@@ -6,10 +6,12 @@ from pathlib import Path
 
 from repro.report.figures import (
     closed_loop,
+    composition,
     dip_energies,
     forward_inverse,
     identifiability,
     learning_curves,
+    passivity,
     pretraining,
     regimes,
     success_map,
@@ -30,6 +32,10 @@ FIGURES: Sequence[Figure] = (
     dip_energies.FIGURE,
     pretraining.ERRORS,
     pretraining.CURVES,
+    passivity.MARGINS,
+    passivity.ENERGY,
+    composition.SAMPLES,
+    composition.LENGTHS,
     closed_loop.SINGLE,
     closed_loop.DOUBLE,
     success_map.FIGURE,

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 CURVE_STEPS = 400
 TRAJECTORY_POINTS = 300
 TRAJECTORY_MEMBERS = 3
-TRAJECTORIES_OF = ("sip_regimes",)
+TRAJECTORIES_OF = ("sip_regimes", "ph_passivity")
 CLOSED_LOOPS_OF = ("sip_control", "dip_control")
 
 
@@ -154,11 +154,11 @@ def _first_points(trajectories: "pd.DataFrame") -> "pd.DataFrame":
     if trajectories.empty:
         return trajectories
     members = sorted(trajectories["member"].unique())[:TRAJECTORY_MEMBERS]
-    return (
-        trajectories[trajectories["member"].isin(members)]
-        .groupby(["member", "name"], sort=False)
-        .head(TRAJECTORY_POINTS)
-    )
+    shown = trajectories[trajectories["member"].isin(members)]
+    free = shown[shown["name"].str.startswith("free.")]  # a long motion of its own, thinned already
+    if len(free):
+        return free[free["member"] == members[0]]
+    return shown.groupby(["member", "name"], sort=False).head(TRAJECTORY_POINTS)
 
 
 def _nothing() -> "pd.DataFrame":

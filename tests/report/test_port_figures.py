@@ -1,0 +1,57 @@
+"""Figures of passivity, composition and chains show what is stored, and nothing where nothing is."""
+
+import numpy as np
+import pytest
+
+from repro.report.figures import composition, passivity
+from repro.report.gather import gather
+
+DRAWN = {
+    "margins": passivity.draw_margins,
+    "energy": passivity.draw_energy,
+    "samples": composition.draw_samples,
+    "chains": composition.draw_chains,
+}
+
+
+@pytest.fixture(scope="module")
+def results(synthetic, tmp_path_factory):
+    return gather(synthetic(tmp_path_factory.mktemp("ports") / "outputs", full=True).outputs, "paper")
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_nothing_is_drawn_where_nothing_is_stored(name, store):
+    store.run("sip_basis", {"mae_tau": [0.2, 0.3]})
+    assert DRAWN[name](gather(store.outputs, "paper")) is None
+
+
+def test_a_margin_is_the_worst_of_all_members_at_each_step(results):
+    (panel,) = passivity.draw_margins(results).axes
+    lines = {line.get_label(): line.get_ydata() for line in panel.lines}
+    np.testing.assert_allclose(next(y for label, y in lines.items() if "port" in label), [-1e-4] * 6)
+    np.testing.assert_allclose(next(y for label, y in lines.items() if "black" in label), [1e-4] * 6)
+
+
+def test_energies_of_plant_and_model_are_drawn_for_every_model(results):
+    panels = [axes for axes in passivity.draw_energy(results).axes if axes.lines]
+    assert len(panels) == 2
+    for panel in panels:
+        assert [line.get_label() for line in panel.lines] == ["plant", "model"]
+        np.testing.assert_allclose(panel.lines[0].get_ydata(), 1 + 0.1 * np.arange(5))
+
+
+def test_medians_against_the_number_of_samples(results):
+    panel = composition.draw_samples(results).axes[0]
+    lines = {line.get_label(): line for line in panel.lines if not line.get_label().startswith("_")}
+    assert set(lines) == {"all of L from scratch", "trained part + one mass"}
+    for line in lines.values():
+        np.testing.assert_array_equal(line.get_xdata(), [10, 30, 1000])
+    scratch, mass = (lines[name].get_ydata() for name in ("all of L from scratch", "trained part + one mass"))
+    assert (mass < scratch).all()
+
+
+def test_chains_against_their_length(results):
+    panels = composition.draw_chains(results).axes
+    for panel in panels:
+        (line,) = panel.lines
+        np.testing.assert_array_equal(line.get_xdata(), [2, 1000])
