@@ -86,6 +86,19 @@ def test_a_run_leaves_its_stages_and_is_not_repeated(tmp_path):
     assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("run.json")} == times
 
 
+def test_a_controller_adds_its_loops_and_leaves_the_fit_alone(tmp_path):
+    base = ["basis=t1", "optimiser=least_squares", "seeds=1"]
+    asked = [*base, "control=sip", "task.seconds=2", "record=true"]
+    assert ids(*base)["fit"] == ids(*asked)["fit"] and ids(*base)["run"] != ids(*asked)["run"]
+    other = pipeline(*asked, "task.mismatch=0.1").control_stage.id
+    assert pipeline(*asked).control_stage.id != other and pipeline(*base).control_stage is None
+    record = pipeline(*asked).execute(Store(tmp_path))
+    assert {"control.parquet", "closed_loops.parquet"} <= {path.name for path in record.folder.iterdir()}
+    assert record.summary["card"]["control"] == "sip" and 0 <= record.summary["median"]["success"] <= 1
+    assert pipeline(*asked).finished(Store(tmp_path)).id == record.id
+    assert len(list(tmp_path.glob("recordings/*/recording.rrd"))) == 1
+
+
 def test_a_damaged_dataset_is_said_set_aside_and_made_again(tmp_path, capsys):
     store = Store(tmp_path)
     made = pipeline("basis=t1", "optimiser=least_squares")

@@ -73,7 +73,7 @@ class Pipeline:
         for number, (fit, of_model) in enumerate(self._part_fits, start=1):
             upstream[f"part_{number}"] = fit
             modules += of_model
-        return self._stage("fits", self.name, parts, upstream, (*modules, self._system_module))
+        return self._stage("fits", self.model_name, parts, upstream, (*modules, self._system_module))
 
     @cached_property
     def part_pipelines(self) -> list["Pipeline"]:
@@ -139,6 +139,12 @@ class Pipeline:
     @property
     def name(self) -> str:
         """A readable name: what sets this run apart."""
+        driven = [] if self.config.control.kind == "none" else [self.config.control.name]
+        return "-".join([self.model_name, *driven])
+
+    @property
+    def model_name(self) -> str:
+        """What sets its model apart."""
         config = self.config
         words = [config.system.name, config.model["kind"]]
         if not self._without_fit:
@@ -147,8 +153,6 @@ class Pipeline:
             words += [config.objective.kind, config.optimiser["name"]]
             if config.sequence.kind != "d_only":
                 words.append(config.sequence.kind)
-        if config.control.kind != "none":
-            words.append(config.control.name)
         return "-".join(words)
 
     @property
