@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 
 from repro.control.geometry import distances_squared
+from repro.control.matrix_network import is_wide
 from repro.control.predictive_model import PredictiveModel
 from repro.control.problem import Problem, Weights
 
@@ -56,7 +57,8 @@ def interval(model: PredictiveModel, problem: Problem, discretisation: Discretis
     A small model is written out as scalar expressions; a large one stays a function that is called, so that the code
     of its derivatives is there once and not once for every place where it is evaluated.
     """
-    kind = ca.SX if model.derivative.n_instructions() <= LARGEST_INLINE else ca.MX
+    small = not is_wide(model.model) and model.derivative.n_instructions() <= LARGEST_INLINE
+    kind = ca.SX if small else ca.MX
     state, force, parameters, data = _symbols(model, kind)
     advance: Callable[..., _Motion] = _shoot if discretisation == "shooting" else _collocate
     motion = advance(model, state, force, parameters[1:], data[0])
@@ -79,10 +81,11 @@ def interval(model: PredictiveModel, problem: Problem, discretisation: Discretis
 
 def horizon_end(model: PredictiveModel, problem: Problem) -> Interval:
     """The last node."""
-    state, _, parameters, data = _symbols(model, ca.SX)
+    kind = _kind_of_cost(model)
+    state, _, parameters, data = _symbols(model, kind)
     penalty, margins = _keep_away(model, problem, state)
-    cost = _cost(model, problem, problem.terminal, state, ca.SX(0), parameters) + penalty
-    none = ca.SX(0, 1)
+    cost = _cost(model, problem, problem.terminal, state, kind(0), parameters) + penalty
+    none = kind(0, 1)
     return Interval(state, none, parameters, data, none, none, margins, cost)
 
 
@@ -91,9 +94,13 @@ def _symbols(model: PredictiveModel, kind: Any) -> tuple[Any, Any, Any, Any]:
     return state, force, kind.sym("p", 1 + model.model.n_parameters), kind.sym("d", 2)
 
 
+def _kind_of_cost(model: PredictiveModel) -> Any:
+    return ca.MX if is_wide(model.model) else ca.SX
+
+
 def _node(model: PredictiveModel, problem: Problem) -> ca.Function:
     """(x, f, p, d) -> cost of the interval but for its middle, and margins at its start."""
-    state, force, parameters, data = _symbols(model, ca.SX)
+    state, force, parameters, data = _symbols(model, _kind_of_cost(model))
     cost = data[0] / problem.time_step * _cost(model, problem, problem.running, state, force, parameters)
     penalty, margins = _keep_away(model, problem, state)
     return ca.Function("node", [state, force, parameters, data], [cost + data[1] * penalty, margins])
@@ -106,13 +113,18 @@ def _middle(model: PredictiveModel, problem: Problem) -> ca.Function:
 
 
 def _cost(
-    model: PredictiveModel, problem: Problem, weights: Weights, state: ca.SX, force: ca.SX, parameters: ca.SX
-) -> ca.SX:
+    model: PredictiveModel,
+    problem: Problem,
+    weights: Weights,
+    state: Expression,
+    force: Expression,
+    parameters: Expression,
+) -> Expression:
     q, qd = state[: model.n_q], state[model.n_q :]
     cost = weights.position * (q[0] - parameters[0]) ** 2 + weights.rates * ca.sumsqr(qd) + weights.force * force**2
     if weights.kinetic or weights.potential:
-        said = model.energies(q, qd, parameters[1:])
-        cost += weights.kinetic * said.kinetic + weights.potential * model.potential_cost(said.potential)
+        kinetic, potential = model.energy(state, parameters[1:])
+        cost += weights.kinetic * kinetic + weights.potential * model.potential_cost(potential)
     if weights.angle:
         errors = [q[i] - float(model.system.upright[i]) for i in model.system.angles]
         each = [1 - ca.cos(error) if problem.angle_error == "cosine" else error**2 for error in errors]
@@ -120,16 +132,16 @@ def _cost(
     return cost
 
 
-def _keep_away(model: PredictiveModel, problem: Problem, state: ca.SX) -> tuple[ca.SX, ca.SX]:
+def _keep_away(model: PredictiveModel, problem: Problem, state: Expression) -> tuple[Expression, Expression]:
     """The penalty of a soft obstacle, J, and the margins of a hard one, m^2."""
     obstacle = problem.obstacle
     if obstacle is None:
-        return ca.SX(0), ca.SX(0, 1)
+        return type(state)(0), type(state)(0, 1)
     points = model.system.body_points(ca.vertsplit(state[: model.n_q]), ca)
     distances = ca.vertcat(*distances_squared(points, obstacle.centre, ca))
     if obstacle.hard:
-        return ca.SX(0), distances - obstacle.least_squared
-    return obstacle.weight * ca.sumsqr(ca.fmax(obstacle.least_squared - distances, 0)), ca.SX(0, 1)
+        return type(state)(0), distances - obstacle.least_squared
+    return obstacle.weight * ca.sumsqr(ca.fmax(obstacle.least_squared - distances, 0)), type(state)(0, 1)
 
 
 def _shoot(

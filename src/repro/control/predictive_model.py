@@ -2,10 +2,13 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import casadi as ca
 
+from repro.control.matrix_network import MatrixNetwork, is_wide
 from repro.mechanics.system import System
+from repro.models.lagrangian import Lagrangian
 from repro.models.model import Energies, Model
 
 
@@ -36,8 +39,19 @@ class PredictiveModel:
         return Energies(said.kinetic - rest - ca.dot(false_momentum, qd), said.potential - rest)
 
     @cached_property
+    def energy(self) -> ca.Function:
+        """(x, weights) -> T, V in the gauge of the cost, x = [q, qd]; a wide network's are those of the model."""
+        if is_wide(self.model):
+            return self._matrices.energy
+        x, weights = ca.SX.sym("x", 2 * self.n_q), ca.SX.sym("w", self.model.n_parameters)
+        said = self.energies(x[: self.n_q], x[self.n_q :], weights)
+        return ca.Function("energy", [x, weights], [said.kinetic, said.potential], {"cse": True})
+
+    @cached_property
     def derivative(self) -> ca.Function:
-        """(x, f, weights) -> xd, x = [q, qd]."""
+        """(x, f, weights) -> xd."""
+        if is_wide(self.model):
+            return self._matrices.derivative
         x, force, weights = ca.SX.sym("x", 2 * self.n_q), ca.SX.sym("f"), ca.SX.sym("w", self.model.n_parameters)
         q, qd = x[: self.n_q], x[self.n_q :]
         rate = ca.vertcat(qd, self.acceleration(q, qd, force, weights))
@@ -46,12 +60,19 @@ class PredictiveModel:
     @cached_property
     def inverse(self) -> ca.Function:
         """(x, qdd, f, weights) -> the residual of (7b)."""
+        if is_wide(self.model):
+            return self._matrices.inverse
         x, qdd, force = ca.SX.sym("x", 2 * self.n_q), ca.SX.sym("qdd", self.n_q), ca.SX.sym("f")
         weights = ca.SX.sym("w", self.model.n_parameters)
         residual = self.residual(x[: self.n_q], x[self.n_q :], qdd, force, weights)
         return ca.Function("inverse", [x, qdd, force, weights], [residual], {"cse": True})
 
-    def potential_cost(self, potential: ca.SX) -> ca.SX:
+    @cached_property
+    def _matrices(self) -> MatrixNetwork:
+        assert isinstance(self.model, Lagrangian)
+        return MatrixNetwork(self.model, ca.DM(self.system.input_map))
+
+    def potential_cost(self, potential: Any) -> Any:
         """V_cost: -V where theta = 0 is up (minimising it erects), V as printed otherwise."""
         return -potential if self.system.reading == "physical" else potential
 

@@ -1,0 +1,78 @@
+"""A Lagrangian whose T is a wide network, in matrix operations instead of one scalar a weight."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+
+from repro.models.lagrangian import Lagrangian
+from repro.models.model import Model
+
+LARGEST_SCALAR = 2000  # weights that scalar expressions are still fit for
+
+
+def is_wide(model: Model) -> bool:
+    """Whether a model is too large for scalar expressions, and of the kind that matrix operations are written for."""
+    return isinstance(model, Lagrangian) and model.network is not None and model.n_parameters > LARGEST_SCALAR
+
+
+@dataclass(frozen=True)
+class MatrixNetwork:
+    """Functions of L = N(z(q, qd)) - beta . v(q) at a state x = [q, qd], for its weights."""
+
+    model: Lagrangian
+    input_map: ca.DM
+
+    @cached_property
+    def energy(self) -> ca.Function:
+        """(x, weights) -> T, V."""
+        n_q = self.model.n_q
+        network: Any = self.model.network  # its expression is of matrix operations, of either kind
+        x, weights = self._symbols()
+        symbols = [ca.SX.sym(name, n_q) for name in ("q", "qd")]
+        kinetic, potential = (
+            ca.Function("features", symbols, [features.expression(*symbols)])
+            for features in (self.model.kinetic_features, self.model.potential_features)
+        )
+        q, qd = x[:n_q], x[n_q:]
+        learned: Any = network.expression(weights[self.model.kinetic_slice], kinetic(q, qd))
+        weighed: Any = ca.dot(weights[self.model.potential_slice], potential(q, qd))
+        return ca.Function("energy", [x, weights], [learned, weighed])
+
+    @cached_property
+    def derivative(self) -> ca.Function:
+        """(x, f, weights) -> xd."""
+        x, weights = self._symbols()
+        force = ca.MX.sym("f")
+        mass, rest = self._motion(x, weights)
+        push = ca.mtimes(self.input_map, force) - rest
+        return ca.Function(
+            "derivative", [x, force, weights], [ca.vertcat(x[self.model.n_q :], _solver(self.model.n_q)(mass, push))]
+        )
+
+    @cached_property
+    def inverse(self) -> ca.Function:
+        """(x, qdd, f, weights) -> the residual of (7b)."""
+        x, weights = self._symbols()
+        qdd, force = ca.MX.sym("qdd", self.model.n_q), ca.MX.sym("f")
+        mass, rest = self._motion(x, weights)
+        residual = ca.mtimes(mass, qdd) + rest - ca.mtimes(self.input_map, force)
+        return ca.Function("inverse", [x, qdd, force, weights], [residual])
+
+    def _motion(self, x: ca.MX, weights: ca.MX) -> tuple[ca.MX, ca.MX]:
+        """M and all of (7b) that is not M qdd."""
+        n_q = self.model.n_q
+        kinetic, potential = self.energy(x, weights)
+        slope = ca.gradient(kinetic - potential, x)
+        momentum_slopes = ca.jacobian(slope[n_q:], x)
+        return momentum_slopes[:, n_q:], ca.mtimes(momentum_slopes[:, :n_q], x[n_q:]) - slope[:n_q]
+
+    def _symbols(self) -> tuple[ca.MX, ca.MX]:
+        return ca.MX.sym("x", 2 * self.model.n_q), ca.MX.sym("w", self.model.n_parameters)
+
+
+def _solver(n: int) -> ca.Function:
+    """(A, b) -> x of A x = b for a small matrix, by cofactors: no pivot needs to be non-zero."""
+    matrix, right = ca.SX.sym("A", n, n), ca.SX.sym("b", n)
+    return ca.Function("solve", [matrix, right], [ca.mtimes(ca.inv_minor(matrix), right)])

@@ -1,0 +1,57 @@
+"""A wide network in matrix operations against the same network as scalar expressions."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from repro.control import matrix_network
+from repro.control.interval import interval
+from repro.control.matrix_network import MatrixNetwork, is_wide
+from repro.control.predictive_model import PredictiveModel
+from repro.control.problem import Obstacle, Problem, Weights
+from repro.models.bases import t1, t2
+from repro.models.lagrangian import Lagrangian
+
+
+@pytest.fixture
+def model():
+    return Lagrangian(t2, 2, hidden=(7, 5))
+
+
+def test_its_functions_are_those_of_the_scalar_form(model, system):
+    scalar, matrices = PredictiveModel(model, system, canonical=False), MatrixNetwork(model, ca.DM(system.input_map))
+    generator = np.random.default_rng(0)
+    (weights,) = model.initial([generator])
+    for _ in range(5):
+        x, qdd = generator.normal(size=4), generator.normal(size=2)
+        for name, given in (("energy", (x,)), ("derivative", (x, 1.3)), ("inverse", (x, qdd, 1.3))):
+            ours, expected = (
+                np.asarray(ca.vertcat(*_all(getattr(m, name)(*given, weights)))) for m in (matrices, scalar)
+            )
+            np.testing.assert_allclose(ours, expected, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("discretisation", ["shooting", "collocation"])
+def test_an_interval_of_it_is_the_same(model, system, discretisation, monkeypatch):
+    problem = Problem((0.04,) * 3, Weights(potential=1.0, position=1.0), Weights(kinetic=1.0), Obstacle(midpoints=True))
+    values = []
+    for largest in (10**6, 0):
+        monkeypatch.setattr(matrix_network, "LARGEST_SCALAR", largest)
+        made = interval(PredictiveModel(model, system, canonical=False), problem, discretisation)
+        inputs = [made.state, made.inner, made.parameters, made.data]
+        function = ca.Function("interval", inputs, [made.following, made.equalities, made.cost])
+        generator = np.random.default_rng(1)
+        (weights,) = model.initial([generator])
+        inner = generator.normal(size=made.inner.shape[0])
+        values.append(function(generator.normal(size=4), inner, np.append(0.8, weights), [0.04, 1.0]))
+    for first, second in zip(*values, strict=True):
+        np.testing.assert_allclose(np.asarray(first), np.asarray(second), rtol=1e-9, atol=1e-9)
+
+
+def test_only_wide_networks_are_wide():
+    assert is_wide(Lagrangian(t2, 2, hidden=(500, 500)))
+    assert not is_wide(Lagrangian(t2, 2, hidden=(10,))) and not is_wide(Lagrangian(t1, 2))
+
+
+def _all(result):
+    return result if isinstance(result, tuple) else (result,)
