@@ -45,6 +45,18 @@ class Planned:
     @property
     def expected_seconds(self) -> float:
         """A rough guess from what was measured on two cores; it orders the jobs and sharpens the time left."""
+        return self._fit_seconds + self._loop_seconds
+
+    @property
+    def _loop_seconds(self) -> float:
+        config = self.pipeline.config
+        if config.control.kind == "none":
+            return 0.0
+        asked = config.task.starts if config.task.start == "random" else len(config.task.x_des) * len(config.members)
+        return 5 + min(asked, config.scale.loops) * config.task.seconds * (0.1 if config.system.name == "sip" else 0.3)
+
+    @property
+    def _fit_seconds(self) -> float:
         config, optimiser = self.pipeline.config, self.pipeline.config.optimiser
         members = len(config.members)
         if config.model["kind"] in ANCHOR_ROWS:
