@@ -59,6 +59,8 @@ class SyntheticStore:
         curves: pd.DataFrame | None = None,
         trajectories: pd.DataFrame | None = None,
         identifiability: pd.DataFrame | None = None,
+        control: pd.DataFrame | None = None,
+        closed_loops: pd.DataFrame | None = None,
         **card: Any,
     ) -> str:
         n = max((len(values) for values in metrics.values()), default=len(seeds or [0]))
@@ -78,6 +80,7 @@ class SyntheticStore:
                 folder / "metrics.parquet"
             )
             beside = {"curves": curves, "trajectories": trajectories, "identifiability": identifiability}
+            beside |= {"control": control, "closed_loops": closed_loops}
             for table, content in beside.items():
                 if content is not None:
                     content.to_parquet(folder / f"{table}.parquet")
@@ -271,9 +274,45 @@ def fill_ports(store: SyntheticStore, rng: np.random.Generator) -> None:
     store.run("chains", chain, system="link", basis="spring", tau_noise=0.1, n_train=8000, literal=False)
 
 
+def swing_up(links: int, starts: int = 6) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Tables of closed loops from random starts, every other one a success, and the motion of the first."""
+    numbers = [""] if links == 1 else [str(number) for number in range(1, links + 1)]
+    rows = [
+        {
+            "loop": loop, "member": 0, "controller": "energy", "setting": "sip" if links == 1 else "dip_best",
+            "intervals": 20, "horizon_s": 0.8, "x_des": 0.8, "start": f"random {loop}", "task": "random",
+            "mismatch": 0.0, "noise": 0.0, "disturbance": 0.0, "delay": 0.0, "success": loop % 2 == 0,
+            "contact": loop == 1, "clearance_min_m": 0.01 * (1 - loop), "held_from_s": 4.0 if loop % 2 == 0 else None,
+            "solve_ms_median": 5.0, "fallbacks": 0, "start_x": 0.1 * loop,
+            **{f"start_theta{number}": 3.0 + 0.1 * loop for number in numbers},
+        }
+        for loop in range(starts)
+    ]  # fmt: skip
+    time = 0.04 * np.arange(200)
+    angle = np.pi * np.exp(-time)
+    series = {"x": 0.8 * (1 - np.exp(-time)), "T": angle**2, "V": np.cos(angle), "H": angle**2 + np.cos(angle)}
+    series |= {"force": np.cos(time), "clearance": 0.3 + 0 * time}
+    for number, name in enumerate(numbers, start=1):
+        series |= {f"theta{name}": angle, f"theta{name}d": -angle}
+        series |= {f"end{number}.x": number * 0.5 * np.sin(angle), f"end{number}.y": number * 0.5 * np.cos(angle)}
+    moving = [(0, 0, 0.8, name, t, v) for name, values in series.items() for t, v in zip(time, values, strict=True)]
+    disc = [(0, 0, 0.8, f"obstacle.{name}", 0.0, v) for name, v in {"x": 0.0, "y": 0.6, "radius": 0.3}.items()]
+    columns = ["loop", "member", "x_des", "name", "t", "value"]
+    return pd.DataFrame(rows), pd.DataFrame(moving + disc, columns=columns)
+
+
+def fill_control(store: SyntheticStore) -> None:
+    """Run the experiments of control, synthetically."""
+    for experiment, system, links in (("sip_control", "sip", 1), ("dip_control", "dip", 2)):
+        control, loops = swing_up(links)
+        card = {"system": system, "model": "structured", "literal": False, "energies": "canonical"}
+        store.run(experiment, {"mae_tau": [0.01]}, control=control, closed_loops=loops, **card)
+
+
 def fill(store: SyntheticStore) -> None:
     """Run every experiment, synthetically."""
     rng = np.random.default_rng(0)
+    fill_control(store)
     fill_ports(store, rng)
     fill_double_pendulum(store, rng)
     anchors = {"mae_tau": 1.4, "mae_qdd": 11.0, "onestep_euler_qd[0]": 0.05, "onestep_euler_qd[1]": 0.12}

@@ -145,7 +145,7 @@ class _Layout:
             cells=(
                 title,
                 *(written(column, value) for column, value in card.items()),
-                *(interval(one) if metric != "trapped" else _counted(setting) for metric, one in found.items()),
+                *(interval(one) if metric != "trapped" else counted(setting) for metric, one in found.items()),
                 *(str(setting.n), str(setting.failed), "stale" if setting.stale else ""),
             ),
             data=data,
@@ -160,7 +160,7 @@ class _Layout:
         return Row((title, *card.values(), *absent, "0", "0", ""), {"model": title, **card, "n": 0}, anchor=True)
 
 
-def _counted(setting: Setting) -> str:
+def counted(setting: Setting) -> str:
     """Of how many members the flag holds; a failed member is no better than a trapped one."""
     values = setting.values("trapped")
     if not values.size:

@@ -10,12 +10,12 @@ from repro.errors import UserError
 from repro.report import writing
 from repro.report.claims import load_claims
 from repro.report.files import write_text
-from repro.report.front_table import models_block
+from repro.report.front_table import FRONT_TABLES, front_block
 from repro.report.results import Results
 from repro.report.verdict_table import mark, measured
 from repro.report.verdicts import VERDICTS, Verdict, judge_all
 
-BLOCKS = ("verdicts", "models")
+BLOCKS = ("verdicts", *FRONT_TABLES)
 
 
 def verdict_block(verdicts: Sequence[Verdict]) -> str:
@@ -73,7 +73,8 @@ def drift(root: Path) -> list[str]:
 
 
 def _blocks(results: Results, verdicts: Sequence[Verdict]) -> dict[str, str]:
-    return dict(zip(BLOCKS, (verdict_block(verdicts), models_block(results)), strict=True))
+    tables = {name: front_block(results, table) for name, table in FRONT_TABLES.items()}
+    return {"verdicts": verdict_block(verdicts)} | tables
 
 
 def _begin(name: str) -> str:
