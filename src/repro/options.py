@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal, get_type_hints
 
 from pydantic import BaseModel, ValidationError, create_model
 
-from repro.section import Section
 from repro.errors import UserError
 from repro.messages import choose, lines
+from repro.section import Section
 
 if TYPE_CHECKING:
     from repro.learning.optimiser import Optimiser

@@ -8,7 +8,17 @@ from pathlib import Path
 SOURCE = Path(__file__).resolve().parent
 ROOT = SOURCE.parents[1]
 CONF, EXPERIMENTS = ROOT / "conf", ROOT / "experiments"
-READERS = ("combinations", "compose", "config", "control_config", "options", "overrides", "parts", "pipeline", "section")
+READERS = (
+    "combinations",
+    "compose",
+    "config",
+    "control_config",
+    "options",
+    "overrides",
+    "parts",
+    "pipeline",
+    "section",
+)
 DECLARERS = ("mechanics", "models", "learning")
 
 

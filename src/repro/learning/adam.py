@@ -23,7 +23,8 @@ class Adam(Optimiser):
 
     schedule `keras`: lr / (1 + decay k); `cosine`: lr down to lr * 1e-4 along half a cosine. A member whose loss is no
     longer finite is put back to its last finite weights and left there. engine `auto` takes compiled code in
-    float64 where a compiler and a kernel for the model are there, and torch otherwise. precision float32 is Keras's default.
+    float64 where a compiler and a kernel for the model are there, and torch otherwise. Keras's default precision is
+    float32.
     """
 
     epochs: int = 1000
