@@ -25,7 +25,9 @@ class Command:
 
 
 COMMANDS = (
-    Command("reproduce", "run every experiment and make the report", "reproduce scale=quick", "repro.sweep:reproduce"),
+    Command(
+        "reproduce", "run the main experiments and make the report", "reproduce scale=quick", "repro.sweep:reproduce"
+    ),
     Command("run", "run one configuration, or many with -m", "run -m basis=t1,t2", "repro.sweep:run"),
     Command(
         "status", "what is done, stale, failed, missing", "status --why 9f3c2a81bd", "repro.tracking.commands:status"
