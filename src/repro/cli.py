@@ -42,7 +42,7 @@ COMMANDS = (
         "identify system=dip basis=fxf sequence=d_h_only",
         "repro.identify:main",
     ),
-    Command("view", "open a run's recording", "view 9f3c2a81bd", "repro.tracking.viewer:main"),
+    Command("view", "open a run's recording, or several in one", "view 9f3c2a81bd 04be7d1f6a", "repro.view:main"),
     Command(
         "export", "a learned model for CasADi, C and torch", "export 9f3c2a81bd exported", "repro.export.command:main"
     ),

@@ -57,6 +57,21 @@ def test_curves_are_drawn_on_a_logarithmic_scale_without_zeros(recorded):
     np.testing.assert_allclose(curve.values["seed 8"], [1, -2, np.nan])
 
 
+def test_a_quantity_that_is_not_positive_is_drawn_as_it_is():
+    margins = pd.DataFrame({"step": [0, 1], "name": "passivity_margin", "value": [-0.2, -1e-12]})
+    curve = module._curves({"seed 3": margins})["passivity_margin"]
+    np.testing.assert_array_equal(curve.values["seed 3"], [-0.2, -1e-12])
+
+
+def test_curves_of_unlike_steps_are_held_and_end_with_their_last():
+    short = pd.DataFrame({"step": [1, 4], "name": "loss", "value": [10.0, 1.0]})
+    long = pd.DataFrame({"step": [1, 2, 6], "name": "loss", "value": [100.0, 10.0, 1.0]})
+    curve = module._curves({"short": short, "long": long})["log10 loss"]
+    np.testing.assert_array_equal(curve.step, [1, 2, 4, 6])
+    np.testing.assert_array_equal(curve.values["short"], [1, 1, 0, np.nan])
+    np.testing.assert_array_equal(curve.values["long"], [2, 1, 1, 0])
+
+
 def test_a_recording_is_written(tmp_path, exact, data, system):
     measure(tmp_path, exact, data, system, "raw")
     trajectories = pd.read_parquet(tmp_path / TRAJECTORIES)

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from repro import view
 from repro.errors import UserError
 from repro.tracking import viewer
 from repro.tracking.record import Record
@@ -27,7 +28,7 @@ def outputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("name", ["dip-t2-bb1", "dip", "dip-recording-33", "dip-rec"])
+@pytest.mark.parametrize("name", ["dip-t2-bb1", "dip", "dip-recording-33", "dip-rec", "bb1", "33"])
 def test_a_recording_is_found_by_run_or_recording_or_their_beginning(outputs, name):
     assert viewer.find_recording(name, outputs) == outputs / "recordings" / "dip-recording-33" / "recording.rrd"
 
@@ -41,14 +42,14 @@ def test_a_whole_id_wins_over_a_longer_one_that_it_begins(outputs):
 
 def test_an_ambiguous_beginning_lists_what_it_begins(outputs):
     with pytest.raises(UserError, match="2 recordings") as caught:
-        viewer.main(["sip"])
+        view.main(["sip"])
     assert "sip-recording-11" in str(caught.value)
     assert "dip" not in str(caught.value)
 
 
 def test_an_unknown_run_lists_what_there_is(outputs):
     with pytest.raises(UserError, match="no recording of a run 'chain'") as caught:
-        viewer.main(["chain"])
+        view.main(["chain"])
     assert "dip-recording-33" in str(caught.value)
 
 
@@ -70,7 +71,7 @@ def test_without_a_display_the_other_ways_are_named(outputs, monkeypatch):
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     with pytest.raises(UserError, match=r"no display.*--web.*--screenshot"):
-        viewer.main(["dip"])
+        view.main(["dip"])
 
 
 def test_a_port_in_use_is_passed_over():
@@ -94,7 +95,7 @@ def test_a_picture_needs_no_display(tmp_path):
     write_recording(tmp_path / "r.rrd", recording)
     picture = tmp_path / "r.png"
     try:
-        assert viewer.main([str(tmp_path / "r.rrd"), "--screenshot", str(picture), "--at", "0.5"]) == 0
+        assert view.main([str(tmp_path / "r.rrd"), "--screenshot", str(picture), "--at", "0.5"]) == 0
     except UserError as error:
         if "Vulkan" not in str(error):
             raise

@@ -12,6 +12,7 @@ from repro.tracking.recording import Curve, Rollout, RunRecording, write_recordi
 
 FILE = "recording.rrd"
 SHOWN = 3  # members: more make the picture crowded
+MOSTLY = 0.5
 
 
 def record(
@@ -25,34 +26,57 @@ def record(
 ) -> dict[str, Any]:
     """Write recording.rrd: the first member's plant and model over the first test points, learning curves of a few."""
     members = sorted(trajectories["member"].unique())[:SHOWN]
+    tested = {f"seed {members[0]}": tested_by(trajectories, members[0])}
+    learned = {f"seed {member}": curves[curves["member"] == member] for member in members}
+    write_recording(folder / FILE, recording_of(run, title, card, tested, learned, system))
+    return {"member": int(members[0])}
+
+
+def tested_by(trajectories: pd.DataFrame, member: int) -> pd.DataFrame:
+    """One member's signals along the test set, a column each, by time."""
     along_the_test = ~trajectories["name"].str.startswith("free.")
-    first = trajectories[(trajectories["member"] == members[0]) & along_the_test]
-    table = first.pivot(index="t", columns="name", values="value").sort_index()
-    time = table.index.to_numpy()
+    rows = trajectories[(trajectories["member"] == member) & along_the_test]
+    return rows.pivot(index="t", columns="name", values="value").sort_index()
+
+
+def recording_of(
+    run: str,
+    title: str,
+    card: Mapping[str, Any],
+    tested: Mapping[str, pd.DataFrame],
+    learned: Mapping[str, pd.DataFrame],
+    system: System,
+) -> RunRecording:
+    """The plant and one or several models that were tested along the same motion of it.
+
+    tested   label -> signals, as `tested_by` gives them; the first ones' plant, force and restarts are shown
+    learned  label -> rows of curves.parquet
+    """
+    first = next(iter(tested.values()))
+    time = first.index.to_numpy()
     coordinates = [(c.name, c.unit) for c in system.coordinates]
     names = [name for name, _ in coordinates] + [f"{name}d" for name, _ in coordinates]
-    plant = _rollout(table, "plant", names, system)
-    recording = RunRecording(
+    plant = _rollout(first, "plant", names, system)
+    return RunRecording(
         run=run,
         title=title,
         card=card,
         time=time,
         coordinates=coordinates,
         plant=plant,
-        models={f"seed {members[0]}": _rollout(table, "model", names, system)},
-        force=table["force"].to_numpy(),
-        power=_power(table, plant.energies["H"], time, system),
-        curves=_curves(curves, members),
+        models={label: _rollout(table, "model", names, system) for label, table in tested.items()},
+        force=first["force"].to_numpy(),
+        power=_power(first, plant.energies["H"], time, system),
+        curves=_curves(learned),
     )
-    write_recording(folder / FILE, recording)
-    return {"member": int(members[0])}
 
 
 def _rollout(table: pd.DataFrame, role: str, names: Sequence[str], system: System) -> Rollout:
     state = table[[f"{role}.{name}" for name in names]].to_numpy()
     components = [state[:, index] for index in range(system.n_q)]
     points = [[np.broadcast_to(value, len(state)) for value in point] for point in system.body_points(components, np)]
-    energies = {name: table[f"{role}.{name}"].to_numpy() for name in ("T", "V", "H")}
+    absent = pd.Series(np.nan, index=table.index)
+    energies = {name: table.get(f"{role}.{name}", absent).to_numpy() for name in ("T", "V", "H")}
     return Rollout(state=state, energies=energies, points=np.moveaxis(np.array(points), 2, 0))
 
 
@@ -67,12 +91,22 @@ def _power(table: pd.DataFrame, energy: np.ndarray, time: np.ndarray, system: Sy
     return {"supplied": supplied, "dH/dt": stored, "dissipated": supplied - stored}
 
 
-def _curves(curves: pd.DataFrame, members: Sequence[int]) -> dict[str, Curve]:
+def _curves(learned: Mapping[str, pd.DataFrame]) -> dict[str, Curve]:
+    """Every quantity by name; positive ones as logarithms, since the viewer has no logarithmic axis."""
     result = {}
-    for name, rows in curves.groupby("name"):
-        table = rows.pivot_table(index="step", columns="member", values="value").sort_index()
-        shown = [member for member in members if member in table]
-        positive = table[shown].where(table[shown] > 0)
-        values = {f"seed {member}": np.log10(positive[member].to_numpy()) for member in shown}
-        result[f"log10 {name}"] = Curve(step=table.index.to_numpy(), values=values)
+    for name in dict.fromkeys(name for rows in learned.values() for name in rows["name"]):
+        lines = {label: rows[rows["name"] == name].groupby("step")["value"].mean() for label, rows in learned.items()}
+        lines = {label: line for label, line in lines.items() if len(line)}
+        together = pd.concat(lines.values())
+        positive = (together > 0).mean() > MOSTLY
+        steps = together.index.unique().sort_values()
+        values = {label: _held(line, steps) for label, line in lines.items()}
+        if positive:
+            values = {label: np.log10(np.where(line > 0, line, np.nan)) for label, line in values.items()}
+        result[f"log10 {name}" if positive else name] = Curve(step=steps.to_numpy(), values=values)
     return result
+
+
+def _held(line: pd.Series, steps: pd.Index) -> np.ndarray:
+    """A curve at the steps of all: between its own it keeps its value, after its last it ends."""
+    return line.reindex(steps).ffill().where(steps <= line.index[-1]).to_numpy()

@@ -1,8 +1,7 @@
-"""`repro view`: finds the recording of a run and opens it, in a window, in a browser, or as a picture."""
+"""Finds the recording of a run and opens it: in a window, in a browser, or as a picture."""
 
 from __future__ import annotations
 
-import argparse
 import os
 import socket
 import subprocess
@@ -15,7 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from repro.errors import UserError
-from repro.tracking.paths import outputs_root
 from repro.tracking.store import Store
 
 if TYPE_CHECKING:
@@ -34,27 +32,8 @@ GRAPHICS_HELP = (
 )
 
 
-def main(argv: Sequence[str]) -> int:
-    """Run `repro view`; raises UserError when the recording is missing, ambiguous or cannot be shown here."""
-    parser = argparse.ArgumentParser(
-        prog="repro view", description="Open the recording of a run.", epilog="example: repro view sip-lagrangian --web"
-    )
-    parser.add_argument("run", help="id of a run, or its beginning, or the path of an .rrd file")
-    way = parser.add_mutually_exclusive_group()
-    way.add_argument("--web", action="store_true", help="serve it to a browser instead of opening a window")
-    way.add_argument("--screenshot", metavar="FILE", type=Path, help="write a PNG picture; needs no display")
-    parser.add_argument("--at", metavar="SECONDS", type=float, help="moment in the picture (default: the middle)")
-    options = parser.parse_args(argv)
-    path = find_recording(options.run, outputs_root())
-    if options.screenshot:
-        screenshot(path, options.screenshot, options.at)
-        print(options.screenshot)
-        return 0
-    return _serve(path) if options.web else _open_window(path)
-
-
 def find_recording(run: str, root: Path) -> Path:
-    """The .rrd file of a path, a run's id or recording's id under an outputs root, or the beginning of one."""
+    """The .rrd file of a path, or of a run's or recording's id under an outputs root, its beginning or last digits."""
     if run.endswith(".rrd"):
         path = Path(run)
         if not path.is_file():
@@ -63,11 +42,11 @@ def find_recording(run: str, root: Path) -> Path:
     store = Store(root)
     names = {record.id: (record.id, str(record.identity["upstream"].get("run", ""))) for record in store.records(KIND)}
     exact = [id for id, both in names.items() if run in both]
-    found = exact or [id for id, both in names.items() if any(name.startswith(run) for name in both)]
+    found = exact or [id for id, both in names.items() if any(_is_short_for(run, name) for name in both)]
     if len(found) == 1:
         return store.paths.folder(KIND, found[0]) / FILENAME
     if found:
-        raise UserError(f"{run!r} begins the ids of {len(found)} recordings; type more of one of them:{_listed(found)}")
+        raise UserError(f"{run!r} fits the ids of {len(found)} recordings; type more of one of them:{_listed(found)}")
     if not names:
         raise UserError(f"no recordings in {store.paths.kind(KIND)}; make some with: repro reproduce")
     raise UserError(f"no recording of a run {run!r} in {store.paths.kind(KIND)}; there are:{_listed(list(names))}")
@@ -116,7 +95,8 @@ def free_port(first: int) -> int:
     raise UserError(f"no free port from {first} to {first + 199}; close some viewers")
 
 
-def _open_window(path: Path) -> int:
+def open_window(path: Path) -> int:
+    """Open a recording in a window until that is closed; UserError where there is no display."""
     if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise UserError(
             f"no display here to open a window on; add --web to see it in a browser, --screenshot FILE for a picture, "
@@ -126,7 +106,8 @@ def _open_window(path: Path) -> int:
         return _wait(process)
 
 
-def _serve(path: Path) -> int:
+def serve(path: Path) -> int:
+    """Serve a recording to a browser until Ctrl-C."""
     web, data = free_port(WEB_PORT), free_port(DATA_PORT)
     ports = ["--web-viewer-port", str(web), "--port", str(data)]
     with _viewer("--serve-web", *ports, str(path)) as process:
@@ -168,6 +149,10 @@ def _connect(process: subprocess.Popen[bytes], port: int) -> ViewerClient:
         except ConnectionError:
             time.sleep(0.1)
     raise UserError(f"the viewer did not start: {GRAPHICS_HELP}")
+
+
+def _is_short_for(text: str, id: str) -> bool:
+    return id.startswith(text) or id.rpartition("-")[2].startswith(text)
 
 
 def _listed(ids: Sequence[str]) -> str:
