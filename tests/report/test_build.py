@@ -59,6 +59,7 @@ def test_a_build_writes_results_tables_figures_and_the_page(built):
         *(f"{name}.parquet" for name in ("metrics", "runs", "curves", "trajectories", "bench", "identifiability")),
         "control.parquet",
         "closed_loops.parquet",
+        "stages.parquet",
         "claims.csv",
     }
     for figure in FIGURES:

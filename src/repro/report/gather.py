@@ -2,13 +2,14 @@
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from repro.errors import UserError
 from repro.report.results import Results, typed
 from repro.report.schema import CARD, CONTROL, NOT_CHOSEN, as_card_value
+from repro.report.stages import stages_of
 from repro.report.stored import Staleness, StoredRun, never_stale, read_json, stored_benches, stored_runs
 
 if TYPE_CHECKING:
@@ -48,6 +49,7 @@ def gather_runs(runs: Sequence[StoredRun], benches: Sequence[Path]) -> Results:
         ),
         control=typed("control", _together([_loops(run) for run in finished])),
         closed_loops=typed("closed_loops", _together([_first_loop(run) for run in _distinct(finished)])),
+        stages=typed("stages", _stages(finished)),
         bench=typed("bench", _together([_bench(folder) for folder in benches]) if benches else pd.DataFrame()),
     )
 
@@ -78,6 +80,11 @@ def _first_loop(run: StoredRun) -> "pd.DataFrame":
         return _nothing()
     loops = _table(run, "closed_loops")
     return loops if loops.empty else loops[loops["loop"] == loops["loop"].min()]
+
+
+def _stages(runs: Sequence[StoredRun]) -> list[dict[str, Any]]:
+    known: dict[str, Mapping[str, Any]] = {}
+    return [row for run in _distinct(runs) for row in stages_of(run, known)]
 
 
 def _run_row(run: StoredRun) -> dict[str, Any]:

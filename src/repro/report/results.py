@@ -25,6 +25,7 @@ class Results:
     identifiability: "pd.DataFrame"
     control: "pd.DataFrame"
     closed_loops: "pd.DataFrame"
+    stages: "pd.DataFrame"
 
     @property
     def scale(self) -> str:

@@ -149,6 +149,24 @@ CLOSED_LOOPS: Mapping[str, type] = {
     "t": float,
     "value": float,
 }
+# One row a stage of a run, upstream first; `libraries` and `config` as JSON.
+STAGES: Mapping[str, type] = {
+    "run": str,
+    "stage": str,
+    "id": str,
+    "started": str,
+    "wall_s": float,
+    "cpu_s": float,
+    "peak_memory_mib": float,
+    "commit": str,
+    "clean": bool,
+    "python": str,
+    "platform": str,
+    "processor": str,
+    "cores": int,
+    "libraries": str,
+    "config": str,
+}
 TABLES: Mapping[str, Mapping[str, type]] = {
     "metrics": METRICS,
     "runs": RUNS,
@@ -158,6 +176,7 @@ TABLES: Mapping[str, Mapping[str, type]] = {
     "identifiability": IDENTIFIABILITY,
     "control": CONTROL,
     "closed_loops": CLOSED_LOOPS,
+    "stages": STAGES,
 }
 
 PANDAS_TYPES: Mapping[type, str] = {str: "str", float: "float64", int: "Int64", bool: "boolean", list: "object"}
