@@ -40,9 +40,9 @@ def test_the_models_of_all_runs_are_beside_one_plant(stored):
     angle = tracks["state/theta"]
     assert angle.names == (
         "θ plant [rad]",
-        "θ T1/V1, least squares [rad]",
-        "θ T2/V1, 1x10, Adam [rad]",
-        "θ T2/V1, 1x12, Adam [rad]",
+        "θ T1/V1 [rad]",
+        "θ T2/V1, 1x10 [rad]",
+        "θ T2/V1, 1x12 [rad]",
     )
     for column, name in enumerate(names, start=1):
         rows = pd.read_parquet(runs[name].path("trajectories.parquet"))

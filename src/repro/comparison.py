@@ -15,7 +15,7 @@ from repro.tracking.viewer import FILENAME, KIND
 
 MOST = 6
 # The columns of a run card that set models apart, in the order in which people name them.
-NAMING = ("model", "basis", "hidden", "options", "objective", "optimiser", "sequence", "energies", "curriculum")
+NAMING = ("model", "basis", "objective", "optimiser", "sequence", "hidden", "energies", "curriculum", "options")
 
 
 def compared(ids: Sequence[str], root: Path | None = None) -> Path:
@@ -72,7 +72,7 @@ def _record(folder: Path, stage: Stage, runs: Sequence[OpenedRun], labels: Mappi
     learned = {label: rows[rows["member"] == member] for label, rows in curves.items()}
     card = {
         "seed": member,
-        **{labels[run.id]: {"run": run.id, **run.record.summary["median"]} for run in runs},
+        **{labels[run.id]: {**_settings(run), **run.record.summary["median"]} for run in runs},
         "command": stage.command,
     }
     title = f"{system.name}: {len(runs)} models"
@@ -80,11 +80,19 @@ def _record(folder: Path, stage: Stage, runs: Sequence[OpenedRun], labels: Mappi
     return {"member": member}
 
 
+def _settings(run: OpenedRun) -> dict[str, Any]:
+    told = {name: run.card.get(name) for name in NAMING}
+    return {"run": run.id, **{name: value for name, value in told.items() if value}}
+
+
 def _labels(cards: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
-    """Run -> what sets it apart from the others, in words; its digits too where words do not tell."""
-    differing = [name for name in NAMING if len({as_text(card.get(name)) for card in cards.values()}) > 1]
-    words = {id: [written(name, as_text(card.get(name))) for name in differing] for id, card in cards.items()}
-    labels = {id: ", ".join(word for word in parts if word) for id, parts in words.items()}
+    """Run -> as few words as set it apart from the others; its digits too where words do not tell."""
+    words: dict[str, list[str]] = {id: [] for id in cards}
+    for name in NAMING:
+        more = {id: [*words[id], written(name, as_text(card.get(name)))] for id, card in cards.items()}
+        if len(set(map(tuple, more.values()))) > len(set(map(tuple, words.values()))):
+            words = more
+    labels = {id: ", ".join(filter(None, parts)) for id, parts in words.items()}
     told = list(labels.values())
     return {
         id: label if label and told.count(label) == 1 else f"{label} {id.rpartition('-')[2]}".strip()
