@@ -6,7 +6,7 @@ import pytest
 from repro.report.claims import load_claims
 from repro.report.files import project_folder
 from repro.report.gather import gather
-from repro.report.model_tables import COMPARISONS, model_table
+from repro.report.model_tables import COMPARISONS, model_table, model_tables
 from repro.report.statistics import Estimate
 from repro.report.table import Column, Row, Table
 from repro.report.tables import all_tables, paired_table
@@ -98,6 +98,13 @@ def test_every_row_of_models_knows_its_runs_and_its_command(tables):
             if not row.cells[0].endswith("not run"):
                 assert row.runs, row.cells
                 assert row.commands[0].startswith("repro run"), row.cells
+
+
+def test_an_experiment_of_ones_own_has_a_table_without_being_named(store):
+    store.run("sip_of_my_own", {"mae_tau": [1.0, 2.0]})
+    (table,) = model_tables(gather(store.outputs, "paper"))
+    assert table.name == "sip_of_my_own"
+    assert [row.anchor for row in table.rows] == [False, True, True, True]
 
 
 def test_no_force_error_stands_alone(tables):

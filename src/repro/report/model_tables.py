@@ -87,9 +87,16 @@ COMPARISONS = (
 
 
 def model_tables(results: Results) -> list[Table]:
-    """Make the table of every comparison that has been run."""
-    tables = [model_table(results, comparison) for comparison in COMPARISONS]
+    """Make the table of every comparison that has been run; an experiment without one of its own has a plain one."""
+    tables = [model_table(results, comparison) for comparison in (*COMPARISONS, *_plain(results))]
     return [table for table in tables if table.rows]
+
+
+def _plain(results: Results) -> list[Comparison]:
+    """The experiments on models that no comparison names, in alphabetical order."""
+    named = {comparison.experiment for comparison in COMPARISONS} | set(results.control["experiment"])
+    others = sorted(set(results.runs["experiment"]) - named - {""})
+    return [Comparison(name, name, f"Experiment {name}") for name in others]
 
 
 def model_table(results: Results, comparison: Comparison) -> Table:
