@@ -59,7 +59,7 @@ def run(argv: Sequence[str]) -> int:
     if options.dry_run:
         return _print_plan(jobs)
     list_jobs(paths, jobs)
-    results = _run_missing(jobs, paths, options.workers or CORES, options.timeout, where)
+    results = run_missing(jobs, paths, options.workers or CORES, options.timeout, where)
     _print_outcome(jobs, paths)
     return 1 if any(not result.ok for result in results) else 0
 
@@ -94,7 +94,7 @@ def reproduce(argv: Sequence[str]) -> int:
     overrides = [job for name in names for job in expand([f"experiment={name}", f"scale={scale}"])]
     jobs = planned(overrides, paths, on_unknown=lambda: start_server((*PRELOAD, *drawing.PRELOAD)))
     list_jobs(paths, jobs)
-    results = _run_missing(jobs, paths, options.workers)
+    results = run_missing(jobs, paths, options.workers)
     timed = "experiment" in given or _time(paths, scale)
     _report(paths, scale)
     return 0 if timed and all(result.ok for result in results) else 1
@@ -110,9 +110,10 @@ def expected_stages(overrides: Sequence[str]) -> list[Stage]:
     return Planned.of(compose(overrides, Paths(outputs_root()).composed)).pipeline.stages
 
 
-def _run_missing(
+def run_missing(
     jobs: Sequence[Planned], paths: Paths, workers: int, timeout: float | None = None, where: Sequence[str] = ()
 ) -> list[JobResult]:
+    """Run the jobs that have no record yet, each once, the longest first; print those that failed."""
     missing = list({job.run: job for job in jobs if job.record is None}.values())
     missing.sort(key=lambda job: -job.expected_seconds)
     if not missing:
