@@ -30,6 +30,12 @@ COMMANDS = (
     ),
     Command("run", "run one configuration, or many with -m", "run -m basis=t1,t2", "repro.sweep:run"),
     Command(
+        "sensitivity",
+        "change one assumption at a time",
+        "sensitivity data_start",
+        "repro.sensitivity:main",
+    ),
+    Command(
         "status", "what is done, stale, failed, missing", "status --why 9f3c2a81bd", "repro.tracking.commands:status"
     ),
     Command("runs", "list stored runs", "runs basis=t2", "repro.tracking.commands:runs"),
@@ -105,7 +111,7 @@ def _exists(command: Command) -> bool:
 
 def _help(commands: dict[str, Command]) -> str:
     lines = ["usage: repro COMMAND ...", ""]
-    lines += [f"  {name:<10} {command.help:<52} repro {command.example}" for name, command in commands.items()]
+    lines += [f"  {name:<11} {command.help:<52} repro {command.example}" for name, command in commands.items()]
     lines += [
         "",
         "`repro COMMAND --help` says more. Results lie in ./outputs, or where REPRO_OUTPUTS says.",

@@ -3,6 +3,7 @@
 import shutil
 import subprocess
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 from repro.errors import UserError
@@ -10,6 +11,7 @@ from repro.report.animation import animate_all
 from repro.report.build import render
 from repro.report.readme import write_tables
 from repro.report.results import Results
+from repro.report.sensitivity import SENSITIVITY, Sensitivity
 from repro.report.verdicts import FULL_SCALE
 
 
@@ -25,19 +27,29 @@ def publish(results: Results, root: Path) -> None:
         )
         raise UserError(message)
     _refuse_unclean(root)
-    stale = results.runs.loc[results.runs["stale"].fillna(value=False), "run"]
-    if len(stale):
-        message = f"{stale.nunique()} runs are older than the code; run: make reproduce SCALE={FULL_SCALE}"
-        raise UserError(message)
-    results.save(root / "paper" / "results")
+    _refuse_stale(results, f"make reproduce SCALE={FULL_SCALE}")
+    committed = root / "paper" / "results"
+    if results.sensitivity is None:
+        results = replace(results, sensitivity=Sensitivity.load(committed / SENSITIVITY))
+    else:
+        _refuse_stale(results.sensitivity.results, "repro sensitivity")
+    results.save(committed)
     with tempfile.TemporaryDirectory() as temporary:
         verdicts = render(results, Path(temporary))
-        shutil.copyfile(Path(temporary) / "results" / "claims.csv", root / "paper" / "results" / "claims.csv")
+        for computed in (Path(temporary) / "results").glob("*.csv"):
+            shutil.copyfile(computed, committed / computed.name)
         for name in ("tables", "figures"):
             shutil.rmtree(root / "paper" / name, ignore_errors=True)
             shutil.copytree(Path(temporary) / name, root / "paper" / name)
     animate_all(results, root / "paper" / "animations")
     write_tables(root / "README.md", results, verdicts)
+
+
+def _refuse_stale(results: Results, command: str) -> None:
+    stale = results.runs.loc[results.runs["stale"].fillna(value=False), "run"]
+    if len(stale):
+        message = f"{stale.nunique()} runs are older than the code; run: {command}"
+        raise UserError(message)
 
 
 def _refuse_unclean(root: Path) -> None:

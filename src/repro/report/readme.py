@@ -1,6 +1,5 @@
 """The tables in README.md: generated between marks, and checked against the committed results."""
 
-import csv
 import re
 from collections import Counter
 from collections.abc import Sequence
@@ -8,11 +7,16 @@ from pathlib import Path
 
 from repro.errors import UserError
 from repro.report import writing
+from repro.report.assumptions import load_assumptions
 from repro.report.claims import load_claims
 from repro.report.files import write_text
 from repro.report.front_table import FRONT_TABLES, front_block
 from repro.report.results import Results
-from repro.report.verdict_table import mark, measured
+from repro.report.sensitivity import comparisons
+from repro.report.sensitivity_table import sensitivity_table
+from repro.report.table import Table
+from repro.report.table_drift import table_drift
+from repro.report.verdict_table import mark, measured, verdict_table
 from repro.report.verdicts import VERDICTS, Verdict, judge_all
 
 BLOCKS = ("verdicts", *FRONT_TABLES)
@@ -51,25 +55,26 @@ def write_tables(readme: Path, results: Results, verdicts: Sequence[Verdict]) ->
 
 
 def drift(root: Path) -> list[str]:
-    """Say where README.md and paper/results/claims.csv differ from what the committed results give; [] when nowhere.
+    """Say where README.md and the verdicts in paper/results differ from what the results there give; [] when nowhere.
 
-    `root` is the checkout: it holds README.md, paper/claims.yaml and paper/results.
+    `root` is the checkout: it holds README.md, paper/claims.yaml, paper/assumptions.yaml and paper/results.
     """
-    results = Results.load(root / "paper" / "results")
-    verdicts = judge_all(load_claims(root / "paper" / "claims.yaml"), results)
+    paper = root / "paper"
+    results, claims = Results.load(paper / "results"), load_claims(paper / "claims.yaml")
+    verdicts = judge_all(claims, results)
     found = []
     for name, block in _blocks(results, verdicts).items():
         _, stands, _ = _parts(root / "README.md", name)
         if stands.strip() != block.strip():
             found.append(f"README.md shows another table of {name} than paper/results gives")
-    path = root / "paper" / "results" / "claims.csv"
-    with path.open(encoding="utf-8", newline="") as stream:
-        committed = {row["id"]: row["verdict"] for row in csv.DictReader(stream)}
-    for verdict in verdicts:
-        name, now = verdict.claim.name, verdict.verdict
-        if committed.pop(name, None) != now:
-            found.append(f"{path.name} holds another verdict on {name} than {now}")
-    return [*found, *(f"{path.name} holds {name}, which is no claim" for name in committed)]
+    computed: dict[str, tuple[Table, Sequence[str]]] = {"claims.csv": (verdict_table(verdicts), ("id",))}
+    if results.sensitivity is not None:
+        ledger = load_assumptions(paper / "assumptions.yaml")
+        table = sensitivity_table(ledger, comparisons(results.sensitivity, claims))
+        computed["sensitivity.csv"] = (table, ("assumption", "alternative", "claim"))
+    for name, (table, key) in computed.items():
+        found += table_drift(paper / "results" / name, table, key)
+    return found
 
 
 def _blocks(results: Results, verdicts: Sequence[Verdict]) -> dict[str, str]:

@@ -12,10 +12,12 @@ from repro.report.schema import PANDAS_TYPES, TABLES
 if TYPE_CHECKING:
     import pandas as pd
 
+    from repro.report.sensitivity import Sensitivity
+
 
 @dataclass(frozen=True)
 class Results:
-    """The result tables; columns and types as in `schema`."""
+    """The result tables; columns and types as in `schema`. The sensitivity runs have tables of their own."""
 
     metrics: "pd.DataFrame"
     runs: "pd.DataFrame"
@@ -26,6 +28,7 @@ class Results:
     control: "pd.DataFrame"
     closed_loops: "pd.DataFrame"
     stages: "pd.DataFrame"
+    sensitivity: "Sensitivity | None" = None
 
     @property
     def scale(self) -> str:
@@ -38,11 +41,15 @@ class Results:
         for name in TABLES:
             with replacing(folder / f"{name}.parquet") as temporary:
                 getattr(self, name).to_parquet(temporary, compression="zstd", index=False)
+        if self.sensitivity is not None:
+            self.sensitivity.save(folder / "sensitivity")
 
     @classmethod
     def load(cls, folder: Path) -> "Results":
         """Read the tables back; one that is not there is empty. Raises UserError for a damaged or foreign folder."""
         import pandas as pd
+
+        from repro.report.sensitivity import Sensitivity
 
         if not (folder / "metrics.parquet").is_file():
             message = f"{folder} holds no metrics.parquet; name a folder of results, such as paper/results"
@@ -55,7 +62,7 @@ class Results:
             except (OSError, ValueError) as error:
                 message = f"{path} cannot be read ({error}); make it again with `repro report`"
                 raise UserError(message) from error
-        return cls(**tables)
+        return cls(**tables, sensitivity=Sensitivity.load(folder / "sensitivity"))
 
 
 def typed(name: str, rows: "pd.DataFrame | Iterable[Mapping[str, Any]]") -> "pd.DataFrame":

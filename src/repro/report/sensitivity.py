@@ -1,0 +1,163 @@
+"""The runs behind the sensitivities: which run takes whose place, and the claims judged again with it there."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from repro.errors import UserError
+from repro.report.claims import Claim
+from repro.report.files import replacing
+from repro.report.gather import gather_runs
+from repro.report.results import Results, typed
+from repro.report.schema import CARD, plain
+from repro.report.stored import StoredRun, read_json
+from repro.report.verdicts import NOT_RUN, Verdict, judge
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+SENSITIVITY = "sensitivity"  # where its runs are listed, in the place of a scale
+METRIC = "metric="
+NOT_NEEDED = ("curves", "trajectories", "closed_loops", "identifiability")
+# The columns by which a claim finds its runs: those of a run in another's place are taken from that other.
+DESCRIBED: Mapping[str, Sequence[str]] = {
+    "runs": ("setting", *CARD),
+    "metrics": ("setting", *CARD),
+    "control": (
+        *("setting", "system", "model", "basis", "hidden", "objective", "optimiser", "energies", "task"),
+        *("intervals", "adaptive", "discretisation", "solver", "mismatch", "mismatch_kind", "noise", "friction"),
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run that takes the place of ours for one claim; `choice` and `alternative` are spelt as overrides."""
+
+    assumption: str
+    choice: str
+    alternative: str
+    claim: str
+    experiment: str
+    run: str
+    instead: str
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A claim judged twice: by our choice, and by what was put in its place."""
+
+    assumption: str
+    choice: str
+    alternative: str
+    ours: Verdict
+    other: Verdict
+
+    @property
+    def moved(self) -> bool | None:
+        """Whether the verdict is another; None where either was not run."""
+        return None if NOT_RUN in (self.ours.verdict, self.other.verdict) else self.ours.verdict != self.other.verdict
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """The results of the sensitivity runs, apart from all others, and the cases that they belong to."""
+
+    results: Results
+    cases: tuple[Case, ...]
+
+    def save(self, folder: Path) -> None:
+        """Write tables and cases as Parquet, each atomically."""
+        import pandas as pd
+
+        self.results.save(folder)
+        with replacing(folder / "cases.parquet") as temporary:
+            pd.DataFrame([asdict(case) for case in self.cases]).to_parquet(temporary, compression="zstd", index=False)
+
+    @classmethod
+    def load(cls, folder: Path) -> "Sensitivity | None":
+        """Read them back; None where there are none. Raises UserError for a damaged folder."""
+        import pandas as pd
+
+        path = folder / "cases.parquet"
+        if not path.is_file():
+            return None
+        try:
+            rows = pd.read_parquet(path).to_dict("records")
+            cases = tuple(Case(**{str(key): str(value) for key, value in row.items()}) for row in rows)
+        except (OSError, ValueError, TypeError) as error:
+            message = f"{path} cannot be read ({error}); make it again with `repro report`"
+            raise UserError(message) from error
+        return cls(Results.load(folder), cases)
+
+
+def gather_sensitivity(lists: Sequence[Path], runs: Sequence[StoredRun]) -> Sensitivity | None:
+    """Gather the sensitivity runs and the cases that their lists name; None where there are no runs.
+
+    Raises UserError naming a damaged file.
+    """
+    if not runs:
+        return None
+    empty: dict[str, Any] = {name: typed(name, []) for name in NOT_NEEDED}
+    cases = tuple(Case(**case) for path in lists for case in read_json(path).get("cases", []))
+    return Sensitivity(replace(gather_runs(runs, []), **empty), cases)
+
+
+def comparisons(sensitivity: Sensitivity, claims: Sequence[Claim]) -> list[Comparison]:
+    """Judge every claim of every case by our choice and by the alternative, in the order of the cases."""
+    named = {claim.name: claim for claim in claims}
+    groups: dict[tuple[str, str, str], list[Case]] = {}
+    for case in sensitivity.cases:
+        if case.claim in named:
+            groups.setdefault((case.assumption, case.alternative, case.claim), []).append(case)
+    return [
+        Comparison(
+            assumption=assumption,
+            choice=next((case.choice for case in cases if case.choice), f"{METRIC}{_metric(named[name])}"),
+            alternative=alternative,
+            ours=judge(
+                named[name],
+                _standing_in(sensitivity.results, cases[0].experiment, {case.run: case.run for case in cases}),
+            ),
+            other=judge(
+                _measured_by(named[name], alternative),
+                _standing_in(sensitivity.results, cases[0].experiment, {case.run: case.instead for case in cases}),
+            ),
+        )
+        for (assumption, alternative, name), cases in groups.items()
+    ]
+
+
+def _metric(claim: Claim) -> str:
+    return claim.metric or str(claim.predicate.get("metric", ""))
+
+
+def _measured_by(claim: Claim, alternative: str) -> Claim:
+    """The claim with another metric, where that is the alternative."""
+    if not alternative.startswith(METRIC):
+        return claim
+    metric = alternative.removeprefix(METRIC)
+    if claim.kind == "statement":
+        return replace(claim, predicate={**claim.predicate, "metric": metric})
+    return replace(claim, metric=metric)
+
+
+def _standing_in(results: Results, experiment: str, places: Mapping[str, str]) -> Results:
+    """The runs that take the places {ours: instead}, described as ours are, so that a claim finds them."""
+    import pandas as pd
+
+    tables: dict[str, Any] = {}
+    for name, columns in DESCRIBED.items():
+        table = getattr(results, name)
+        table = table[table["experiment"] == experiment]
+        parts = [_described(table, ours, instead, columns) for ours, instead in places.items()]
+        tables[name] = typed(name, pd.concat(parts, ignore_index=True))
+    return replace(results, **tables)
+
+
+def _described(table: "pd.DataFrame", ours: str, instead: str, columns: Sequence[str]) -> "pd.DataFrame":
+    rows, example = table[table["run"] == instead], table[table["run"] == ours]
+    if rows.empty or example.empty or ours == instead:
+        return rows
+    return rows.assign(**{column: plain(example.iloc[0][column]) for column in columns})

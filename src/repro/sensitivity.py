@@ -1,0 +1,200 @@
+"""`repro sensitivity`: each assumption changed by itself, on few members, to see which verdicts it moves."""
+
+import argparse
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from repro.answers import answering
+from repro.errors import UserError
+from repro.overrides import expand
+from repro.planned import Planned, planned
+from repro.report.assumptions import Assumption, Trial, load_assumptions
+from repro.report.claims import Claim, load_claims
+from repro.report.files import project_folder
+from repro.report.sensitivity import SENSITIVITY, Case
+from repro.settings import digest
+from repro.sweep import CORES, PRELOAD, run_missing
+from repro.tracking.files import disk_errors_explained, write_json
+from repro.tracking.paths import Paths, outputs_root
+from repro.tracking.pool import start_server
+from repro.tracking.text import duration
+
+SCALE, MEMBERS = "quick", 3
+EPILOGUE = """examples:
+  repro sensitivity                     every assumption; what is finished is not repeated
+  repro sensitivity data_start gravity  some of them
+  repro sensitivity --dry-run           what would be run, and about how long it takes
+What is tried for an assumption stands in paper/assumptions.yaml; `repro report` shows what came of it.
+"""
+
+
+@dataclass(frozen=True)
+class Question:
+    """One claim under one trial of an assumption: the jobs that answer it by our choice."""
+
+    assumption: Assumption
+    trial: Trial
+    claim: Claim
+    jobs: tuple[Planned, ...]
+
+
+def main(argv: Sequence[str]) -> int:
+    """Run what the assumptions' trials need, and list it for the report; 1 when a job failed."""
+    parser = argparse.ArgumentParser(
+        prog="repro sensitivity",
+        description=f"Change one assumption at a time, at scale {SCALE} with {MEMBERS} members.",
+        epilog=EPILOGUE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("assumptions", nargs="*", metavar="assumption", help="ids of paper/assumptions.yaml (all)")
+    parser.add_argument("--workers", type=int, default=CORES, help=f"jobs at once (default: {CORES})")
+    parser.add_argument("--dry-run", action="store_true", help="list the jobs, and about how long they take")
+    options = parser.parse_args(argv)
+    paper, paths = project_folder() / "paper", Paths(outputs_root())
+    claims, ledger = load_claims(paper / "claims.yaml"), load_assumptions(paper / "assumptions.yaml")
+    chosen = _chosen(ledger, options.assumptions)
+    if not options.dry_run:
+        start_server(PRELOAD)
+    cases, jobs = plan_cases(chosen, claims, paths)
+    if options.dry_run:
+        return _print_plan(cases, jobs)
+    if not options.assumptions:
+        list_cases(paths, cases, jobs)
+    return 1 if any(not result.ok for result in run_missing(jobs, paths, options.workers)) else 0
+
+
+def plan_cases(ledger: Sequence[Assumption], claims: Sequence[Claim], paths: Paths) -> tuple[list[Case], list[Planned]]:
+    """Every case of these assumptions, and the jobs that they need, each once; UserError before anything runs."""
+    questions = [*_questions(ledger, {claim.name: claim for claim in claims}, paths)]
+    pairs = [
+        (question, alternative, ours, _instead(ours, alternative))
+        for question in questions
+        for alternative in question.trial.instead
+        for ours in question.jobs
+    ]
+    others = planned([overrides for *_, overrides in pairs], paths)
+    cases = [
+        Case(
+            assumption=question.assumption.id,
+            choice=_choice(ours, alternative),
+            alternative=alternative,
+            claim=question.claim.name,
+            experiment=question.claim.experiment,
+            run=ours.run,
+            instead=other.run,
+        )
+        for (question, alternative, ours, _), other in zip(pairs, others, strict=True)
+    ]
+    _refuse_idle(cases)
+    needed = [*(job for question in questions for job in question.jobs), *others]
+    return cases, [*{job.run: job for job in needed}.values()]
+
+
+def list_cases(paths: Paths, cases: Sequence[Case], jobs: Sequence[Planned]) -> None:
+    """Write the cases and their jobs where the report looks for them: experiments/sensitivity/<experiment>.json."""
+    folder = paths.experiments / SENSITIVITY
+    with disk_errors_explained(paths.root):
+        for experiment in dict.fromkeys(case.experiment for case in cases):
+            own = [case for case in cases if case.experiment == experiment]
+            runs = {run for case in own for run in (case.run, case.instead)}
+            listed = [
+                {"overrides": list(job.composed.overrides), "run": job.run, "command": job.composed.command}
+                for job in jobs
+                if job.run in runs
+            ]
+            content = {"experiment": experiment, "scale": SENSITIVITY, "settings": digest(experiment)}
+            write_json(folder / f"{experiment}.json", content | {"jobs": listed, "cases": [asdict(c) for c in own]})
+        for old in set(folder.glob("*.json")) - {folder / f"{case.experiment}.json" for case in cases}:
+            old.unlink()
+
+
+def _questions(ledger: Sequence[Assumption], claims: Mapping[str, Claim], paths: Paths) -> Iterator[Question]:
+    asked = [(row, trial, _claim(claims, name, row)) for row in ledger for trial in row.trials for name in trial.claims]
+    groups = dict.fromkeys((claim.experiment, trial.both) for _, trial, claim in asked)
+    jobs = {group: _jobs(*group) for group in groups}
+    made = iter(planned([job for group in groups for job in jobs[group]], paths))
+    ready = {group: [next(made) for _ in jobs[group]] for group in groups}
+    for row, trial, claim in asked:
+        answers = [
+            job
+            for job in answering(claim, ready[claim.experiment, trial.both])
+            if not trial.only or trial.only in job.composed.overrides
+        ]
+        if not answers:
+            raise UserError(f"assumptions.yaml, {row.id}: no job of {claim.experiment} answers {claim.name}")
+        yield Question(row, trial, claim, tuple(answers))
+
+
+def _jobs(experiment: str, both: str) -> list[tuple[str, ...]]:
+    own = both.split()
+    members = [] if any(override.startswith("seeds=") for override in own) else [f"seeds={MEMBERS}"]
+    return expand([f"experiment={experiment}", f"scale={SCALE}", *members, *own])
+
+
+def _instead(ours: Planned, alternative: str) -> tuple[str, ...]:
+    """The overrides of the job that takes our job's place; our own where the alternative does not concern it."""
+    given = [override for override in alternative.split() if _concerns(ours, override)]
+    keys = {override.partition("=")[0] for override in given}
+    return (*(o for o in ours.composed.overrides if o.partition("=")[0] not in keys), *given)
+
+
+def _concerns(job: Planned, override: str) -> bool:
+    key = override.partition("=")[0]
+    return key != "metric" and _value(job.composed.config.model_dump(), key.split(".")) is not _ABSENT
+
+
+_ABSENT = object()
+
+
+def _value(section: Any, path: Iterable[str]) -> Any:
+    for part in path:
+        if not isinstance(section, dict) or part not in section:
+            return _ABSENT
+        section = section[part]
+    return section
+
+
+def _choice(ours: Planned, alternative: str) -> str:
+    """What our job has where the alternative has something else, spelt like it."""
+    config, said = ours.composed.config.model_dump(), []
+    for override in alternative.split():
+        key = override.partition("=")[0]
+        value = _value(config, key.split("."))
+        if isinstance(value, dict):
+            value = value.get("regime") or value.get("reading") or value.get("name") or value.get("kind")
+        if value is not _ABSENT:
+            said.append(f"{key}={str(value).lower() if value is None or isinstance(value, bool) else value}")
+    return " ".join(said)
+
+
+def _refuse_idle(cases: Sequence[Case]) -> None:
+    """An alternative that changes no run of a claim tells nothing."""
+    groups: dict[tuple[str, str, str], list[Case]] = {}
+    for case in cases:
+        groups.setdefault((case.assumption, case.alternative, case.claim), []).append(case)
+    for (assumption, alternative, claim), own in groups.items():
+        if not alternative.startswith("metric=") and all(case.run == case.instead for case in own):
+            raise UserError(f"assumptions.yaml, {assumption}: {alternative} changes no run that answers {claim}")
+
+
+def _claim(claims: Mapping[str, Claim], name: str, row: Assumption) -> Claim:
+    if name not in claims:
+        raise UserError(f"assumptions.yaml, {row.id}: no claim is called {name}; there are {', '.join(claims)}")
+    return claims[name]
+
+
+def _chosen(ledger: Sequence[Assumption], names: Sequence[str]) -> list[Assumption]:
+    ids = [row.id for row in ledger]
+    if unknown := [name for name in names if name not in ids]:
+        raise UserError(f"no assumption is called {', '.join(unknown)}; there are {', '.join(ids)}")
+    return [row for row in ledger if not names or row.id in names]
+
+
+def _print_plan(cases: Sequence[Case], jobs: Sequence[Planned]) -> int:
+    said = [f"{case.assumption}, {case.claim}: {case.alternative}" for case in cases]
+    print("\n".join(dict.fromkeys(said)))
+    missing = [job for job in jobs if job.record is None]
+    left = duration(sum(job.expected_seconds for job in missing))
+    print(f"{len(jobs)} jobs, {len(missing)} to run, about {left} of one core")
+    return 0
