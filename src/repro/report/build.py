@@ -3,6 +3,7 @@
 import hashlib
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from repro.errors import UserError
@@ -13,6 +14,8 @@ from repro.report.files import project_folder, write_text
 from repro.report.gather import gather_runs
 from repro.report.page import page
 from repro.report.results import Results
+from repro.report.sensitivity import SENSITIVITY, comparisons, gather_sensitivity
+from repro.report.sensitivity_table import sensitivity_table
 from repro.report.stored import Staleness, StoredRun, never_stale, stored_benches, stored_runs
 from repro.report.summary import Summary, keep, kept, summarise
 from repro.report.tables import all_tables
@@ -26,16 +29,18 @@ def build(outputs: Path, scale: str, *, stale: Staleness = never_stale) -> Summa
     """
     runs, benches = stored_runs(outputs, scale, stale), stored_benches(outputs, scale)
     if not runs and not benches:
-        present = sorted(path.name for path in (outputs / "experiments").glob("*"))
+        present = sorted({path.name for path in (outputs / "experiments").glob("*")} - {SENSITIVITY})
         hint = f"; run so far: {', '.join(present)}" if present else ""
         message = f"nothing of scale {scale} has been run in {outputs}{hint}. Start with: make reproduce SCALE={scale}"
         raise UserError(message)
     folder, recordings = outputs / "report" / scale, outputs / "recordings"
-    fingerprint = _fingerprint(runs, benches)
+    tried = stored_runs(outputs, SENSITIVITY, stale)
+    lists = sorted((outputs / "experiments" / SENSITIVITY).glob("*.json"))
+    fingerprint = _fingerprint([*runs, *tried], benches, lists)
     found = kept(folder, recordings, fingerprint)
     if found is not None:
         return found
-    results = gather_runs(runs, benches)
+    results = replace(gather_runs(runs, benches), sensitivity=gather_sensitivity(lists, tried))
     results.save(folder / "results")
     summary = summarise(results, render(results, folder), folder, recordings)
     keep(summary, fingerprint)
@@ -51,13 +56,16 @@ def redraw(source: Path, folder: Path) -> Summary:
 def render(results: Results, folder: Path) -> list[Verdict]:
     """Judge the claims, and write results/claims.csv, tables, figures and report.html under a folder."""
     paper = project_folder() / "paper"
-    verdicts = judge_all(load_claims(paper / "claims.yaml"), results)
+    claims, assumptions = load_claims(paper / "claims.yaml"), load_assumptions(paper / "assumptions.yaml")
+    verdicts = judge_all(claims, results)
     tables = all_tables(results, verdicts)
+    if results.sensitivity is not None:
+        tables.append(sensitivity_table(assumptions, comparisons(results.sensitivity, claims)))
+        write_text(folder / "results" / "sensitivity.csv", tables[-1].csv())
     for table in tables:
         table.save(folder / "tables")
     write_text(folder / "results" / "claims.csv", tables[0].csv())
     figures = draw_all(results, folder / "figures")
-    assumptions = load_assumptions(paper / "assumptions.yaml")
     write_text(
         folder / "report.html",
         page(results.scale, verdicts, tables, figures, folder / "figures", assumptions),
@@ -65,10 +73,10 @@ def render(results: Results, folder: Path) -> list[Verdict]:
     return verdicts
 
 
-def _fingerprint(runs: Sequence[StoredRun], benches: Sequence[Path]) -> str:
+def _fingerprint(runs: Sequence[StoredRun], benches: Sequence[Path], lists: Sequence[Path]) -> str:
     """Digest everything that a report is made from: the runs, the claims, and the code that draws."""
     paper = project_folder() / "paper"
-    sources = [*sorted(Path(__file__).parent.rglob("*.py")), paper / "claims.yaml", paper / "assumptions.yaml"]
+    sources = [*sorted(Path(__file__).parent.rglob("*.py")), paper / "claims.yaml", paper / "assumptions.yaml", *lists]
     content = {
         "runs": [[r.id, r.experiment, r.scale, r.command, r.overrides, r.stale, dict(r.record)] for r in runs],
         "benches": [[folder.name, (folder / "run.json").stat().st_mtime_ns] for folder in benches],
