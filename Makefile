@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: help setup reproduce test test-all lint clean
+.PHONY: help setup reproduce docs test test-all lint clean
 
 help: ## show this help
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -20,6 +20,11 @@ setup: $(STAMP) ## create .venv with the pinned dependencies (done by every othe
 
 reproduce: $(STAMP) ## run the main experiments, then leave verdicts, report, figures and recordings in outputs/
 	@$(BIN)/repro reproduce scale=$(SCALE)
+
+docs: $(STAMP) ## build the documentation into site/
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
+	@echo "open site/index.html"
 
 lint: $(STAMP) ## ruff (lint and format) and mypy
 	$(BIN)/ruff check .
