@@ -10,11 +10,17 @@ import time
 import pytest
 import yaml
 
+from repro.answers import answering
 from repro.bench.run import EXPERIMENT
 from repro.compose import parse, plan
 from repro.config import scaled
 from repro.overrides import expand, experiments
+from repro.planned import Planned
+from repro.report.claims import load_claims
+from repro.report.files import project_folder
 from repro.settings import CONF, EXPERIMENTS
+
+CLAIMS = project_folder() / "paper" / "claims.yaml"
 
 
 @pytest.mark.parametrize("name", experiments())
@@ -33,6 +39,9 @@ def test_all_jobs_compose_at_every_scale(name):
             config = scaled(parse(raw | {"scale": yaml.safe_load((CONF / "scale" / f"{scale}.yaml").read_text())}))
             assert config.experiment == name
             assert config.optimiser.get("epochs", 1) >= 1
+    asked = [claim for claim in load_claims(CLAIMS) if claim.experiment == name]
+    unanswered = [claim.name for claim in asked if not answering(claim, [Planned.of(composed) for composed in jobs])]
+    assert not unanswered, "claims that no job of the experiment answers"
     anchors = {"truth"} if "control" in name else {"trivial", "degenerate"}
     assert anchors <= {composed.config.model["kind"] for composed in jobs}, "the anchor rows"
 

@@ -1,7 +1,7 @@
 """`repro sensitivity`: each assumption changed by itself, on few members, to see which verdicts it moves."""
 
 import argparse
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -12,7 +12,8 @@ from repro.planned import Planned, planned
 from repro.report.assumptions import Assumption, Trial, load_assumptions
 from repro.report.claims import Claim, load_claims
 from repro.report.files import project_folder
-from repro.report.sensitivity import SENSITIVITY, Case
+from repro.report.sensitivity import SENSITIVITY, Case, comparisons, gather_sensitivity
+from repro.report.stored import read_json, stored_runs
 from repro.settings import digest
 from repro.sweep import CORES, PRELOAD, run_missing
 from repro.tracking.files import disk_errors_explained, write_json
@@ -59,9 +60,10 @@ def main(argv: Sequence[str]) -> int:
     cases, jobs = plan_cases(chosen, claims, paths)
     if options.dry_run:
         return _print_plan(cases, jobs)
-    if not options.assumptions:
-        list_cases(paths, cases, jobs)
-    return 1 if any(not result.ok for result in run_missing(jobs, paths, options.workers)) else 0
+    list_cases(paths, cases, jobs, tried={row.id for row in chosen})
+    results = run_missing(jobs, paths, options.workers)
+    _show(paths, claims, {row.id for row in chosen})
+    return 1 if any(not result.ok for result in results) else 0
 
 
 def plan_cases(ledger: Sequence[Assumption], claims: Sequence[Claim], paths: Paths) -> tuple[list[Case], list[Planned]]:
@@ -91,22 +93,39 @@ def plan_cases(ledger: Sequence[Assumption], claims: Sequence[Claim], paths: Pat
     return cases, [*{job.run: job for job in needed}.values()]
 
 
-def list_cases(paths: Paths, cases: Sequence[Case], jobs: Sequence[Planned]) -> None:
-    """Write the cases and their jobs where the report looks for them: experiments/sensitivity/<experiment>.json."""
+def list_cases(paths: Paths, cases: Sequence[Case], jobs: Sequence[Planned], tried: Set[str]) -> None:
+    """Write the cases and their jobs where the report looks for them: experiments/sensitivity/<experiment>.json.
+
+    What was listed before for assumptions that are not `tried` now stays.
+    """
     folder = paths.experiments / SENSITIVITY
+    listed = [read_json(path) for path in sorted(folder.glob("*.json"))]
+    kept = [case for each in listed for case in each["cases"] if case["assumption"] not in tried]
+    known = {job["run"]: job for each in listed for job in each["jobs"]} | {job.run: _entry(job) for job in jobs}
+    by_experiment: dict[str, list[dict[str, str]]] = {}
+    for case in [*kept, *map(asdict, cases)]:
+        by_experiment.setdefault(case["experiment"], []).append(case)
     with disk_errors_explained(paths.root):
-        for experiment in dict.fromkeys(case.experiment for case in cases):
-            own = [case for case in cases if case.experiment == experiment]
-            runs = {run for case in own for run in (case.run, case.instead)}
-            listed = [
-                {"overrides": list(job.composed.overrides), "run": job.run, "command": job.composed.command}
-                for job in jobs
-                if job.run in runs
-            ]
-            content = {"experiment": experiment, "scale": SENSITIVITY, "settings": digest(experiment)}
-            write_json(folder / f"{experiment}.json", content | {"jobs": listed, "cases": [asdict(c) for c in own]})
-        for old in set(folder.glob("*.json")) - {folder / f"{case.experiment}.json" for case in cases}:
-            old.unlink()
+        for experiment, own in by_experiment.items():
+            runs = dict.fromkeys(run for case in own for run in (case["run"], case["instead"]))
+            content: dict[str, Any] = {"experiment": experiment, "scale": SENSITIVITY, "settings": digest(experiment)}
+            write_json(folder / f"{experiment}.json", content | {"jobs": [known[run] for run in runs], "cases": own})
+        for path in folder.glob("*.json"):
+            if path.stem not in by_experiment:
+                path.unlink()
+
+
+def _entry(job: Planned) -> dict[str, Any]:
+    return {"overrides": list(job.composed.overrides), "run": job.run, "command": job.composed.command}
+
+
+def _show(paths: Paths, claims: Sequence[Claim], tried: Set[str]) -> None:
+    from repro.report.terminal import show_sensitivity
+
+    lists = sorted((paths.experiments / SENSITIVITY).glob("*.json"))
+    found = gather_sensitivity(lists, stored_runs(paths.root, SENSITIVITY))
+    if found is not None:
+        show_sensitivity([each for each in comparisons(found, claims) if each.assumption in tried])
 
 
 def _questions(ledger: Sequence[Assumption], claims: Mapping[str, Claim], paths: Paths) -> Iterator[Question]:
@@ -129,7 +148,7 @@ def _questions(ledger: Sequence[Assumption], claims: Mapping[str, Claim], paths:
 def _jobs(experiment: str, both: str) -> list[tuple[str, ...]]:
     own = both.split()
     members = [] if any(override.startswith("seeds=") for override in own) else [f"seeds={MEMBERS}"]
-    return expand([f"experiment={experiment}", f"scale={SCALE}", *members, *own])
+    return expand([f"experiment={experiment}", f"scale={SCALE}", "record=false", *members, *own])
 
 
 def _instead(ours: Planned, alternative: str) -> tuple[str, ...]:

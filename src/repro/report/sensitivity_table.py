@@ -26,9 +26,14 @@ def sensitivity_table(ledger: Sequence[Assumption], compared: Sequence[Compariso
     return Table("sensitivity", "Sensitivities", CAPTION, tuple(Column(title) for title in columns), tuple(rows))
 
 
+def change(comparison: Comparison) -> str:
+    """Write the verdict, or how it moves: matched → worse."""
+    before, after = comparison.ours.verdict, comparison.other.verdict
+    return before if before == after else f"{before} → {after}"
+
+
 def _compared(comparison: Comparison) -> Row:
     ours, other = comparison.ours, comparison.other
-    verdicts = ours.verdict if not comparison.moved else f"{ours.verdict} → {other.verdict}"
     return Row(
         cells=(
             comparison.assumption,
@@ -38,7 +43,7 @@ def _compared(comparison: Comparison) -> Row:
             measured(ours),
             writing.interval(ours.estimate),
             writing.interval(other.estimate),
-            verdicts,
+            change(comparison),
             MOVED[comparison.moved],
         ),
         data={

@@ -5,8 +5,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from repro.report.sensitivity import Comparison
+from repro.report.sensitivity_table import change
 from repro.report.summary import Summary, VerdictLine
-from repro.report.writing import ABSENT
+from repro.report.writing import ABSENT, number
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -54,6 +56,37 @@ def show(summary: Summary, console: "Console | None" = None) -> None:
     for title, place in places.items():
         if place.exists():
             console.print(f"{title:<11}{_short(place)}", highlight=False, soft_wrap=True)
+
+
+def show_sensitivity(compared: Sequence[Comparison], console: "Console | None" = None) -> None:
+    """Print what was put in the place of each assumption, and what that did to the verdict on each claim.
+
+    A narrow terminal gets the verdicts alone.
+    """
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    console = console or Console()
+    wide = console.width >= WIDE
+    table = Table(box=box.SIMPLE_HEAD, expand=True)
+    table.add_column("assumption", no_wrap=True)
+    table.add_column("instead", ratio=1, no_wrap=True, overflow="ellipsis")
+    table.add_column("claim", no_wrap=True)
+    for title in ("ours", "instead") if wide else ():
+        table.add_column(title, justify="right", no_wrap=True)
+    table.add_column("verdict", no_wrap=True)
+    before = ""
+    for each in compared:
+        values = [number(each.ours.estimate.median), number(each.other.estimate.median)] if wide else []
+        name, before = ("" if each.assumption == before else each.assumption), each.assumption
+        verdict = Text(change(each), style="bold" if each.moved else "dim")
+        table.add_row(name, Text(each.alternative), each.ours.claim.name, *values, verdict)
+    console.print(table)
+    moved = len({each.assumption for each in compared if each.moved})
+    tried = len({each.assumption for each in compared})
+    console.print(f"{moved} of {tried} assumptions move a verdict; scale quick, few members", highlight=False)
 
 
 def _table(lines: Sequence[VerdictLine], scale: str, *, wide: bool) -> "Table":

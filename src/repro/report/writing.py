@@ -23,6 +23,7 @@ _LATEX_SPECIAL = {
     "|": r"\textbar{}",
     "–": "--",
     "∞": r"$\infty$",
+    "→": r"$\to$",
     "×": r"$\times$",
     "⚠": r"$\triangle$",
     "⊗": r"$\otimes$",
