@@ -1,6 +1,7 @@
 """A mistake in the settings is one clear line that names key, value and what is allowed, before anything runs."""
 
 import pytest
+import torch
 
 from repro import cli
 from repro.options import choices
@@ -59,6 +60,9 @@ COMBINATIONS = {
     "basis=t2 objective.l1_kinetic=0.1": "act on coefficients under optimiser=adam and a linear basis",
     "objective.finish=0.2": "equal weights at the end need other weights before: objective.error_scale",
     "model=structured model.factor=triangular model.rank=5": "use model.factor=wide",
+    "device=cuda optimiser=lbfgs": "device = 'cuda': runs optimiser=adam or adam_cosine, not lbfgs; use device=cpu",
+    "device=cuda model=port_hamiltonian": "runs model=lagrangian, structured, blackbox, not model=port_hamiltonian",
+    "device=cuda model=structured model.factor=triangular": "not model.factor=triangular; use device=cpu",
     "chain=[2]": "joins copies of a link that system=link",
     "objective=port": "asks for eq. (12b) of model=port_hamiltonian",
     "sequence=joint system.damping=[0.1,0.1]": "D_H keeps its energy only without damping",
@@ -124,3 +128,12 @@ def test_help_lists_every_choice_in_the_words_of_its_file(capsys):
     assert "record=true" in text
     bare = [line for line in text.partition("choices:")[2].splitlines() if line and not line[40:].strip()]
     assert bare == []
+
+
+@pytest.mark.skipif(torch.cuda.is_available(), reason="there is a CUDA device")
+def test_a_machine_without_the_device_is_told_before_any_work(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("REPRO_OUTPUTS", str(tmp_path / "outputs"))
+    assert cli.main(["run", "-m", "device=cuda", "basis=t1,t2", "scale=smoke"]) == 2
+    told = capsys.readouterr().err.strip()
+    assert "use device=cpu, or run where there is one" in told and len(told.splitlines()) == 1
+    assert not (tmp_path / "outputs" / "data").exists()

@@ -44,6 +44,8 @@ def weights(record):
         ("optimiser.learning_rate=0.02", {"fit", "run"}),
         ("model.hidden=[11]", {"fit", "run"}),
         ("energies=canonical", {"run"}),
+        ("device=cuda", {"fit", "run"}),
+        ("device=cpu", set()),
         ("record=true", set()),
         ("seeds=[0,1]", set()),
     ],
@@ -54,6 +56,7 @@ def test_a_change_renews_what_depends_on_it_and_nothing_else(change, changed):
 
 
 def test_what_a_model_does_not_use_does_not_count():
+    assert ids("model=trivial", "device=cuda") == ids("model=trivial")
     assert ids("model=trivial") == ids("model=trivial", "basis=t1", "optimiser=lbfgs")
     assert ids("data=long") == ids("data=long", "data.episode_steps=7")
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from repro.mechanics.system import System
 
 ANCHOR_ROWS = ("trivial", "degenerate", "truth")  # nothing is fitted
+ON_A_DEVICE = ("lagrangian", "structured", "blackbox")  # computed by torch from end to end
 FREE_MOTION = ("d_h_only", "d_h_then_d", "joint")
 BASES = "repro.models.bases"
 
@@ -103,6 +104,17 @@ def _momentum_transform(config: Config) -> Iterator[str]:
         )
 
 
+def _device(config: Config) -> Iterator[str]:
+    model, optimiser, said = config.model, config.optimiser, f"device = {config.device!r}"
+    if config.device == "cpu" or _without_fit(config):
+        return
+    if optimiser["kind"] != "adam":
+        yield f"{said}: runs optimiser=adam or adam_cosine, not {optimiser['name']}; use device=cpu"
+    if model["kind"] not in ON_A_DEVICE or model.get("factor") == "triangular":
+        kind = "model.factor=triangular" if model.get("factor") == "triangular" else f"model={model['kind']}"
+        yield f"{said}: runs model={', '.join(ON_A_DEVICE)}, not {kind}; use device=cpu"
+
+
 def _l1(config: Config) -> Iterator[str]:
     weights = {key: getattr(config.objective, key) for key in ("l1_kinetic", "l1_potential")}
     suits = config.optimiser["kind"] == "adam" and linear(config)
@@ -141,10 +153,9 @@ def _triangular_factor(config: Config) -> Iterator[str]:
 
 
 def _chain(config: Config) -> Iterator[str]:
-    if config.chain and (
-        config.system.name != "link" or config.model["kind"] not in ("lagrangian", "port_hamiltonian")
-    ):
-        yield f"chain = {config.chain}: joins copies of a link that system=link and model=lagrangian have learned"
+    learned = ("lagrangian", "neural_potential", "port_hamiltonian")
+    if config.chain and (config.system.name != "link" or config.model["kind"] not in learned):
+        yield f"chain = {config.chain}: joins copies of a link that system=link and model={learned[0]} have learned"
 
 
 def _recording(config: Config) -> Iterator[str]:
@@ -187,6 +198,7 @@ RULES: tuple[Callable[[Config], Iterator[str]], ...] = (
     _black_box,
     _port,
     _momentum_transform,
+    _device,
     _l1,
     _free_motion_keeps_its_energy,
     _pretraining_epochs,

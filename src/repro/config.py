@@ -147,6 +147,7 @@ class Config(Section):
     task: Task
     scale: Scale
     seeds: int | list[int] | None
+    device: Literal["cpu", "cuda"]
     record: bool
     chain: list[Count]
     experiment: str | None

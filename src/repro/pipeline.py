@@ -69,6 +69,9 @@ class Pipeline:
                 "sequence": config.sequence.model_dump() if config.sequence.kind != "d_only" else {"kind": "d_only"},
             }
             modules.append(f"repro.learning.{config.optimiser['kind']}")
+            if config.device != "cpu":
+                parts["device"] = config.device
+                modules.append("repro.learning.device.adam")
         upstream = {role: stage.id for role, stage in self.data_stages.items()}
         for number, (fit, of_model) in enumerate(self._part_fits, start=1):
             upstream[f"part_{number}"] = fit

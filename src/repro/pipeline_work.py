@@ -17,6 +17,8 @@ from repro.evaluation.chains import chain_errors
 from repro.evaluation.identifiability import Identifiability
 from repro.evaluation.metrics import Metric
 from repro.evaluation.rollouts import can_simulate
+from repro.learning.adam import Adam
+from repro.learning.device.adam import DeviceAdam
 from repro.mechanics.system import System
 from repro.models.model import Model
 from repro.options import optimiser_class
@@ -95,16 +97,22 @@ class Work:
         """Fit the ensemble, resuming where an interrupted attempt left off."""
         config = self.config
         settings = {key: value for key, value in config.optimiser.items() if key not in ("name", "kind")}
+        optimiser = optimiser_class(config.optimiser["kind"])(**settings)
+        if config.device != "cpu":
+            assert isinstance(optimiser, Adam), "another is refused before any work"
+            optimiser = DeviceAdam.of(optimiser, config.device)
         fitted, seconds = fit.fit(
             self.model,
             self.recipe,
-            optimiser_class(config.optimiser["kind"])(**settings),
+            optimiser,
             self.forced,
             self.free,
             self.system,
             lambda fraction, text: progress.report(0.05 + 0.85 * fraction, text),
             FileCheckpoint(folder),
         )
+        if reason := fitted.notes.get("not_captured"):
+            progress.notice(f"without CUDA graphs, so more slowly: {reason}")
         return fit.keep(folder, fitted, config.members, seconds)
 
     def make_control(self, folder: Path, fitted: Record) -> dict[str, Any]:

@@ -118,6 +118,8 @@ def run_missing(
     missing.sort(key=lambda job: -job.expected_seconds)
     if not missing:
         return []
+    if not where:
+        _check_devices(missing)
     check_writable(paths.root)
     todo = [
         Job(
@@ -143,6 +145,13 @@ def run_missing(
     if table := failure_table(results):
         print(table)
     return results
+
+
+def _check_devices(jobs: Sequence[Planned]) -> None:
+    for device in {job.composed.config.device for job in jobs} - {"cpu"}:
+        from repro.learning.device.cuda import check_device  # which loads torch
+
+        check_device(device)
 
 
 def _time(paths: Paths, scale: str) -> bool:

@@ -1,0 +1,71 @@
+"""Epochs of Adam on a device: no value leaves it before an epoch is over."""
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from repro.learning.adam import BETA_1, BETA_2
+from repro.learning.device.cuda import Replay, captured
+from repro.learning.problem import Problem
+
+STATE = ("parameters", "first", "second")
+
+
+class Steps:
+    """Adam's steps for all members of one problem at once; on a CUDA device every width of batch is a graph.
+
+    not_captured: why the steps are no graph, where they could not be made one.
+    """
+
+    def __init__(self, problem: Problem, device: torch.device) -> None:
+        self.problem, self.device = problem, device
+        self.not_captured: str | None = None
+        shape, dtype = (problem.members, problem.model.n_parameters), problem.tasks[0].measured["qd"].dtype
+        zeros = partial(torch.zeros, dtype=dtype, device=device)
+        self._parameters, self._first, self._second = zeros(shape), zeros(shape), zeros(shape)
+        self._alive = torch.ones(problem.members, 1, dtype=torch.bool, device=device)
+        self._losses, self._rate = zeros(problem.members), zeros(())
+        self._ready: dict[tuple[int, float], tuple[Tensor, Replay]] = {}
+
+    def epoch(self, state: dict[str, Any], order: Tensor, rates: np.ndarray, batch: int, epsilon: float) -> Tensor:
+        """One epoch from the state of `Adam`, on the host and updated; the mean loss (member,), on the host.
+
+        order: (member, sample), on the device; rates: one a step.
+        """
+        parts = order.split(batch, dim=1)
+        steps = [self._step(part.shape[1], epsilon) for part in (parts[0], parts[-1])]
+        own = self._parameters, self._first, self._second
+        for mine, name in zip(own, STATE, strict=True):
+            mine.copy_(state[name])
+        self._alive.copy_(state["alive"].unsqueeze(1))
+        self._losses.zero_()
+        for part, rate in zip(parts, torch.from_numpy(rates).to(self._rate), strict=True):
+            index, replay = steps[0] if part.shape[1] == parts[0].shape[1] else steps[1]
+            index.copy_(part)
+            self._rate.copy_(rate)
+            replay()
+        state.update(zip(STATE, (mine.cpu() for mine in own), strict=True))
+        return self._losses.cpu()
+
+    def _step(self, width: int, epsilon: float) -> tuple[Tensor, Replay]:
+        """Where the batch's indices (member, width) go, and a step on them; making it spoils the state."""
+        if (width, epsilon) not in self._ready:
+            index = torch.zeros(self.problem.members, width, dtype=torch.int64, device=self.device)
+            replay: Replay = partial(self._advance, index, epsilon)
+            if self.device.type == "cuda":
+                replay, self.not_captured = captured(replay)
+            self._ready[width, epsilon] = index, replay
+        return self._ready[width, epsilon]
+
+    def _advance(self, index: Tensor, epsilon: float) -> None:
+        parameters = self._parameters.detach().requires_grad_()
+        loss = self.problem.loss(parameters, index)
+        (gradient,) = torch.autograd.grad(loss.sum(), parameters)
+        self._first.mul_(BETA_1).add_(gradient, alpha=1 - BETA_1)
+        self._second.mul_(BETA_2).addcmul_(gradient, gradient, value=1 - BETA_2)
+        moved = self._parameters - self._rate * self._first / (self._second.sqrt() + epsilon)
+        self._parameters.copy_(torch.where(self._alive, moved, self._parameters))
+        self._losses.add_(loss.detach(), alpha=index.shape[1] / self.problem.samples)
