@@ -133,7 +133,7 @@ def an_experiment(project: Project, told: str) -> None:
     noises = table.loc[table["model"] == "structured", "qdd_noise"]
     assert sorted(noises.astype(float)) == [0.0, 0.1, 1.0]
     assert {"trivial (τ = 0)", "degenerate (L = pₓ²/2m)"} <= set(table["model"])
-    assert "sip_noise" in (project.outputs / "report" / "smoke" / "report.html").read_text()
+    assert "sip_noise" in (project.outputs / "report" / "smoke" / "index.html").read_text()
     listed = json.loads((project.outputs / "experiments" / "smoke" / "sip_noise.json").read_text())
     assert len(listed["jobs"]) == 8
 

@@ -9,6 +9,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from repro.report.build import build
+from repro.report.summary import Summary
+
 BASE_CARD: Mapping[str, Any] = {
     "system": "sip",
     "reading": "physical",
@@ -390,3 +393,9 @@ def synthetic() -> Callable[..., SyntheticStore]:
         return made
 
     return make
+
+
+@pytest.fixture(scope="session")
+def built(tmp_path_factory: pytest.TempPathFactory, synthetic: Callable[..., SyntheticStore]) -> Summary:
+    """The report of every experiment."""
+    return build(synthetic(tmp_path_factory.mktemp("built") / "outputs", full=True).outputs, "paper")

@@ -9,11 +9,13 @@ from pathlib import Path
 from repro.errors import UserError
 from repro.report.assumptions import load_assumptions
 from repro.report.claims import load_claims
+from repro.report.content import Content
 from repro.report.drawing import draw_all
 from repro.report.files import project_folder, write_text
 from repro.report.gather import gather_runs
-from repro.report.page import page
+from repro.report.html.site import write_site
 from repro.report.results import Results
+from repro.report.sections import filled_sections
 from repro.report.sensitivity import SENSITIVITY, comparisons, gather_sensitivity
 from repro.report.sensitivity_table import sensitivity_table
 from repro.report.stored import Staleness, StoredRun, never_stale, stored_benches, stored_runs
@@ -54,7 +56,7 @@ def redraw(source: Path, folder: Path) -> Summary:
 
 
 def render(results: Results, folder: Path) -> list[Verdict]:
-    """Judge the claims, and write results/claims.csv, tables, figures and report.html under a folder."""
+    """Judge the claims, and write results/claims.csv, tables, figures and the pages under a folder."""
     paper = project_folder() / "paper"
     claims, assumptions = load_claims(paper / "claims.yaml"), load_assumptions(paper / "assumptions.yaml")
     verdicts = judge_all(claims, results)
@@ -66,20 +68,23 @@ def render(results: Results, folder: Path) -> list[Verdict]:
         table.save(folder / "tables")
     write_text(folder / "results" / "claims.csv", tables[0].csv())
     figures = draw_all(results, folder / "figures")
-    write_text(
-        folder / "report.html",
-        page(results.scale, verdicts, tables, figures, folder / "figures", assumptions),
-    )
+    sections = filled_sections(paper / "report" / "sections", results, verdicts)
+    write_site(Content(results, verdicts, tables, figures, sections, assumptions), folder, paper)
     return verdicts
 
 
 def _fingerprint(runs: Sequence[StoredRun], benches: Sequence[Path], lists: Sequence[Path]) -> str:
     """Digest everything that a report is made from: the runs, the claims, and the code that draws."""
     paper = project_folder() / "paper"
-    sources = [*sorted(Path(__file__).parent.rglob("*.py")), paper / "claims.yaml", paper / "assumptions.yaml", *lists]
+    sources = [*_files(Path(__file__).parent), *_files(paper / "report"), *_files(paper / "animations")]
+    sources += [paper / "claims.yaml", paper / "assumptions.yaml", *lists]
     content = {
         "runs": [[r.id, r.experiment, r.scale, r.command, r.overrides, r.stale, dict(r.record)] for r in runs],
         "benches": [[folder.name, (folder / "run.json").stat().st_mtime_ns] for folder in benches],
         "sources": [hashlib.sha256(path.read_bytes()).hexdigest() for path in sources],
     }
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def _files(folder: Path) -> list[Path]:
+    return sorted(path for path in folder.rglob("*") if path.is_file() and path.suffix != ".pyc")

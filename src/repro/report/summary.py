@@ -43,7 +43,7 @@ class Summary:
     @property
     def page(self) -> Path:
         """The report itself."""
-        return self.folder / "report.html"
+        return self.folder / "index.html"
 
     @property
     def results(self) -> Path:

@@ -1,0 +1,23 @@
+"""Everything that a report shows, before it takes a form."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from repro.report.assumptions import Assumption
+from repro.report.figures.figure import Figure
+from repro.report.results import Results
+from repro.report.sections import Section
+from repro.report.table import Table
+from repro.report.verdicts import Verdict
+
+
+@dataclass(frozen=True)
+class Content:
+    """Results with what was made of them; the table of verdicts is the first of the tables, figures are drawn ones."""
+
+    results: Results
+    verdicts: Sequence[Verdict]
+    tables: Sequence[Table]
+    figures: Sequence[Figure]
+    sections: Sequence[Section]
+    assumptions: Sequence[Assumption]

@@ -1,0 +1,86 @@
+"""The templates and how they write values: escaped unless they are markup of ours."""
+
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from repro.report import writing
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+    from markupsafe import Markup
+
+HERE = Path(__file__).parent
+ASSETS = HERE / "assets"
+# A verdict is told by its word and a sign; colour comes third.
+SIGNS = {
+    "matched": "✓",
+    "better": "▲",
+    "worse": "▼",
+    "inconclusive": "≈",
+    "not reproduced": "✕",
+    "not comparable": "≠",
+    "under-specified": "?",
+    "not run": "·",
+}
+
+
+def rendered(template: str, **values: Any) -> str:
+    """Fill one of the templates. A name that the template needs and does not get is an error."""
+    return environment().get_template(template).render(**values)
+
+
+@cache
+def environment() -> "Environment":
+    """Return the templates' environment, with escaping on."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    made = Environment(
+        loader=FileSystemLoader(HERE / "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        auto_reload=False,
+    )
+    made.globals["signs"] = SIGNS
+    filters: dict[str, Any] = {"number": writing.number, "fact": fact, "prose": prose, "slug": slug, "symbols": symbols}
+    made.filters |= filters
+    return made
+
+
+def slug(text: str) -> str:
+    """Write a verdict as the name of a style: not reproduced -> not-reproduced."""
+    return text.replace(" ", "-")
+
+
+def fact(value: Any) -> str:
+    """Write any stored value: yes and no, three digits of a number, a dash where there is none."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return writing.number(value) if value is None or isinstance(value, float) else str(value)
+
+
+def symbols(text: str) -> "Markup":
+    """Write a text with its symbols as people do: D_H with an index, s^2 as a power; all else is escaped."""
+    from markupsafe import Markup, escape
+
+    return Markup(_with_symbols(str(escape(text))))
+
+
+def prose(text: str) -> "Markup":
+    """Turn Markdown (paragraphs, lists, emphasis, code) into markup; HTML inside is shown, not obeyed."""
+    from markupsafe import Markup
+
+    return Markup(_with_symbols(_markdown().render(text)))
+
+
+def _with_symbols(text: str) -> str:
+    return text.replace("D_H", "D<sub>H</sub>").replace("^2", "²")
+
+
+@cache
+def _markdown() -> Any:
+    from markdown_it import MarkdownIt
+
+    return MarkdownIt("commonmark", {"html": False})

@@ -1,0 +1,36 @@
+"""Which claims and tables stand on which run."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from repro.report.content import Content
+from repro.report.table import Table
+from repro.report.verdicts import Verdict
+
+
+@dataclass
+class References:
+    """What one run answers: claims by name, tables by name and title."""
+
+    claims: list[str] = field(default_factory=list)
+    tables: dict[str, str] = field(default_factory=dict)
+
+
+def references(content: Content) -> Mapping[str, References]:
+    """Return, for each run that anything refers to, what refers to it."""
+    found: dict[str, References] = {}
+    _collect_claims(content.verdicts, found)
+    _collect_tables(content.tables[1:], found)
+    return found
+
+
+def _collect_claims(verdicts: Iterable[Verdict], found: dict[str, References]) -> None:
+    for verdict in verdicts:
+        for run in verdict.runs:
+            found.setdefault(run, References()).claims.append(verdict.claim.name)
+
+
+def _collect_tables(tables: Iterable[Table], found: dict[str, References]) -> None:
+    for table in tables:
+        for run in {run for row in table.rows for run in row.runs if run}:
+            found.setdefault(run, References()).tables[table.name] = table.title
