@@ -19,16 +19,19 @@ from repro.report.table_drift import table_drift
 from repro.report.verdict_table import mark, measured, verdict_table
 from repro.report.verdicts import VERDICTS, Verdict, judge_all
 
-BLOCKS = ("verdicts", *FRONT_TABLES)
+BLOCKS = ("count", "verdicts", *FRONT_TABLES)
+
+
+def count_block(verdicts: Sequence[Verdict]) -> str:
+    """Return the count of verdicts in one line."""
+    counted = Counter(verdict.verdict for verdict in verdicts)
+    counts = ", ".join(f"{counted[name]} {name}" for name in VERDICTS if counted[name])
+    return f"**{len(verdicts)} claims and parts of claims: {counts}.**"
 
 
 def verdict_block(verdicts: Sequence[Verdict]) -> str:
-    """Return what stands between the marks: the count of verdicts, then one line a claim."""
-    counted = Counter(verdict.verdict for verdict in verdicts)
-    counts = ", ".join(f"{counted[name]} {name}" for name in VERDICTS if counted[name])
+    """Return one line a claim."""
     lines = [
-        f"{len(verdicts)} claims and parts of claims: {counts}.",
-        "",
         "| claim | what the paper says | measured | printed | ours [95 %] | members | verdict |",
         "| --- | --- | --- | --- | --- | --- | --- |",
     ]
@@ -79,7 +82,7 @@ def drift(root: Path) -> list[str]:
 
 def _blocks(results: Results, verdicts: Sequence[Verdict]) -> dict[str, str]:
     tables = {name: front_block(results, table) for name, table in FRONT_TABLES.items()}
-    return {"verdicts": verdict_block(verdicts)} | tables
+    return {"count": count_block(verdicts), "verdicts": verdict_block(verdicts)} | tables
 
 
 def _begin(name: str) -> str:

@@ -1,0 +1,154 @@
+"""The documentation: its links resolve, its commands are understood, and the site builds without a warning."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Iterator
+from importlib.util import find_spec
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pandas as pd
+import pytest
+
+from repro import cli, cluster
+from repro.compose import plan
+from repro.overrides import expand, experiment_of
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", ROOT / "paper" / "ARTIFACT.md", *sorted((ROOT / "docs").rglob("*.md"))]
+TRIED_ELSEWHERE = ("extending.md",)  # its commands run as they stand in test_recipes.py
+FENCED = re.compile(r"^```[^\n]*\n.*?^```$", re.MULTILINE | re.DOTALL)
+SHELL = re.compile(r"^```(?:sh|bash|)\n(.*?)^```$|((?:^    \S.*\n)+)", re.MULTILINE | re.DOTALL)
+INLINE = re.compile(r"(?<!`)`(repro [^`\n]+)`")
+
+
+def prose(page: Path) -> str:
+    """A page without its code."""
+    return re.sub(r"`[^`\n]*`", "", FENCED.sub("", page.read_text()))
+
+
+def links(page: Path) -> list[str]:
+    return re.findall(r"\]\(([^)\s]+)\)", prose(page)) + re.findall(r'(?:src|href)="([^"]+)"', prose(page))
+
+
+def anchors(page: Path) -> set[str]:
+    """The headings as GitHub and MkDocs both name them."""
+    headings = re.findall(r"^#+ +(.+?) *$", FENCED.sub("", page.read_text()), flags=re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-") for heading in headings}
+
+
+def named(page: Path) -> str:
+    return str(page.relative_to(ROOT))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=named)
+def test_every_relative_link_resolves(page: Path) -> None:
+    broken = []
+    for link in links(page):
+        split = urlsplit(link)
+        if split.scheme:
+            continue
+        target = (page.parent / unquote(split.path)).resolve() if split.path else page
+        if not target.exists() or (split.fragment and split.fragment not in anchors(target)):
+            broken.append(link)
+    assert broken == []
+
+
+def commands() -> Iterator[tuple[str, list[str]]]:
+    """(page, words after `repro`) of every command that a page shows."""
+    for page in PAGES:
+        if page.name in TRIED_ELSEWHERE:
+            continue
+        blocks = ["".join(found).replace("\\\n", " ") for found in SHELL.findall(page.read_text())]
+        lines = [line.strip() for block in blocks for line in block.splitlines()]
+        for line in [*lines, *INLINE.findall(FENCED.sub("", page.read_text()))]:
+            program = re.match(r"(?:\.venv/bin/)?repro +(.+)", line)
+            if program:
+                yield named(page), shlex.split(program[1], comments=True)
+
+
+SHOWN = {" ".join(words): words for _, words in commands()}
+
+
+class UnderstoodError(Exception):
+    """What argparse made of a command line, before anything is done with it."""
+
+
+@pytest.fixture
+def only_parsed(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("parse_args", "parse_intermixed_args"):
+        original = getattr(argparse.ArgumentParser, name)
+
+        def parse(self, *arguments, original=original):
+            raise UnderstoodError(original(self, *arguments))
+
+        monkeypatch.setattr(argparse.ArgumentParser, name, parse)
+    monkeypatch.setattr(cluster, "_is_there", lambda plugin: True)  # extras are shown, installed or not
+
+
+def overrides_of(words: list[str], recording: Path) -> list[tuple[str, ...]]:
+    """The jobs that the command line of `run`, `identify` or `reproduce` asks for."""
+    given = [word for word in words[1:] if "=" in word and not word.startswith("--")]
+    own, _ = cluster.split([word.replace("my.csv", str(recording)) for word in given])
+    return expand(own)
+
+
+@pytest.mark.parametrize("shown", SHOWN)
+def test_every_command_is_understood(shown: str, only_parsed: None, tmp_path: Path) -> None:
+    words = [word for word in SHOWN[shown] if word not in ("...", "--help")]
+    if len(words) == 1:  # named in passing
+        assert words[0] in (*(command.name for command in cli.COMMANDS), "COMMAND")
+        return
+    with pytest.raises(UnderstoodError):
+        cli.main(words)
+    recording = tmp_path / "my.csv"
+    recording.write_text("time\n")
+    if words[0] in ("run", "identify", "reproduce"):
+        jobs = overrides_of(words, recording)
+        assert plan(jobs[:1] if any(map(experiment_of, jobs)) else jobs, tmp_path)
+
+
+def test_the_budgets_of_the_artefact_hold_for_the_committed_results() -> None:
+    text = (ROOT / "paper" / "ARTIFACT.md").read_text()
+    minutes, megabytes = (
+        float(re.search(rf"^\| {what} \| (\d+) {unit}", text, re.MULTILINE)[1])
+        for what, unit in (
+            ("processor time of all committed fits", "min"),
+            ("committed results, `paper/results`", "MB"),
+        )
+    )
+    metrics = pd.read_parquet(ROOT / "paper" / "results" / "metrics.parquet")
+    fits = metrics[metrics["metric"] == "fit_seconds"].drop_duplicates(["run", "member"])
+    assert fits["value"].sum() < 60 * minutes
+    assert sum(path.stat().st_size for path in (ROOT / "paper" / "results").iterdir()) < 1e6 * megabytes
+
+
+def test_every_room_is_in_the_reference() -> None:
+    """A public room without a page would be found by nobody."""
+    rooms = {path.parent.name for path in (ROOT / "src" / "repro").glob("*/__init__.py")}
+    pages = {page.stem for page in (ROOT / "docs" / "reference").glob("*.md")}
+    assert rooms - {"bench", "export", "report", "stages"} <= pages
+
+
+@pytest.mark.extras
+@pytest.mark.skipif(find_spec("mkdocs") is None, reason="the extra docs is not installed")
+def test_the_site_builds_without_a_warning_and_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
+    site = tmp_path / "site"
+    command = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--strict", "--site-dir", str(site)]
+    environment = {**os.environ, "NO_MKDOCS_2_WARNING": "1"}
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    pages = sorted(site.rglob("*.html"))
+    assert {"index.html", "control.html", "extending.html", "ARTIFACT.html"} <= {page.name for page in pages}
+    loaded = re.compile(
+        r"<(?:script|img|iframe)[^>]+src=\"?(https?:)?//|<link[^>]+rel=\"?(?:stylesheet|preconnect)[^>]+//"
+    )
+    for page in pages:
+        assert not loaded.search(page.read_text()), page
+    assert "load_run" in (site / "reference" / "index.html").read_text()
