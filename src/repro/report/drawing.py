@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from repro.report.figures import (
+    architecture,
     closed_loop,
     composition,
     dip_energies,
@@ -14,7 +15,9 @@ from repro.report.figures import (
     passivity,
     pretraining,
     regimes,
+    sensitivity,
     success_map,
+    timing,
     validation,
 )
 from repro.report.figures.figure import Figure
@@ -23,6 +26,8 @@ from repro.tracking.jobs import Job, reason
 from repro.tracking.pool import run_jobs
 
 FIGURES: Sequence[Figure] = (
+    architecture.FRAMEWORK,
+    architecture.PLNN,
     validation.FIGURE,
     regimes.FIGURE,
     forward_inverse.FIGURE,
@@ -32,6 +37,7 @@ FIGURES: Sequence[Figure] = (
     dip_energies.FIGURE,
     pretraining.ERRORS,
     pretraining.CURVES,
+    architecture.MATRICES,
     passivity.MARGINS,
     passivity.ENERGY,
     composition.SAMPLES,
@@ -39,6 +45,8 @@ FIGURES: Sequence[Figure] = (
     closed_loop.SINGLE,
     closed_loop.DOUBLE,
     success_map.FIGURE,
+    timing.FIGURE,
+    sensitivity.FIGURE,
 )
 
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 # What both objectives are judged by; the loss only where this was not followed.
 QUANTITIES = {"mae_tau": "MAE τ [N, N m]", "loss": "loss"}
 COLUMNS = 3
+TITLE = 22  # characters above one of three panels
 
 
 def draw_objectives(results: Results) -> "Canvas | None":
@@ -54,7 +55,7 @@ def curve_panels(
     axes = canvas.subplots(rows, columns, squeeze=False, sharey=True).ravel()
     quantity = _common_quantity(results, [setting for lines in panels.values() for _, setting in lines])
     for place, (axis, (title, lines)) in enumerate(zip(axes, panels.items(), strict=False)):
-        axis.set_title(title)
+        axis.set_title(_in_two_lines(title))
         for name, setting in lines:
             _curves(axis, _curve(results, setting, quantity), roles[name])
         axis.set_xscale("symlog", linthresh=1)
@@ -96,6 +97,15 @@ def _with_curves(results: Results, found: Sequence[Setting]) -> list[Setting]:
         for setting in found
         if anchor_name(setting) is None and any(not _curve(results, setting, quantity).empty for quantity in QUANTITIES)
     ]
+
+
+def _in_two_lines(title: str) -> str:
+    """Break a long title in the middle of its parts, so that it stays above its own panel."""
+    if len(title) <= TITLE or "\n" in title:
+        return title
+    parts = title.split(", ")
+    half = -(-len(parts) // 2)
+    return ", ".join(parts[:half]) + "\n" + ", ".join(parts[half:])
 
 
 def _optimiser(setting: Setting) -> str:

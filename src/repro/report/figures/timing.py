@@ -1,0 +1,78 @@
+"""Paired timings: how many times longer the other takes, by size; to the right of the line ours is faster."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from repro.report import style
+from repro.report.figures.figure import Figure, new_canvas
+from repro.report.results import Results
+from repro.report.style import TEXT_WIDTH, Role
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure as Canvas
+
+ROW = 0.34  # inches
+LABEL = 52  # characters
+GROWTH = ("coordinates", "members", "samples")  # how a step grows, no contenders
+NEVER = 1.6  # times the greatest finite ratio: where a rival stands that did not get there
+
+
+def draw(results: Results) -> "Canvas | None":
+    """Draw one row a pair of contenders and one marker a size; None without timings."""
+    bench = results.bench
+    # A rival of unbounded time never arrives; where ours did not, or neither, the table says so.
+    bench = bench[(bench["ratio_median"] > 0) & ~bench["name"].isin(GROWTH)]
+    if bench.empty:
+        return None
+    pairs = list(bench.groupby(["name", "ours", "other"], sort=False))
+    sizes = list(dict.fromkeys(_size(row) for row in bench.to_dict("records")))
+    roles = {size: style.SERIES[number % len(style.SERIES)] for number, size in enumerate(sizes)}
+    finite = bench["ratio_median"][np.isfinite(bench["ratio_median"])]
+    greatest = float(finite.max()) * NEVER if len(finite) else 10.0
+    canvas = new_canvas(TEXT_WIDTH, 0.9 + 0.2 * (-(-len(sizes) // 6)) + ROW * len(pairs))
+    panel = canvas.subplots()
+    for height, (_, rows) in enumerate(pairs):
+        _row(panel, height, rows, roles, greatest)
+    panel.axvline(1, linewidth=1.2, zorder=0.5, **style.PAPER.line_style)
+    panel.set_xscale("log")
+    panel.set_yticks(range(len(pairs)), [_label(names) for names, _ in pairs], fontsize=6)
+    panel.set_ylim(len(pairs) - 0.5, -0.5)
+    panel.grid(visible=False, axis="y")
+    panel.set_xlabel("processor time, other / ours (right edge: the other never arrived)")
+    entries = [panel.plot([], [], label=size, **role.marker_style)[0] for size, role in roles.items()]
+    canvas.legend(handles=entries, loc="outside upper left", ncols=6)
+    return canvas
+
+
+def _row(panel: Any, height: float, rows: "pd.DataFrame", roles: dict[str, Role], greatest: float) -> None:
+    offsets = np.linspace(-0.25, 0.25, len(rows)) if len(rows) > 1 else np.zeros(1)
+    for offset, row in zip(offsets, rows.to_dict("records"), strict=True):
+        place, role = height + offset, roles[_size(row)]
+        if not np.isfinite(row["ratio_median"]):
+            panel.plot([greatest], [place], **{**role.marker_style, "marker": ">"})
+            continue
+        low, high = row["ratio_q25"], min(row["ratio_q75"], greatest)
+        panel.plot([low, high], [place, place], color=role.colour, linewidth=1.0)
+        panel.plot([row["ratio_median"]], [place], **role.marker_style)
+
+
+def _label(names: Any) -> str:
+    name, ours, other = names
+    lines = (f"{name.replace('_', ' ')}: {ours}", f"against {other}")
+    return "\n".join(line if len(line) <= LABEL else f"{line[: LABEL - 1]}…" for line in lines)
+
+
+def _size(row: Any) -> str:
+    members = int(row["members"])
+    return str(row["size"]) if members == 1 else f"{row['size']}, {members} members"
+
+
+FIGURE = Figure(
+    "timing",
+    "Paired timings",
+    "Each marker is the median of paired, interleaved timings of one size, its line the quartiles; right of the dashed "
+    "line ours is faster. What is timed, and how, stands in the table of timings.",
+    draw,
+)
