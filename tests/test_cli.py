@@ -65,12 +65,17 @@ def test_help_lists_existing_commands_with_examples(capsys):
     assert all(len(line) < 120 for line in text.splitlines())
 
 
-@pytest.mark.parametrize("name", ["status", "runs", "show", "diff", "clean"])
-def test_each_command_explains_itself(name, capsys):
+@pytest.mark.parametrize("command", cli.COMMANDS, ids=lambda command: command.name)
+def test_each_command_explains_itself(command, capsys):
     with pytest.raises(SystemExit) as stop:
-        cli.main([name, "--help"])
+        cli.main([command.name, "--help"])
     assert stop.value.code == 0
-    assert f"example: repro {name}" in capsys.readouterr().out
+    usage, _, told = capsys.readouterr().out.partition("\n\n")
+    assert usage.startswith(f"usage: repro {command.name} ")
+    says, _, example = told.partition("example")
+    assert says.strip()
+    assert f"repro {command.name}" in example
+    assert command.example.split()[0] == command.name
 
 
 def test_a_typing_mistake_is_answered(capsys):

@@ -13,6 +13,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -120,7 +121,7 @@ def test_the_budgets_of_the_artefact_hold_for_the_committed_results() -> None:
         float(re.search(rf"^\| {what} \| (\d+) {unit}", text, re.MULTILINE)[1])
         for what, unit in (
             ("processor time of all committed fits", "min"),
-            ("committed results, `paper/results`", "MB"),
+            ("committed results", "MB"),
         )
     )
     metrics = pd.read_parquet(ROOT / "paper" / "results" / "metrics.parquet")
@@ -134,6 +135,32 @@ def test_every_room_is_in_the_reference() -> None:
     rooms = {path.parent.name for path in (ROOT / "src" / "repro").glob("*/__init__.py")}
     pages = {page.stem for page in (ROOT / "docs" / "reference").glob("*.md")}
     assert rooms - {"bench", "export", "report", "stages"} <= pages
+
+
+def examples() -> dict[str, list[str]]:
+    """The runs that README.md shows, each cut to a single member and the scale smoke."""
+    shown = [(" ".join(words), words) for page, words in commands() if page == "README.md" and words[0] == "run"]
+    sized = ("scale=", "seeds=", "record=")
+    return {
+        line: [*(word for word in words if not word.startswith(sized)), "scale=smoke", "seeds=1", "record=false"]
+        for line, words in shown
+        if "--help" not in words
+    }
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("shown", examples())
+def test_a_run_of_the_readme_runs(shown: str, tmp_path: Path) -> None:
+    states = pd.DataFrame(
+        np.random.default_rng(0).normal(size=(100, 6)), columns=["x", "theta", "xd", "thetad", "force", "torque"]
+    )
+    states.assign(time=0.04 * states.index).to_csv(tmp_path / "my.csv")
+    command = [sys.executable, "-m", "repro.cli", *examples()[shown]]
+    environment = {**os.environ, "REPRO_OUTPUTS": str(tmp_path / "outputs")}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    if "--dry-run" not in command:
+        assert list((tmp_path / "outputs" / "runs").glob("*/run.json"))
 
 
 @pytest.mark.extras

@@ -81,7 +81,8 @@ def reproduce(argv: Sequence[str]) -> int:
     from repro.report import drawing
 
     what = "Run the main experiments and make the report."
-    parser = argparse.ArgumentParser(prog="repro reproduce", description=what)
+    example = "example: repro reproduce scale=smoke experiment=sip_basis,sip_energies"
+    parser = argparse.ArgumentParser(prog="repro reproduce", description=what, epilog=example)
     parser.add_argument("overrides", nargs="*", help="scale=smoke|quick|paper, experiment=NAME,NAME for others")
     parser.add_argument("--workers", type=int, default=CORES, help="jobs at once")
     options = parser.parse_args(argv)
