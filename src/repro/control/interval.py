@@ -9,6 +9,7 @@ import numpy as np
 
 from repro.control.geometry import distances_squared
 from repro.control.matrix_network import is_wide
+from repro.control.point import Point
 from repro.control.predictive_model import PredictiveModel
 from repro.control.problem import Problem, Weights
 
@@ -87,6 +88,19 @@ def horizon_end(model: PredictiveModel, problem: Problem) -> Interval:
     cost = _cost(model, problem, problem.terminal, state, kind(0), parameters) + penalty
     none = kind(0, 1)
     return Interval(state, none, parameters, data, none, none, margins, cost)
+
+
+def points(model: PredictiveModel, problem: Problem) -> tuple[Point, Point, Point]:
+    """The start of an interval with its force, the middle of one, and the end of the horizon."""
+    state, force, shared, data = _symbols(model, ca.SX)
+    end = horizon_end(model, problem)
+    nothing = (ca.SX(0), ca.SX(0, 1))
+    has_middle = problem.obstacle is not None and problem.obstacle.midpoints
+    return (
+        Point("start", ca.vertcat(state, force), shared, data, *_node(model, problem)(state, force, shared, data)),
+        Point("middle", state, shared, data, *(_keep_away(model, problem, state) if has_middle else nothing)),
+        Point("end", end.state, end.parameters, end.data, end.cost, end.margins),
+    )
 
 
 def _symbols(model: PredictiveModel, kind: Any) -> tuple[Any, Any, Any, Any]:

@@ -8,14 +8,17 @@ from typing import Any, Literal
 import casadi as ca
 import numpy as np
 
+from repro.control.matrix_network import is_wide
 from repro.control.nonlinear import CompiledProgramme, NonlinearSolver, Solution, Solver
 from repro.control.programme import Programme, programme
+from repro.control.shooting import shooting_code
 from repro.control.solver_process import GuardedSolver
 from repro.control.transcription import Transcription
 from repro.mechanics.c_library import has_compiler, library_file
 
 SolverName = Literal["fatrop", "ipopt"]
 FLAGS = ("-O1",)
+VECTOR_FLAGS = ("-O2", "-march=native")
 START_BARRIER = 0.1  # fatrop's mu_init
 _QUIET = {"print_time": False, "error_on_fail": False, "show_eval_warnings": False, "calc_lam_p": False}
 
@@ -97,7 +100,9 @@ def compiled_programme(of: Transcription, limits: Limits) -> CompiledProgramme:
             "max_iter": limits.iterations,
         },
     }
-    return CompiledProgramme(str(library_file(_code(programme(of)), FLAGS)), options, bounds)
+    by_lanes = of.discretisation == "shooting" and not is_wide(of.model.model)
+    source, flags = (shooting_code(of), VECTOR_FLAGS) if by_lanes else (_code(programme(of)), FLAGS)
+    return CompiledProgramme(str(library_file(source, flags)), options, bounds)
 
 
 def _code(of: Programme) -> str:

@@ -1,0 +1,162 @@
+"""The accelerations of a model with their first and second derivatives, by the implicit function theorem on (7b).
+
+With r(z, qdd) = tau_hat - tau = 0 and z = [q, qd, f]:
+
+    dqdd/dz = -M^-1 dr/dz
+    d2(lambda . qdd)/dz2 = -E' d2(mu . r)/d(z, qdd)2 E,   mu = M^-T lambda,  E = [I; dqdd/dz],
+
+so that no inverse is ever differentiated.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations_with_replacement
+from math import factorial, prod
+
+import casadi as ca
+
+from repro.control.predictive_model import PredictiveModel
+
+THIRD = 3  # derivatives of M and V that second derivatives of qdd need
+
+
+@dataclass(frozen=True)
+class Rate:
+    """Scalar functions of z = [q, qd, f] (n_z,) and the weights w; every result is one column.
+
+    value  (z, w) -> qdd
+    slope  (z, w) -> [qdd | dqdd/dz by rows]
+    curve  (z, w, s, lambda) -> d2(lambda . qdd)/dz2, all n_z^2 entries; s is what `slope` gives
+    """
+
+    model: PredictiveModel
+
+    @property
+    def n_q(self) -> int:
+        """Number of accelerations."""
+        return self.model.n_q
+
+    @cached_property
+    def value(self) -> ca.Function:
+        """qdd."""
+        z, w = self._symbols
+        return _function("rate_value", [z, w], [self._motion(z, w)[0]])
+
+    @cached_property
+    def slope(self) -> ca.Function:
+        """qdd and its Jacobian."""
+        z, w = self._symbols
+        acceleration, inverse = self._motion(z, w)
+        _, _, slopes, _ = self._residual(z, acceleration, ca.SX.zeros(self.n_q), w)
+        return _function("rate_slope", [z, w], [acceleration, ca.vec(-(inverse @ slopes).T)])
+
+    @cached_property
+    def curve(self) -> ca.Function:
+        """The Hessian of a combination of qdd."""
+        z, w = self._symbols
+        n_z = z.numel()
+        known, multipliers = ca.SX.sym("s", self.n_q * (1 + n_z)), ca.SX.sym("lambda", self.n_q)
+        _, inverse = self._motion(z, w)
+        _, _, _, hessian = self._residual(z, known[: self.n_q], inverse.T @ multipliers, w)
+        along = ca.vertcat(ca.SX.eye(n_z), ca.reshape(known[self.n_q :], n_z, self.n_q).T)
+        return _function("rate_curve", [z, w, known, multipliers], [ca.vec(-(along.T @ hessian @ along))])
+
+    @property
+    def _symbols(self) -> tuple[ca.SX, ca.SX]:
+        return ca.SX.sym("z", 2 * self.n_q + 1), ca.SX.sym("w", self.model.model.n_parameters)
+
+    def _motion(self, z: ca.SX, w: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """Return qdd and M^-1."""
+        rest = ca.SX.zeros(self.n_q)
+        mass, force, _, _ = self._residual(z, rest, rest, w)
+        inverse = ca.inv_minor(mass)
+        return -(inverse @ force), inverse
+
+    @cached_property
+    def _residual(self) -> ca.Function:
+        """(z, qdd, mu, w) -> M, r at qdd = 0, dr/dz and d2(mu . r)/d(z, qdd)2."""
+        n_q = self.n_q
+        z, w = self._symbols
+        q, qd, force = z[:n_q], z[n_q : 2 * n_q], z[2 * n_q :]
+        qdd, mu = ca.SX.sym("qdd", n_q), ca.SX.sym("mu", n_q)
+        taylor = _quadratic_energy(self.model, q, qd, w)
+        tau = ca.SX(ca.DM(self.model.system.input_map)) @ force
+        everything = ca.vertcat(z, qdd)
+        if taylor is None:
+            parts = _derivatives(self.model.model.inverse_dynamics(q, qd, qdd, w) - tau, z, qdd, mu)
+        else:
+            active, entries = taylor
+            jets = _jets(entries, q, active)
+            known = ca.SX.sym("jets", entries.numel(), len(jets))
+            near = _polynomial(known, q, active)
+            conservative = _derivatives(_inertial(near, q, qd, qdd), z, qdd, mu)
+            conservative = ca.substitute(list(conservative), [q], [ca.SX.zeros(n_q)])
+            there = ca.Function("there", [everything, mu, known], conservative)(everything, mu, ca.horzcat(*jets))
+            other = _derivatives(self.model.model.friction(q, qd, w) - tau, z, qdd, mu)
+            parts = [a + b for a, b in zip(there, other, strict=True)]
+        return ca.Function("residual", [z, qdd, mu, w], list(parts), {"cse": True})
+
+
+def _derivatives(residual: ca.SX, z: ca.SX, qdd: ca.SX, mu: ca.SX) -> list[ca.SX]:
+    """Return M, r at qdd = 0, dr/dz and d2(mu . r)/d(z, qdd)2."""
+    everything = ca.vertcat(z, qdd)
+    return [
+        ca.densify(part)
+        for part in (
+            ca.jacobian(residual, qdd),
+            ca.substitute(residual, qdd, ca.SX.zeros(qdd.numel())),
+            ca.jacobian(residual, z),
+            ca.hessian(ca.dot(mu, residual), everything)[0],
+        )
+    ]
+
+
+def _quadratic_energy(model: PredictiveModel, q: ca.SX, qd: ca.SX, w: ca.SX) -> tuple[list[int], ca.SX] | None:
+    """The upper triangle of M(q), and V(q), with the coordinates that they depend on, if T = qd' M(q) qd / 2."""
+    said = model.model.energies(q, qd, w)
+    slope = ca.gradient(said.kinetic, qd)
+    mass = ca.jacobian(slope, qd)
+    rest = ca.substitute(ca.vertcat(slope, said.kinetic), qd, ca.SX.zeros(model.n_q))
+    if ca.depends_on(mass, qd) or ca.depends_on(said.potential, qd) or not ca.simplify(rest).is_zero():
+        return None
+    upper = [mass[i, j] for i in range(model.n_q) for j in range(i, model.n_q)]
+    entries = ca.densify(ca.vertcat(*upper, said.potential))
+    return [k for k in range(model.n_q) if ca.depends_on(entries, q[k])], entries
+
+
+def _orders(count: int) -> list[tuple[int, ...]]:
+    return [places for order in range(THIRD + 1) for places in combinations_with_replacement(range(count), order)]
+
+
+def _jets(entries: ca.SX, q: ca.SX, active: Sequence[int]) -> list[ca.SX]:
+    """The partial derivatives up to the third order, a column each."""
+    found: dict[tuple[int, ...], ca.SX] = {}
+    for places in _orders(len(active)):
+        found[places] = ca.densify(ca.jacobian(found[places[:-1]], q[active[places[-1]]])) if places else entries
+    return list(found.values())
+
+
+def _polynomial(jets: ca.SX, q: ca.SX, active: Sequence[int]) -> ca.SX:
+    """The Taylor polynomial of these derivatives around q = 0."""
+    powers = [
+        prod(q[active[place]] for place in places) / prod(factorial(places.count(place)) for place in set(places))
+        for places in _orders(len(active))
+    ]
+    return jets @ ca.vertcat(*powers)
+
+
+def _inertial(entries: ca.SX, q: ca.SX, qd: ca.SX, qdd: ca.SX) -> ca.SX:
+    """M qdd + Mdot qd - d/dq (qd' M qd / 2) + dV/dq from the upper triangle of M, and V."""
+    n_q = q.numel()
+    mass = ca.SX(n_q, n_q)
+    pairs = [(i, j) for i in range(n_q) for j in range(i, n_q)]
+    for number, (i, j) in enumerate(pairs):
+        mass[i, j] = mass[j, i] = entries[number]
+    momentum = mass @ qd
+    lagrangian = 0.5 * ca.dot(qd, momentum) - entries[len(pairs)]
+    return mass @ qdd + ca.jtimes(momentum, q, qd) - ca.gradient(lagrangian, q)
+
+
+def _function(name: str, inputs: list[ca.SX], results: list[ca.SX]) -> ca.Function:
+    return ca.Function(name, inputs, [ca.densify(ca.vertcat(*results))], {"cse": True})

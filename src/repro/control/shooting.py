@@ -1,0 +1,84 @@
+"""Problem (9) by multiple shooting as one C library, in the form in which fatrop takes a programme.
+
+The functions of one stage are C kernels over several stages at once. Sensitivities of the Runge-Kutta steps are
+propagated forwards, multipliers backwards; what is evaluated at a point is kept until the next one, so that gradient,
+Jacobian and Hessian share it.
+"""
+
+from collections.abc import Sequence
+
+import casadi as ca
+import numpy as np
+
+from repro.control.interval import SUBSTEPS, points
+from repro.control.kernel import kernel, preamble
+from repro.control.rate import Rate
+from repro.control.shooting_template import TEMPLATE
+from repro.control.transcription import Transcription
+
+
+def shooting_code(of: Transcription) -> str:
+    """C source of the functions that fatrop looks for in a library; of a transcription by shooting."""
+    rate = Rate(of.model)
+    at = points(of.model, of.problem)
+    kernels = [
+        kernel(rate.value, ("z", "weights")),
+        kernel(rate.slope, ("z", "weights")),
+        kernel(rate.curve, ("z", "weights", "slopes", "multipliers")),
+    ]
+    for point in at:
+        kernels += [kernel(function, ("z", "shared", "data")) for function in (point.value, point.slope)]
+        kernels.append(kernel(point.curve, ("z", "shared", "data", "multipliers")))
+    start, middle, end = (point.margins.numel() for point in at)
+    sizes = {
+        "N": of.n_intervals,
+        "N_Q": of.model.n_q,
+        "N_SHARED": of.n_parameters - of.n_x,
+        "N_START": start,
+        "N_MIDDLE": middle,
+        "N_END": end,
+        "SUBSTEPS": SUBSTEPS,
+    }
+    definitions = [f"#define {name} {value}" for name, value in sizes.items()]
+    tables = [
+        _table("double", "lengths", of.data[0]),
+        _table("double", "counts", of.data[1]),
+        _table("casadi_int", "jacobian_pattern", _compressed(_jacobian(of))),
+        _table("casadi_int", "hessian_pattern", _compressed(_hessian(of))),
+    ]
+    parts = [*definitions, "typedef long long int casadi_int;", preamble(), *tables, *kernels, TEMPLATE]
+    return "\n".join(parts)
+
+
+def _jacobian(of: Transcription) -> ca.Sparsity:
+    """Dense blocks of every stage, and the identities of following states and of the first."""
+    n, n_x, n_w, n_rows = of.n_intervals, of.n_x, of.n_x + of.n_v, of.n_rows
+    filled = np.zeros((sum(of.rows), of.n_variables), dtype=bool)
+    for k in range(n):
+        first, column = k * n_rows + n_x * (k > 0), k * n_w
+        filled[first : first + n_rows, column : column + n_w] = True
+        filled[first + np.arange(n_x), column + n_w + np.arange(n_x)] = True
+    filled[n_rows + np.arange(n_x), np.arange(n_x)] = True
+    filled[n * n_rows + n_x :, n * n_w :] = True
+    return _pattern(filled)
+
+
+def _hessian(of: Transcription) -> ca.Sparsity:
+    """A dense block for every stage."""
+    n_w = of.n_x + of.n_v
+    stage = np.minimum(np.arange(of.n_variables) // n_w, of.n_intervals)
+    return _pattern(stage[:, None] == stage[None])
+
+
+def _pattern(filled: np.ndarray) -> ca.Sparsity:
+    n_rows, n_columns = filled.shape
+    rows, columns = np.nonzero(filled)
+    return ca.Sparsity.triplet(n_rows, n_columns, rows.tolist(), columns.tolist())
+
+
+def _compressed(pattern: ca.Sparsity) -> list[int]:
+    return [*pattern.shape, *pattern.colind(), *pattern.row()]
+
+
+def _table(kind: str, name: str, values: Sequence[float] | np.ndarray) -> str:
+    return f"static const {kind} {name}[] = {{{', '.join(str(value) for value in values)}}};"

@@ -1,0 +1,322 @@
+"""The C around the kernels of `shooting`: Runge-Kutta steps with their derivatives, and fatrop's functions."""
+
+TEMPLATE = r"""
+#include <string.h>
+
+#define N_X (2 * N_Q)
+#define N_W (N_X + 1)
+#define ROWS (N_X + N_START + N_MIDDLE)
+#define N_VARIABLES (N * N_W + N_X)
+#define N_CONSTRAINTS (N * ROWS + N_X + N_END)
+#define GROUPS ((N + LANES - 1) / LANES)
+#define RATES (4 * SUBSTEPS)
+
+enum { NOTHING, VALUES, SLOPES };
+
+/* What is known at one point, a group of stages at a time; z = [x, f], w the stage's own variables. */
+static _Thread_local struct {
+    int level;
+    double x[N_VARIABLES], p[N_X + N_SHARED];
+    vec shared[N_SHARED], data[GROUPS][2], reached[GROUPS][N_X], reached_slope[GROUPS][N_X][N_W];
+    vec z[GROUPS][RATES][N_W], rate[GROUPS][RATES][N_Q + N_Q * N_W], z_slope[GROUPS][RATES][N_X][N_W];
+    vec middle[GROUPS][N_X], middle_slope[GROUPS][N_X][N_W], last[N_X];
+    vec at_start[GROUPS][1 + N_START + N_W + N_START * N_W];
+    vec at_middle[GROUPS][1 + N_MIDDLE + N_X + N_MIDDLE * N_X];
+    vec at_end[1 + N_END + N_X + N_END * N_X];
+} now;
+
+static const double step_to[4] = {0.0, 0.5, 0.5, 1.0}, step_share[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
+
+/* Derivatives of a rate [qd, qdd] with respect to w: [slope of qd, dqdd/dz * slope of z]. */
+static void rate_along(const vec *rate, vec slope[N_X][N_W], vec along[N_X][N_W]) {
+    for (int i = 0; i < N_Q; i++) {
+        const vec *row = rate + N_Q + i * N_W;
+        for (int c = 0; c < N_W; c++) {
+            vec sum = c == N_X ? row[N_X] : spread(0.0);
+            for (int j = 0; j < N_X; j++) sum += row[j] * slope[j][c];
+            along[i][c] = slope[N_Q + i][c];
+            along[N_Q + i][c] = sum;
+        }
+    }
+}
+
+static void shoot(int group, int slopes) {
+    vec x[N_X], s[N_X][N_W], h = now.data[group][0] / (double)SUBSTEPS, *first = now.z[group][0];
+    const vec *weights = now.shared + 1;
+    memcpy(x, first, sizeof x);
+    for (int i = 0; i < N_X; i++) for (int c = 0; c < N_W; c++) s[i][c] = spread(i == c);
+    for (int sub = 0; sub < SUBSTEPS; sub++) {
+        vec k[4][N_X], along[4][N_X][N_W];
+        for (int l = 0; l < 4; l++) {
+            int at = 4 * sub + l;
+            vec *z = now.z[group][at], *rate = now.rate[group][at], step = h * step_to[l];
+            for (int i = 0; i < N_X; i++) z[i] = l ? x[i] + step * k[l - 1][i] : x[i];
+            z[N_X] = first[N_X];
+            if (slopes) {
+                vec (*z_slope)[N_W] = now.z_slope[group][at];
+                for (int i = 0; i < N_X; i++)
+                    for (int c = 0; c < N_W; c++) z_slope[i][c] = l ? s[i][c] + step * along[l - 1][i][c] : s[i][c];
+                rate_slope(z, weights, rate);
+                rate_along(rate, z_slope, along[l]);
+            } else rate_value(z, weights, rate);
+            memcpy(k[l], z + N_Q, N_Q * sizeof(vec));
+            memcpy(k[l] + N_Q, rate, N_Q * sizeof(vec));
+        }
+        for (int l = 0; l < 4; l++) for (int i = 0; i < N_X; i++) {
+            vec share = h * step_share[l];
+            x[i] += share * k[l][i];
+            if (slopes) for (int c = 0; c < N_W; c++) s[i][c] += share * along[l][i][c];
+        }
+        if (sub + 1 == SUBSTEPS / 2) {
+            memcpy(now.middle[group], x, sizeof x);
+            if (slopes) memcpy(now.middle_slope[group], s, sizeof s);
+        }
+    }
+    memcpy(now.reached[group], x, sizeof x);
+    if (slopes) memcpy(now.reached_slope[group], s, sizeof s);
+}
+
+static int stage_of(int group, int lane) {
+    int k = group * LANES + lane;
+    return k < N ? k : N - 1;
+}
+
+static void move_to(const double *x, const double *p) {
+    if (now.level && !memcmp(x, now.x, sizeof now.x) && !memcmp(p, now.p, sizeof now.p)) return;
+    memcpy(now.x, x, sizeof now.x);
+    memcpy(now.p, p, sizeof now.p);
+    now.level = NOTHING;
+    for (int i = 0; i < N_SHARED; i++) now.shared[i] = spread(p[N_X + i]);
+    for (int i = 0; i < N_X; i++) now.last[i] = spread(x[N * N_W + i]);
+    for (int group = 0; group < GROUPS; group++) for (int lane = 0; lane < LANES; lane++) {
+        int k = stage_of(group, lane);
+        now.data[group][0][lane] = lengths[k];
+        now.data[group][1][lane] = counts[k];
+        for (int i = 0; i < N_W; i++) now.z[group][0][i][lane] = x[k * N_W + i];
+    }
+}
+
+static void know(const double **arg, int level) {
+    move_to(arg[0], arg[1]);
+    if (now.level >= level) return;
+    now.level = level;
+    const vec *none = now.data[0];
+    (level == SLOPES ? end_slope : end_value)(now.last, now.shared, none, now.at_end);
+    for (int group = 0; group < GROUPS; group++) {
+        const vec *data = now.data[group];
+        shoot(group, level == SLOPES);
+        (level == SLOPES ? start_slope : start_value)(now.z[group][0], now.shared, data, now.at_start[group]);
+        (level == SLOPES ? middle_slope : middle_value)(now.middle[group], now.shared, data, now.at_middle[group]);
+    }
+}
+
+static void cost(double *f) {
+    *f = now.at_end[0][0];
+    for (int k = 0; k < N; k++) *f += now.at_start[k / LANES][0][k % LANES] + now.at_middle[k / LANES][0][k % LANES];
+}
+
+static int row_of(int k) { return k * ROWS + (k ? N_X : 0); }
+
+static void constraints(double *g) {
+    for (int k = 0; k < N; k++) {
+        int group = k / LANES, lane = k % LANES;
+        double *own = g + row_of(k);
+        for (int i = 0; i < N_X; i++) own[i] = now.x[(k + 1) * N_W + i] - now.reached[group][i][lane];
+        for (int i = 0; i < N_START; i++) own[N_X + i] = now.at_start[group][1 + i][lane];
+        for (int i = 0; i < N_MIDDLE; i++) own[N_X + N_START + i] = now.at_middle[group][1 + i][lane];
+    }
+    for (int i = 0; i < N_X; i++) g[ROWS + i] = now.x[i] - now.p[i];
+    for (int i = 0; i < N_END; i++) g[N * ROWS + N_X + i] = now.at_end[1 + i][0];
+}
+
+/* The middle's derivatives with respect to w: those with respect to x times the slope of x. */
+static vec through_middle(int group, const vec *slope, int c) {
+    vec sum = spread(0.0);
+    for (int i = 0; i < N_X; i++) sum += slope[i] * now.middle_slope[group][i][c];
+    return sum;
+}
+
+static void gradient(double *d) {
+    for (int group = 0; group < GROUPS; group++) for (int c = 0; c < N_W; c++) {
+        vec own = now.at_start[group][1 + N_START + c] + through_middle(group, now.at_middle[group] + 1 + N_MIDDLE, c);
+        for (int lane = 0; lane < LANES && group * LANES + lane < N; lane++)
+            d[(group * LANES + lane) * N_W + c] = own[lane];
+    }
+    for (int i = 0; i < N_X; i++) d[N * N_W + i] = now.at_end[1 + N_END + i][0];
+}
+
+/* Nonzeros column by column: the following state of the stage before, the stage's own rows, the first state's. */
+static void jacobian(double *d) {
+    vec own[GROUPS][ROWS][N_W];
+    for (int group = 0; group < GROUPS; group++) for (int c = 0; c < N_W; c++) {
+        const vec *start = now.at_start[group] + 1 + N_START + N_W, *middle = now.at_middle[group] + 1 + N_MIDDLE + N_X;
+        for (int i = 0; i < N_X; i++) own[group][i][c] = -now.reached_slope[group][i][c];
+        for (int i = 0; i < N_START; i++) own[group][N_X + i][c] = start[i * N_W + c];
+        for (int i = 0; i < N_MIDDLE; i++)
+            own[group][N_X + N_START + i][c] = through_middle(group, middle + i * N_X, c);
+    }
+    for (int k = 0; k < N; k++) for (int c = 0; c < N_W; c++) {
+        if (k && c < N_X) *d++ = 1.0;
+        for (int i = 0; i < ROWS; i++) *d++ = own[k / LANES][i][c][k % LANES];
+        if (!k && c < N_X) *d++ = 1.0;
+    }
+    for (int c = 0; c < N_X; c++) {
+        *d++ = 1.0;
+        for (int i = 0; i < N_END; i++) *d++ = now.at_end[1 + N_END + N_X + i * N_X + c][0];
+    }
+}
+
+/* h += slope' curve slope, where the last of n rows of the slope may be the force itself */
+static void add_curve(vec h[N_W][N_W], const vec *curve, int n, vec slope[N_X][N_W]) {
+    vec half[N_W][N_W];
+    for (int i = 0; i < n; i++) for (int c = 0; c < N_W; c++) {
+        vec sum = c == N_X && n == N_W ? curve[i * n + N_X] : spread(0.0);
+        for (int j = 0; j < N_X; j++) sum += curve[i * n + j] * slope[j][c];
+        half[i][c] = sum;
+    }
+    for (int b = 0; b < N_W; b++) for (int c = 0; c < N_W; c++) {
+        vec sum = b == N_X && n == N_W ? half[N_X][c] : spread(0.0);
+        for (int i = 0; i < N_X; i++) sum += slope[i][b] * half[i][c];
+        h[b][c] += sum;
+    }
+}
+
+static void shoot_back(int group, vec lambda[N_X], const vec *of_middle, vec h[N_W][N_W]) {
+    vec length = now.data[group][0] / (double)SUBSTEPS;
+    for (int sub = SUBSTEPS - 1; sub >= 0; sub--) {
+        if (sub + 1 == SUBSTEPS / 2) {
+            vec curve[N_X * N_X];
+            const vec *slope = now.at_middle[group] + 1 + N_MIDDLE;
+            middle_curve(now.middle[group], now.shared, now.data[group], of_middle, curve);
+            add_curve(h, curve, N_X, now.middle_slope[group]);
+            for (int m = 0; m <= N_MIDDLE; m++)
+                for (int i = 0; i < N_X; i++) lambda[i] += of_middle[m] * slope[m * N_X + i];
+        }
+        vec before[N_X], of_z[N_X], of_k[N_X], curve[N_W * N_W];
+        memcpy(before, lambda, sizeof before);
+        for (int l = 3; l >= 0; l--) {
+            int at = 4 * sub + l;
+            const vec *rate = now.rate[group][at];
+            for (int i = 0; i < N_X; i++) {
+                of_k[i] = length * step_share[l] * lambda[i];
+                if (l < 3) of_k[i] += length * step_to[l + 1] * of_z[i];
+            }
+            rate_curve(now.z[group][at], now.shared + 1, rate, of_k + N_Q, curve);
+            add_curve(h, curve, N_W, now.z_slope[group][at]);
+            for (int j = 0; j < N_X; j++) {
+                of_z[j] = j < N_Q ? spread(0.0) : of_k[j - N_Q];
+                for (int i = 0; i < N_Q; i++) of_z[j] += rate[N_Q + i * N_W + j] * of_k[N_Q + i];
+                before[j] += of_z[j];
+            }
+        }
+        memcpy(lambda, before, sizeof before);
+    }
+}
+
+static void hessian(double lam_f, const double *lam_g, double *d) {
+    vec of_end[1 + N_END], end[N_X * N_X];
+    for (int group = 0; group < GROUPS; group++) {
+        vec lambda[N_X], of_start[1 + N_START], of_middle[1 + N_MIDDLE], h[N_W][N_W];
+        of_start[0] = of_middle[0] = spread(lam_f);
+        for (int lane = 0; lane < LANES; lane++) {
+            const double *own = lam_g + row_of(stage_of(group, lane));
+            for (int i = 0; i < N_X; i++) lambda[i][lane] = -own[i];
+            for (int i = 0; i < N_START; i++) of_start[1 + i][lane] = own[N_X + i];
+            for (int i = 0; i < N_MIDDLE; i++) of_middle[1 + i][lane] = own[N_X + N_START + i];
+        }
+        start_curve(now.z[group][0], now.shared, now.data[group], of_start, h[0]);
+        shoot_back(group, lambda, of_middle, h);
+        for (int lane = 0; lane < LANES && group * LANES + lane < N; lane++)
+            for (int i = 0; i < N_W * N_W; i++) *d++ = h[i / N_W][i % N_W][lane];
+    }
+    of_end[0] = spread(lam_f);
+    for (int i = 0; i < N_END; i++) of_end[1 + i] = spread(lam_g[N * ROWS + N_X + i]);
+    end_curve(now.last, now.shared, now.data[0], of_end, end);
+    for (int i = 0; i < N_X * N_X; i++) *d++ = end[i][0];
+}
+
+static void lagrangian_gradient(double lam_f, const double *lam_g, double *d) {
+    static _Thread_local double slopes[sizeof jacobian_pattern / sizeof(casadi_int)];
+    const casadi_int *column = jacobian_pattern + 2, *row = column + N_VARIABLES + 1;
+    gradient(d);
+    jacobian(slopes);
+    for (int c = 0; c < N_VARIABLES; c++) {
+        d[c] *= lam_f;
+        for (casadi_int i = column[c]; i < column[c + 1]; i++) d[c] += slopes[i] * lam_g[row[i]];
+    }
+}
+
+static const casadi_int one[] = {1, 1, 1}, variables[] = {N_VARIABLES, 1, 1}, parameters[] = {N_X + N_SHARED, 1, 1},
+                        rows[] = {N_CONSTRAINTS, 1, 1};
+
+#define TAKES const double **arg, double **res, casadi_int *iw, double *w, int mem
+#define DESCRIBE(name, n_in, n_out, names_in, names_out, ...)                                                     \
+    casadi_int name##_n_in(void) { return n_in; }                                                                 \
+    casadi_int name##_n_out(void) { return n_out; }                                                               \
+    const char *name##_name_in(casadi_int i) { static const char *all[] = names_in; return all[i]; }              \
+    const char *name##_name_out(casadi_int i) { static const char *all[] = names_out; return all[i]; }            \
+    const casadi_int *name##_sparsity_in(casadi_int i) {                                                          \
+        static const casadi_int *all[] = {variables, parameters, one, rows}; return all[i]; }                     \
+    const casadi_int *name##_sparsity_out(casadi_int i) {                                                         \
+        static const casadi_int *all[] = {__VA_ARGS__}; return all[i]; }                                          \
+    int name##_work(casadi_int *a, casadi_int *r, casadi_int *i, casadi_int *d) {                                 \
+        if (a) *a = n_in; if (r) *r = n_out; if (i) *i = 0; if (d) *d = 0; return 0; }
+#define LIST(...) {__VA_ARGS__}
+#define POINT LIST("x", "p")
+#define ALL LIST("x", "p", "lam_f", "lam_g")
+
+DESCRIBE(nlp, 2, 2, POINT, LIST("f", "g"), one, rows)
+int nlp(TAKES) {
+    know(arg, VALUES);
+    if (res[0]) cost(res[0]);
+    if (res[1]) constraints(res[1]);
+    return 0;
+}
+
+DESCRIBE(nlp_f, 2, 1, POINT, LIST("f"), one)
+int nlp_f(TAKES) {
+    know(arg, VALUES);
+    if (res[0]) cost(res[0]);
+    return 0;
+}
+
+DESCRIBE(nlp_g, 2, 1, POINT, LIST("g"), rows)
+int nlp_g(TAKES) {
+    know(arg, VALUES);
+    if (res[0]) constraints(res[0]);
+    return 0;
+}
+
+DESCRIBE(nlp_grad_f, 2, 1, POINT, LIST("grad_f_x"), variables)
+int nlp_grad_f(TAKES) {
+    know(arg, SLOPES);
+    if (res[0]) gradient(res[0]);
+    return 0;
+}
+
+DESCRIBE(nlp_jac_g, 2, 2, POINT, LIST("g", "jac_g_x"), rows, jacobian_pattern)
+int nlp_jac_g(TAKES) {
+    know(arg, SLOPES);
+    if (res[0]) constraints(res[0]);
+    if (res[1]) jacobian(res[1]);
+    return 0;
+}
+
+DESCRIBE(nlp_hess_l, 4, 2, ALL, LIST("grad_gamma_x", "hess_gamma_x_x"), variables, hessian_pattern)
+int nlp_hess_l(TAKES) {
+    know(arg, SLOPES);
+    if (res[0]) lagrangian_gradient(arg[2][0], arg[3], res[0]);
+    if (res[1]) hessian(arg[2][0], arg[3], res[1]);
+    return 0;
+}
+
+DESCRIBE(nlp_grad, 4, 4, ALL, LIST("f", "g", "grad_gamma_x", "grad_gamma_p"), one, rows, variables, parameters)
+int nlp_grad(TAKES) {
+    know(arg, SLOPES);
+    if (res[0]) cost(res[0]);
+    if (res[1]) constraints(res[1]);
+    if (res[2]) lagrangian_gradient(arg[2][0], arg[3], res[2]);
+    if (res[3]) memset(res[3], 0, (N_X + N_SHARED) * sizeof(double)); /* nobody asks */
+    return 0;
+}
+"""

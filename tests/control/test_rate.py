@@ -1,0 +1,53 @@
+"""Accelerations and their derivatives against those that CasADi finds by differentiating the forward dynamics."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from repro.control.predictive_model import PredictiveModel
+from repro.control.rate import Rate
+from repro.mechanics.system import load
+from repro.models.bases import fxf, library, t1, t2
+from repro.models.lagrangian import Lagrangian
+from repro.models.port_hamiltonian import PortHamiltonian
+from repro.models.structured import Structured
+from repro.models.truth import DampedTruth, Truth
+
+SIP, DIP = np.array([0.9, 5.0]), np.array([0.9, 5.0, 6.0])
+MODELS = {
+    "sip t1": lambda system: Lagrangian(t1, 2),
+    "sip library": lambda system: Lagrangian(library, 2),
+    "sip t2": lambda system: Lagrangian(t2, 2, hidden=(4,)),
+    "sip structured": lambda system: Structured(2, SIP, hidden=(4,)),
+    "sip port": lambda system: PortHamiltonian(Structured(2, SIP, hidden=(3,)), SIP, structure="free", hidden=(2,)),
+    "dip truth": Truth,
+    "dip damped": DampedTruth,
+    "dip fxf": lambda system: Lagrangian(fxf, 3),
+    "dip structured": lambda system: Structured(3, DIP, hidden=(2,)),
+}
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_derivatives_are_those_of_the_forward_dynamics(name):
+    system = load(name[:3])
+    model = PredictiveModel(MODELS[name](system), system)
+    generator = np.random.default_rng(3)
+    (weights,) = model.model.initial([generator])
+    n_q, rate = system.n_q, Rate(model)
+    z, w, multipliers = ca.SX.sym("z", 2 * n_q + 1), ca.SX.sym("w", len(weights)), ca.SX.sym("lambda", n_q)
+    qdd = model.acceleration(z[:n_q], z[n_q:-1], z[-1], w)
+    slopes = ca.jacobian(qdd, z)
+    hessian = ca.jacobian(ca.mtimes(slopes.T, multipliers), z)
+    expected = ca.Function("expected", [z, w, multipliers], [qdd, slopes, hessian])
+    for _ in range(3):
+        point, combination = generator.normal(size=2 * n_q + 1), generator.normal(size=n_q)
+        value, slope, curve = (np.asarray(part) for part in expected(point, weights, combination))
+        told = np.asarray(rate.slope(point, weights)).ravel()
+        curved = np.asarray(rate.curve(point, weights, told, combination)).reshape(curve.shape)
+        _agree(np.asarray(rate.value(point, weights)), value)
+        _agree(told, np.concatenate([value.ravel(), slope.ravel()]))
+        _agree(curved, curve)
+
+
+def _agree(ours, expected):
+    np.testing.assert_allclose(ours, expected, rtol=1e-8, atol=1e-9 * (1 + np.abs(expected).max()))

@@ -1,0 +1,62 @@
+"""The compiled programme of multiple shooting against CasADi's evaluation of the same programme."""
+
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from repro.control.predictive_model import PredictiveModel
+from repro.control.problem import Obstacle, Weights
+from repro.control.programme import programme
+from repro.control.solver import Limits, compiled_programme
+from repro.control.transcription import Transcription
+from repro.mechanics.c_library import has_compiler
+from repro.mechanics.system import load
+from repro.models.bases import fxf
+from repro.models.lagrangian import Lagrangian
+from repro.models.structured import Structured
+from repro.models.truth import Truth
+
+pytestmark = pytest.mark.skipif(not has_compiler(), reason="the programme is compiled")
+
+SCALE = np.array([0.9, 5.0])
+LARGE = {"angle_error": "square", "running": Weights(kinetic=0.3, angle=2.0, position=1.0, rates=0.1)}
+CASES = {
+    "soft": ("sip", Truth, {}),
+    "hard": ("sip", Truth, {"obstacle": Obstacle(hard=True, midpoints=True)}),
+    "nodes": ("sip", Truth, {"obstacle": Obstacle(hard=True, midpoints=False)}),
+    "free": ("sip", Truth, {"obstacle": None} | LARGE),
+    "structured": ("sip", lambda system: Structured(2, SCALE, hidden=(4,)), {"intervals": (0.04,) * 8}),
+    "double": ("dip", Truth, {"obstacle": Obstacle(hard=True, midpoints=True), "intervals": (0.04,) * 7 + (0.08,) * 2}),
+    "basis": ("dip", lambda system: Lagrangian(fxf, 3), {"intervals": (0.04,) * 2}),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_every_function_is_that_of_the_programme(problem, case):
+    name, make, changes = CASES[case]
+    system = load(name)
+    model = make(system)
+    of = Transcription(PredictiveModel(model, system), replace(problem, **changes), "shooting")
+    library = compiled_programme(of, Limits()).library
+    made = programme(of)
+    inputs = [made.x, made.p, made.lam_f, made.lam_g]
+    results = [made.f, made.g, made.grad_f, made.jac_g, made.grad_l, made.hess_l]
+    reference = ca.Function("reference", inputs, results)
+    compiled = {name: ca.external(f"nlp_{name}", library) for name in ("f", "g", "grad_f", "jac_g", "hess_l", "grad")}
+    generator = np.random.default_rng(0)
+    (weights,) = model.initial([generator])
+    for _ in range(2):
+        x = generator.normal(size=of.n_variables)
+        p = of.parameters(generator.normal(size=of.n_x), 0.8, weights)
+        multipliers = 0.7, generator.normal(size=sum(of.rows))
+        f, g, grad_f, jac_g, grad_l, hess_l = (np.asarray(part) for part in reference(x, p, *multipliers))
+        gradient, hessian = compiled["hess_l"](x, p, *multipliers)
+        pairs = [(compiled["f"](x, p), f), (compiled["g"](x, p), g), (compiled["grad_f"](x, p), grad_f)]
+        pairs += zip(compiled["jac_g"](x, p), (g, jac_g), strict=True)
+        pairs += [(gradient, grad_l), (hessian, hess_l)]
+        pairs += zip(compiled["grad"](x, p, *multipliers)[:3], (f, g, grad_l), strict=True)
+        for ours, expected in pairs:
+            scale = 1 + np.abs(expected).max()
+            np.testing.assert_allclose(np.asarray(ours), expected, rtol=0, atol=1e-11 * scale)
