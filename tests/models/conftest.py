@@ -8,6 +8,7 @@ from repro.models.bases import engineered, library, raw, t1, t2
 from repro.models.blackbox import BlackBox
 from repro.models.damped import Damped
 from repro.models.lagrangian import Lagrangian
+from repro.models.neural_potential import NeuralPotential
 from repro.models.port_hamiltonian import PortHamiltonian
 from repro.models.structured import Structured
 
@@ -29,6 +30,10 @@ LAGRANGIANS = {
     "port-Hamiltonian of a basis": lambda: PortHamiltonian(Lagrangian(t1, N_Q), np.array([0.9, 5.0]), hidden=(3,)),
     "structured with a triangular factor": lambda: Structured(
         N_Q, np.array([0.9, 5.0]), hidden=(6,), factor="triangular", initialisation="glorot", activation="softplus"
+    ),
+    "neural potential": lambda: NeuralPotential(np.array([0.9, 5.0]), np.ones(N_Q), [1], hidden=(3,)),
+    "neural potential beside friction": lambda: Damped(
+        NeuralPotential(np.array([0.9, 5.0]), np.ones(N_Q), [], potential_hidden=(3,)), "diagonal"
     ),
     "structured deep": lambda: Structured(N_Q, np.array([0.9, 5.0]), hidden=(4, 4), skip=False),
 }

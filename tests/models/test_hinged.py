@@ -154,3 +154,12 @@ def test_what_is_joined_must_fit():
     assert built.n_parameters == 4 + Lagrangian(fxf, 3).n_parameters
     with pytest.raises(UserError, match="parts"):
         extended.build(_setting(rod), parts=["a"], hidden=[3])
+
+
+def test_the_rest_starts_as_what_the_part_leaves_of_the_inertia():
+    """The data suggest M = diag(velocity_scale^-2); a part that is more than that leaves a tenth of it."""
+    cart = Part(Lagrangian(t1, 2), CART[None])
+    inertia = extended.mean_inertia(cart, np.random.default_rng(0).normal(size=(2, 50, 3)))
+    np.testing.assert_allclose(inertia, [0.8, 0.2 * 0.25 / 3], rtol=1e-12)
+    scale = extended.remaining_scale(np.array([1.0, 10.0, 5.0]), inertia)
+    np.testing.assert_allclose(scale**-2.0, [0.2, 0.001, 0.04], rtol=1e-12)

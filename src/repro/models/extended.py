@@ -2,13 +2,20 @@
 
 from typing import Literal
 
+import casadi
+import numpy as np
+
 from repro.errors import UserError
+from repro.mechanics.derive import evaluate
 from repro.models.interconnection import Interconnection, Joined
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
 from repro.models.network import Activation
-from repro.models.setting import Setting
+from repro.models.setting import Part, Setting
 from repro.models.structured import Structured
+
+LEAST_SHARE = 0.1  # of the inertia that the data suggest, for the start of the rest
+PLACES = 500  # samples at which the inertia of a part is looked at
 
 
 def build(
@@ -34,8 +41,29 @@ def build(
     if rest == "basis":
         other = Lagrangian(setting.basis, setting.n_q, hidden=hidden, activation=activation)
     else:
-        other = Structured(
-            setting.n_q, setting.velocity_scale, hidden=hidden, rank=rank, activation=activation, skip=skip
-        )
+        scale = remaining_scale(setting.velocity_scale, mean_inertia(part, setting.q))
+        other = Structured(setting.n_q, scale, hidden=hidden, rank=rank, activation=activation, skip=skip)
     joined = [Joined(part.model, lambda q: q[:own]), Joined(other, lambda q: q)]
     return Interconnection(joined, setting.n_q, part.parameters, frozen)
+
+
+def mean_inertia(part: Part, q: np.ndarray) -> np.ndarray:
+    """Diagonal of the part's mass matrix (n_i,), the mean over its members and over places q (member, sample, n_q)."""
+    model = part.model
+    place, rates = casadi.SX.sym("q", model.n_q), casadi.SX.sym("qd", model.n_q)
+    weights = casadi.SX.sym("weights", model.n_parameters)
+    mass = casadi.jacobian(model.momentum(place, rates, weights), rates)
+    diagonal = casadi.Function("inertia", [place, rates, weights], [casadi.densify(casadi.diag(mass))])
+    places = q.reshape(-1, q.shape[-1])[:PLACES, : model.n_q]
+    return np.mean([evaluate(diagonal, places, 0 * places, member) for member in part.parameters], axis=(0, 1))
+
+
+def remaining_scale(velocity_scale: np.ndarray, inertia: np.ndarray) -> np.ndarray:
+    """Scale of the velocities (n_q,) of a rest that starts as what is left of the inertia, M = diag(scale^-2).
+
+    The data suggest diag(velocity_scale^-2), as much energy for every coordinate; `inertia` (n_i,) of the first
+    coordinates is there already.
+    """
+    suggested = velocity_scale**-2.0
+    left = suggested - np.pad(inertia, (0, len(suggested) - len(inertia)))
+    return np.maximum(left, LEAST_SHARE * suggested) ** -0.5

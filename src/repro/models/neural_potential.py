@@ -1,0 +1,97 @@
+"""T = qd' M(q) qd / 2 with M = C C', and V a network of all positions: for bodies whose forces are not only weights."""
+
+from collections.abc import Sequence
+
+import casadi
+import numpy as np
+
+from repro.models.damped import Damping, with_damping
+from repro.models.expression import ExpressionModel
+from repro.models.model import Energies, Model
+from repro.models.network import Activation, Network
+from repro.models.setting import Setting
+
+
+class NeuralPotential(ExpressionModel):
+    """M from a network of the angles, V from one of all positions, and V = 0 where all of these are 0.
+
+    C (n_q, rank) sees the angles' {cos, sin}, V these and the translations.
+    Without an angle C is constant. Velocities are divided by `velocity_scale`, translations by `position_scale`, both
+    (n_q,). Both networks have a linear path. parameters: [weights of C | weights of V].
+    """
+
+    def __init__(
+        self,
+        velocity_scale: np.ndarray,
+        position_scale: np.ndarray,
+        angles: Sequence[int],
+        *,
+        hidden: Sequence[int] = (8,),
+        potential_hidden: Sequence[int] = (8,),
+        activation: Activation = "tanh",
+    ) -> None:
+        self.n_q, self.angles = len(velocity_scale), tuple(angles)
+        self.rank = self.n_q + 2 if angles else self.n_q
+        self.velocity_scale = np.asarray(velocity_scale, dtype=float)
+        self.position_scale = np.asarray(position_scale, dtype=float)
+        inputs, units = 2 * len(self.angles), tuple(hidden) if angles else ()
+        self.factor = Network(inputs, units, self.n_q * self.rank, activation, bool(angles))
+        positions = inputs + self.n_q - len(self.angles)
+        self.potential = Network(positions, tuple(potential_hidden), 1, activation, True)
+        self.factor_slice = slice(0, self.factor.n_parameters)
+        self.potential_slice = slice(self.factor.n_parameters, self.factor.n_parameters + self.potential.n_parameters)
+
+    @property
+    def n_parameters(self) -> int:
+        """Number of weights of one member."""
+        return self.potential_slice.stop
+
+    def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
+        """Glorot-uniform weights, a tenth of them for C; its biases make M start as diag(velocity_scale^-2)."""
+        factors = 0.1 * self.factor.initial(generators)
+        end = self.factor.n_parameters - self.factor.n_in * self.factor.n_out * int(self.factor.skip)
+        factors[:, end - self.factor.n_out : end] = np.eye(self.n_q, self.rank).ravel()
+        return np.concatenate([factors, self.potential.initial(generators)], axis=1)
+
+    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:
+        """T and V as CasADi expressions."""
+        at_rest = self._potential(casadi.SX.zeros(self.n_q), parameters)
+        turns = casadi.vertcat(casadi.SX(0, 1), *self._turns(q))
+        entries = self.factor.expression(parameters[self.factor_slice], turns)
+        u = casadi.reshape(entries, self.rank, self.n_q) @ (qd / casadi.DM(self.velocity_scale))
+        return Energies(0.5 * casadi.dot(u, u), self._potential(q, parameters) - at_rest)
+
+    def _potential(self, q: casadi.SX, parameters: casadi.SX) -> casadi.SX:
+        moves = [q[i] / self.position_scale[i] for i in range(self.n_q) if i not in self.angles]
+        return self.potential.expression(parameters[self.potential_slice], casadi.vertcat(*self._turns(q), *moves))
+
+    def _turns(self, q: casadi.SX) -> list[casadi.SX]:
+        return [turn for angle in self.angles for turn in (casadi.cos(q[angle]), casadi.sin(q[angle]))]
+
+
+def build(
+    setting: Setting,
+    *,
+    hidden: list[int],
+    potential_hidden: list[int],
+    activation: Activation = "tanh",
+    damping: Damping = "none",
+) -> Model:
+    """The model of this file for a setting, beside friction where asked; the keywords are its options in conf/model.
+
+    The true system tells which coordinates are angles; without one, all but the first are.
+    """
+    if setting.system is None:
+        angles = list(range(1, setting.n_q))
+    else:
+        angles = [i for i, coordinate in enumerate(setting.system.coordinates) if coordinate.is_angle]
+    spread = setting.q.reshape(-1, setting.n_q).std(axis=0)
+    model = NeuralPotential(
+        setting.velocity_scale,
+        np.where(spread > 0, spread, 1.0),
+        angles,
+        hidden=hidden,
+        potential_hidden=potential_hidden,
+        activation=activation,
+    )
+    return with_damping(model, damping)
