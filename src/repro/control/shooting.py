@@ -12,8 +12,9 @@ import numpy as np
 
 from repro.control.interval import SUBSTEPS, points
 from repro.control.kernel import kernel, preamble
+from repro.control.programme_template import FUNCTIONS
 from repro.control.rate import Rate
-from repro.control.shooting_template import TEMPLATE
+from repro.control.shooting_template import STAGES
 from repro.control.transcription import Transcription
 
 
@@ -46,7 +47,7 @@ def shooting_code(of: Transcription) -> str:
         _table("casadi_int", "jacobian_pattern", _compressed(_jacobian(of))),
         _table("casadi_int", "hessian_pattern", _compressed(_hessian(of))),
     ]
-    parts = [*definitions, "typedef long long int casadi_int;", preamble(), *tables, *kernels, TEMPLATE]
+    parts = [*definitions, "typedef long long int casadi_int;", preamble(), *tables, *kernels, STAGES, FUNCTIONS]
     return "\n".join(parts)
 
 
