@@ -60,7 +60,7 @@ class Hinged(Interconnection):
     ) -> tuple[casadi.SX, casadi.SX]:
         """Accelerations (5,) of both bodies and the hinge's force (2,), the multipliers, from
 
-            [M_S 0 G_S'; 0 M_R G_R'; G_S G_R 0] [qdd_S; qdd_R; -lambda] = [tau_S - h_S; tau_R - h_R; -Gdot qd].
+        `[M_S 0 G_S'; 0 M_R G_R'; G_S G_R 0] [qdd_S; qdd_R; -lambda] = [tau_S - h_S; tau_R - h_R; -Gdot qd]`.
         """
         apart, rates = casadi.SX.sym("apart", 5), casadi.SX.sym("rates", 5)
         masses, pushes = [], []
