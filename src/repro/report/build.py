@@ -14,6 +14,7 @@ from repro.report.drawing import draw_all
 from repro.report.files import project_folder, write_text
 from repro.report.gather import gather_runs
 from repro.report.html.site import write_site
+from repro.report.pdf.typeset import write_pdf
 from repro.report.results import Results
 from repro.report.sections import filled_sections
 from repro.report.sensitivity import SENSITIVITY, comparisons, gather_sensitivity
@@ -56,7 +57,7 @@ def redraw(source: Path, folder: Path) -> Summary:
 
 
 def render(results: Results, folder: Path) -> list[Verdict]:
-    """Judge the claims, and write results/claims.csv, tables, figures and the pages under a folder."""
+    """Judge the claims, and write results/claims.csv, tables, figures, report.pdf and the pages under a folder."""
     paper = project_folder() / "paper"
     claims, assumptions = load_claims(paper / "claims.yaml"), load_assumptions(paper / "assumptions.yaml")
     verdicts = judge_all(claims, results)
@@ -69,7 +70,9 @@ def render(results: Results, folder: Path) -> list[Verdict]:
     write_text(folder / "results" / "claims.csv", tables[0].csv())
     figures = draw_all(results, folder / "figures")
     sections = filled_sections(paper / "report" / "sections", results, verdicts)
-    write_site(Content(results, verdicts, tables, figures, sections, assumptions), folder, paper)
+    content = Content(results, verdicts, tables, figures, sections, assumptions)
+    write_pdf(content, folder / "figures", paper / "report", folder / "report.pdf")
+    write_site(content, folder, paper)
     return verdicts
 
 

@@ -8,7 +8,9 @@
 {bench NAME c=v}                  how many times faster ours is, over all rows of that name
 {runs}, {runs EXPERIMENT}         finished runs
 {claims}, {verdicts}              how many claims there are, and how their verdicts are spread
-{if C4a matched or better, C5a not run}   begins a paragraph or an item, which stands only where all of this holds
+{cost cpu_hours}                  processor time and machine, see cost.py
+{if C4a matched or better, C5a not run}   begins a line: what follows, to the next such line or the end of the
+                                  paragraph or item, stands only where all of this holds
 """
 
 import re
@@ -21,6 +23,7 @@ import numpy as np
 
 from repro.errors import UserError
 from repro.report import writing
+from repro.report.cost import cost_fact
 from repro.report.results import Results
 from repro.report.schema import BENCH, CARD, CONTROL, as_text, plain
 from repro.report.selection import NotRunError, one_setting, paired_values
@@ -32,6 +35,7 @@ if TYPE_CHECKING:
 
 _PLACEHOLDER = re.compile(r"\{([^{}]*)\}")
 _GUARD = re.compile(r"(- )?\{if ([^{}]*)\}\s*")
+_BREAK = re.compile(r"(\n\s*\n|\n(?=- )|\n(?=\{if ))")
 
 
 class _UnknownError(Exception):
@@ -49,26 +53,23 @@ def fill(text: str, results: Results, verdicts: Sequence[Verdict], place: str) -
         return writing.markdown(_value(match[1], results, known))
 
     try:
-        standing = [
-            block for block in _blocks(text) if (guard := _GUARD.match(block)) is None or _holds(guard[2], known)
-        ]
-        return _PLACEHOLDER.sub(value, _joined([_GUARD.sub(r"\1", block, count=1) for block in standing]))
+        return _PLACEHOLDER.sub(value, _standing(text, known))
     except _UnknownError as fault:
         message = f"{place}: {fault}; see src/repro/report/placeholders.py"
         raise UserError(message) from None
 
 
-def _blocks(text: str) -> list[str]:
-    """Split Markdown into its paragraphs and list items."""
-    return [block.strip() for block in re.split(r"\n\s*\n|\n(?=- )", text) if block.strip()]
-
-
-def _joined(blocks: Sequence[str]) -> str:
-    text = ""
-    for block, before in zip(blocks, ["", *blocks], strict=False):
-        both_items = block.startswith("- ") and before.startswith("- ")
-        text += ("\n" if both_items else "\n\n") + block
-    return text.strip()
+def _standing(text: str, known: Mapping[str, Verdict]) -> str:
+    """Leave out every paragraph, item or sentence whose guard does not hold."""
+    pieces = _BREAK.split(f"\n\n{text.strip()}")[1:]
+    kept, pending = "", ""
+    for gap, piece in zip(pieces[::2], pieces[1::2], strict=True):
+        pending = max(pending, gap, key=lambda entry: entry.count("\n"))
+        guard = _GUARD.match(piece)
+        if guard is None or _holds(guard[2], known):
+            kept += pending + _GUARD.sub(r"\1", piece, count=1)
+            pending = ""
+    return kept.strip()
 
 
 def _holds(condition: str, known: Mapping[str, Verdict]) -> bool:
@@ -90,7 +91,7 @@ def _value(content: str, results: Results, known: Mapping[str, Verdict]) -> str:
         return _of_claim(kind.split(".")[1:], known)
     if kind in ("claims", "verdicts"):
         return str(len(known)) if kind == "claims" else _spread(known)
-    values = {"metric": _metric, "ratio": _ratio, "loops": _loops, "bench": _bench, "runs": _runs}
+    values = {"metric": _metric, "ratio": _ratio, "loops": _loops, "bench": _bench, "runs": _runs, "cost": _cost}
     if kind not in values:
         raise _UnknownError(f"{{{content}}} is no placeholder")
     try:
@@ -184,6 +185,11 @@ def _rows_with(table: "pd.DataFrame", where: Mapping[str, str]) -> "pd.DataFrame
     for column, wanted in where.items():
         table = table[np.array([as_text(plain(value)) == wanted for value in table[column]], dtype=bool)]
     return table
+
+
+def _cost(results: Results, words: Sequence[str]) -> str:
+    (name,) = words
+    return cost_fact(results, name)
 
 
 def _where(selector: Sequence[str], columns: Mapping[str, type]) -> dict[str, str]:

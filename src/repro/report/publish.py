@@ -1,4 +1,4 @@
-"""What is committed: results, tables, figures and the README's tables, of the full scale and a clean tree."""
+"""What is committed: results, tables, figures, the report and the README's tables, of full scale and a clean tree."""
 
 import shutil
 import subprocess
@@ -16,7 +16,7 @@ from repro.report.verdicts import FULL_SCALE
 
 
 def publish(results: Results, root: Path) -> None:
-    """Write paper/results, paper/tables, paper/figures and the tables of README.md in the checkout `root`.
+    """Write paper/results, tables, figures, animations and report.pdf, and README.md's tables, in the checkout `root`.
 
     Raises UserError for another scale, an unclean git tree or results older than the code.
     """
@@ -38,6 +38,7 @@ def publish(results: Results, root: Path) -> None:
         verdicts = render(results, Path(temporary))
         for computed in (Path(temporary) / "results").glob("*.csv"):
             shutil.copyfile(computed, committed / computed.name)
+        shutil.copyfile(Path(temporary) / "report.pdf", root / "paper" / "report.pdf")
         for name in ("tables", "figures"):
             shutil.rmtree(root / "paper" / name, ignore_errors=True)
             shutil.copytree(Path(temporary) / name, root / "paper" / name)

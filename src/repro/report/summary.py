@@ -46,6 +46,11 @@ class Summary:
         return self.folder / "index.html"
 
     @property
+    def paper(self) -> Path:
+        """The report as a paper."""
+        return self.folder / "report.pdf"
+
+    @property
     def results(self) -> Path:
         """The result tables."""
         return self.folder / "results"

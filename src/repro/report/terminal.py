@@ -48,6 +48,7 @@ def show(summary: Summary, console: "Console | None" = None) -> None:
     console.print()
     places = {
         "report": summary.page,
+        "paper": summary.paper,
         "figures": summary.figures,
         "tables": summary.tables,
         "results": summary.results,

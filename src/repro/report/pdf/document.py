@@ -1,0 +1,187 @@
+"""The report's content as plain values for the typesetter, with tables and figures numbered in reading order."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from repro.report import writing
+from repro.report.content import Content
+from repro.report.cost import cost_table
+from repro.report.pdf.page_table import page_table
+from repro.report.pdf.prose import blocks
+from repro.report.placeholders import fill
+from repro.report.sections import Section
+from repro.report.table import Table
+from repro.report.verdict_table import measured
+from repro.report.verdicts import VERDICTS, Verdict
+
+TITLE = "Physics-guided and Energy-based Learning of Interconnected Systems: a replication"
+SUBTITLE = "What holds of Bao, Thesma, Kelkar and Mohammadpour Velni (CDC 2022) when it is run again"
+TEXTS = ("abstract", "reading", "assuming", "limits", "cost", "replay")
+# Shown by the document in a place of their own.
+OWN = ("verdicts", "sensitivity", "failures", "cost")
+DIGITS = 10  # of a run's id, as many as tell all runs apart
+
+
+class _Numbers:
+    """Counts tables and figures as they come; a caption that has been read is not printed again."""
+
+    def __init__(self) -> None:
+        self.tables = 0
+        self.figures = 0
+        self.captions: dict[str, int] = {}
+
+    def table(self, table: Table) -> dict[str, Any]:
+        """Return a table for the page, with its number."""
+        entry = page_table(table) | {"number": self.next_table()}
+        first = self.captions.setdefault(table.caption, entry["number"])
+        return entry if first == entry["number"] else entry | {"caption": f"To be read as Table {first}."}
+
+    def next_table(self) -> int:
+        """Return the next table's number."""
+        self.tables += 1
+        return self.tables
+
+    def next_figure(self) -> int:
+        """Return the next figure's number."""
+        self.figures += 1
+        return self.figures
+
+
+def document(content: Content, texts: Path) -> dict[str, Any]:
+    """Return everything that the paper says; `texts` is the folder of its texts outside the sections.
+
+    Raises UserError for a mistake in a text.
+    """
+    numbers = _Numbers()
+    claims = _claims(content.verdicts, numbers)
+    tables = {table.name: table for table in content.tables}
+    wide: list[Table] = []
+    sections = [_section(section, content, tables, numbers, wide) for section in content.sections]
+    sections += _others(content, tables, numbers, wide)
+    sensitivity = tables.get("sensitivity")
+    costs = cost_table(content.results)
+    body = {
+        "title": TITLE,
+        "subtitle": SUBTITLE,
+        "made": f"Made from stored results of scale {content.results.scale or 'unknown'}; no number in it is typed.",
+        "counts": _counts(content.verdicts),
+        "claims": claims,
+        "sections": sections,
+        "assumptions": [_assumption(row) for row in content.assumptions],
+        "sensitivity": numbers.table(sensitivity) if sensitivity is not None and sensitivity.rows else None,
+        "costs": numbers.table(costs) if costs.rows else None,
+        "answers": _answers(content.verdicts, numbers),
+        "runs": _runs(content, numbers),
+        **{name: blocks(_text(texts / f"{name}.md", content)) for name in TEXTS},
+    }
+    appendix = [numbers.table(table) for table in wide]
+    places = {entry["name"]: entry["number"] for entry in appendix}
+    for section in sections:
+        section["appended"] = [places[name] for name in section["appended"]]
+    return body | {"appendix": appendix}
+
+
+def _text(path: Path, content: Content) -> str:
+    return fill(path.read_text(encoding="utf-8"), content.results, content.verdicts, path.name)
+
+
+def _counts(verdicts: Sequence[Verdict]) -> list[tuple[str, int]]:
+    counted = Counter(verdict.verdict for verdict in verdicts)
+    return [(name, counted[name]) for name in VERDICTS if counted[name]]
+
+
+def _claims(verdicts: Sequence[Verdict], numbers: _Numbers) -> dict[str, Any]:
+    rows = [
+        {
+            "name": verdict.claim.name,
+            "about": verdict.claim.about,
+            "section": verdict.claim.section,
+            "measured": measured(verdict),
+            "printed": writing.number(verdict.claim.printed),
+            "ours": {"main": writing.number(verdict.estimate.median), "below": _interval(verdict)},
+            "n": str(verdict.estimate.n or writing.ABSENT),
+            "verdict": verdict.verdict,
+            "remark": _remark(verdict),
+        }
+        for verdict in verdicts
+    ]
+    caption = "n: members, closed loops or timings. In parentheses: where the paper says so."
+    return {"number": numbers.next_table(), "caption": caption, "rows": rows}
+
+
+def _interval(verdict: Verdict) -> str:
+    return writing.interval(verdict.estimate).partition(" ")[2]
+
+
+def _remark(verdict: Verdict) -> str:
+    marks = ["preview"] * verdict.preview + ["stale"] * verdict.stale
+    reasons = [verdict.claim.reason] if verdict.claim.reason else []
+    return "; ".join([*marks, *([verdict.flag] if verdict.flag else []), *reasons])
+
+
+def _section(
+    section: Section, content: Content, tables: Mapping[str, Table], numbers: _Numbers, wide: list[Table]
+) -> dict[str, Any]:
+    drawn = {figure.name: figure for figure in content.figures}
+    shown = [page_table(tables[name]) for name in section.tables if name in tables]
+    narrow = [entry["name"] for entry in shown if not entry["landscape"]]
+    wide += [tables[entry["name"]] for entry in shown if entry["landscape"]]
+    known = {verdict.claim.name: verdict.verdict for verdict in content.verdicts}
+    return {
+        "title": section.title,
+        "claims": [{"name": name, "verdict": known[name]} for name in section.claims if name in known],
+        "parts": [{"heading": part.heading, "blocks": blocks(part.text)} for part in section.parts],
+        "figures": [
+            {
+                "path": f"{name}.pdf",
+                "number": numbers.next_figure(),
+                "title": drawn[name].title,
+                "caption": drawn[name].caption,
+            }
+            for name in section.figures
+            if name in drawn
+        ],
+        "tables": [numbers.table(tables[name]) for name in narrow],
+        "appended": [entry["name"] for entry in shown if entry["landscape"]],
+    }
+
+
+def _others(
+    content: Content, tables: Mapping[str, Table], numbers: _Numbers, wide: list[Table]
+) -> list[dict[str, Any]]:
+    """Return a section of whatever no section names, such as an experiment that somebody added."""
+    named = {name for section in content.sections for name in (*section.tables, *section.figures)}
+    figures = tuple(figure.name for figure in content.figures if figure.name not in named)
+    left = tuple(name for name in tables if name not in named and name not in OWN)
+    if not figures and not left:
+        return []
+    return [_section(Section("others", "Other experiments", (), figures, left, ()), content, tables, numbers, wide)]
+
+
+def _assumption(row: Any) -> dict[str, str]:
+    names = ("id", "where", "quote", "problem", "choice", "config", "evidence")
+    return {name: getattr(row, name).rstrip(".") for name in names}
+
+
+def _answers(verdicts: Sequence[Verdict], numbers: _Numbers) -> dict[str, Any]:
+    rows = [
+        {
+            "name": verdict.claim.name,
+            "experiment": verdict.claim.experiment,
+            "runs": " ".join(run[-DIGITS:] for run in verdict.runs) or "not run",
+        }
+        for verdict in verdicts
+    ]
+    caption = "The last digits of each run's ID; an experiment as a whole: repro run -m experiment=NAME scale=paper."
+    return {"number": numbers.next_table(), "caption": caption, "rows": rows}
+
+
+def _runs(content: Content, numbers: _Numbers) -> dict[str, Any]:
+    runs = content.results.runs.drop_duplicates("run")
+    rows = [
+        {"run": run["run"][-DIGITS:], "command": run["command"]}
+        for run in runs[runs["outcome"] == "ok"].sort_values(["experiment", "run"]).to_dict("records")
+    ]
+    return {"number": numbers.next_table(), "caption": "In the order of the experiments.", "rows": rows}

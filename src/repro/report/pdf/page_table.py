@@ -1,0 +1,140 @@
+"""A table of the report made narrow enough for a page: one column names a row, intervals go below their medians."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from repro.report.table import Table
+from repro.report.vocabulary import METRICS
+
+# Of a table of models a page has room for this much; the whole table lies beside the report as CSV.
+LEFT_OUT = ("median AE q̈", "MAE L relative", "skill τ", "skill q̈", "stale")
+MEASURED = {"loops", *(metric.label for metric in METRICS.values())} - {"epochs"}
+# What a setting that is not named otherwise has.
+SILENT = ("", "–", "0", "false", "lagrangian", "no")
+
+PORTRAIT, LANDSCAPE = 481.0, 728.0  # points between the margins of A4
+SIZES = (7.5, 7.0, 6.5)
+CHARACTER = 0.5  # of the size, on average
+BOLD = 1.1
+BELOW = 0.88  # size of an interval, of that of its median
+GAP = 7.5  # points between two columns
+UNBROKEN = 14  # rows up to which a table stays on one page
+TEXT = 18  # characters from which on a cell is text that may break
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The titles and cells of a table as they are shown."""
+
+    titles: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+def page_table(table: Table) -> dict[str, Any]:
+    """Return titles, rows of {main, below}, column kinds (number, text), font size and orientation."""
+    grid, shared = _without_shared_columns(_named_in_one_column(_without(table, LEFT_OUT)))
+    kinds = ["text" if _is_text(grid, place) else "number" for place in range(len(grid.titles))]
+    least = [_least_characters(grid, place, kind) for place, kind in enumerate(kinds)]
+    landscape, size = _layout(least)
+    widths = [round(characters * CHARACTER * size + GAP, 1) for characters in least]
+    return {
+        "name": table.name,
+        "title": table.title,
+        "caption": table.caption,
+        "shared": shared,
+        "unbroken": len(table.rows) <= UNBROKEN,
+        "titles": list(grid.titles),
+        "kinds": kinds,
+        "widths": widths,
+        "weights": [_weight(grid, place) for place in range(len(grid.titles))],
+        "size": size,
+        "landscape": landscape,
+        "anchors": [row.anchor for row in table.rows],
+        "rows": [[_cell(cell) for cell in row] for row in grid.rows],
+    }
+
+
+def _without(table: Table, titles: Sequence[str]) -> Grid:
+    kept = [place for place, column in enumerate(table.columns) if column.title not in titles]
+    return Grid(
+        tuple(table.columns[place].title for place in kept),
+        tuple(tuple(row.cells[place] for place in kept) for row in table.rows),
+    )
+
+
+def _named_in_one_column(grid: Grid) -> Grid:
+    """Join the columns before the first measured one; a table without such columns stays as it is."""
+    first = next((place for place, title in enumerate(grid.titles) if _is_measured(title)), 0)
+    if first < 2:
+        return grid
+    names = grid.titles[:first]
+    rows = tuple((_name(names, row[:first]), *row[first:]) for row in grid.rows)
+    return Grid(("setting", *grid.titles[first:]), rows)
+
+
+def _is_measured(title: str) -> bool:
+    return re.sub(r"\[\d+\]$", "", title.removesuffix(" on D_H")) in MEASURED
+
+
+def _name(titles: Sequence[str], cells: Sequence[str]) -> str:
+    parts = []
+    for title, cell in zip(titles, cells, strict=True):
+        if cell in SILENT:
+            continue
+        if cell == "true":
+            parts.append(title)
+        else:
+            bare = re.fullmatch(r"-?[\d.e-]+", cell) is not None
+            parts.append(f"{title} {cell}" if bare else cell)
+    return ", ".join(parts)
+
+
+def _without_shared_columns(grid: Grid) -> tuple[Grid, str]:
+    """Take out the columns that say the same in every row, and say once what they say."""
+    if len(grid.rows) < 2:
+        return grid, ""
+    values = [{row[place] for row in grid.rows} for place in range(len(grid.titles))]
+    kept = [place for place, found in enumerate(values) if place == 0 or len(found) > 1]
+    said = [
+        f"{title} {min(found)}"
+        for place, (title, found) in enumerate(zip(grid.titles, values, strict=True))
+        if place not in kept and min(found) not in SILENT
+    ]
+    rows = tuple(tuple(row[place] for place in kept) for row in grid.rows)
+    return Grid(tuple(grid.titles[place] for place in kept), rows), ", ".join(said)
+
+
+def _cell(text: str) -> dict[str, str]:
+    # An interval is secondary to its median and goes below it.
+    parts = re.fullmatch(r"(\S+) (\[[^\]]*\])", text)
+    return {"main": parts[1], "below": parts[2]} if parts else {"main": text, "below": ""}
+
+
+def _is_text(grid: Grid, place: int) -> bool:
+    mains = (_cell(row[place])["main"] for row in grid.rows)
+    return any(len(main) > TEXT and " " in main for main in mains)
+
+
+def _least_characters(grid: Grid, place: int, kind: str) -> float:
+    """Return the length of what must not break: words of text; a median, and either end of its interval."""
+    parts = [BOLD * len(word) for word in grid.titles[place].split()]
+    for row in grid.rows:
+        cell = _cell(row[place])
+        parts += [len(word) for word in (cell["main"].split() if kind == "text" else [cell["main"]])]
+        parts += [BELOW * len(end) for end in cell["below"].split()]
+    return max(parts) if kind == "number" else max(22.0, *parts)
+
+
+def _weight(grid: Grid, place: int) -> float:
+    lengths = [len(row[place]) for row in grid.rows]
+    return round((sum(lengths) / max(len(lengths), 1)) ** 0.7 + 4, 1)
+
+
+def _layout(least: Sequence[float]) -> tuple[bool, float]:
+    for landscape, width in ((False, PORTRAIT), (True, LANDSCAPE)):
+        for size in SIZES:
+            if sum(least) * CHARACTER * size + GAP * len(least) <= width:
+                return landscape, size
+    return True, SIZES[-1]

@@ -1,0 +1,53 @@
+"""Markdown of the report's texts as plain values that the typesetter walks: paragraphs, lists, emphasis, code."""
+
+from collections.abc import Sequence
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from markdown_it import MarkdownIt
+    from markdown_it.token import Token
+
+STYLES = {"strong_open": "strong", "em_open": "emphasis", "strong_close": "plain", "em_close": "plain"}
+
+
+def blocks(text: str) -> list[dict[str, Any]]:
+    """Return {kind: paragraph, spans} and {kind: list, items: [spans]}, a span being {text, style}."""
+    found: list[dict[str, Any]] = []
+    in_list = False
+    for token in _markdown().parse(text):
+        if token.type == "bullet_list_open":
+            in_list = True
+            found.append({"kind": "list", "items": []})
+        elif token.type == "bullet_list_close":
+            in_list = False
+        elif token.type == "fence":
+            found.append({"kind": "code", "text": token.content.rstrip()})
+        elif token.type == "inline":
+            spans = _spans(token.children or [])
+            if in_list:
+                found[-1]["items"].append(spans)
+            else:
+                found.append({"kind": "paragraph", "spans": spans})
+    return found
+
+
+def _spans(tokens: Sequence["Token"]) -> list[dict[str, str]]:
+    spans, style = [], "plain"
+    for token in tokens:
+        if token.type in STYLES:
+            style = STYLES[token.type]
+        elif token.type == "code_inline":
+            spans.append({"text": token.content, "style": "code"})
+        elif token.type in ("softbreak", "hardbreak"):
+            spans.append({"text": " ", "style": style})
+        elif token.content:
+            spans.append({"text": token.content, "style": style})
+    return spans
+
+
+@cache
+def _markdown() -> "MarkdownIt":
+    from markdown_it import MarkdownIt
+
+    return MarkdownIt("commonmark", {"html": False})
