@@ -41,6 +41,8 @@ BASE_CARD: Mapping[str, Any] = {
     "literal": True,
 }
 
+REGIMES = {"episodes": 0.25, "long": 2.5}
+
 
 class SyntheticStore:
     """Writes runs as the pipeline does; metrics are given as {name: one value a member}."""
@@ -312,9 +314,21 @@ def fill_control(store: SyntheticStore) -> None:
         store.run(experiment, {"mae_tau": [0.01]}, control=control, closed_loops=loops, **card)
 
 
+def fill_sensitivity(outputs: Path, rng: np.random.Generator) -> None:
+    """Run one assumption's trial, synthetically: one long run makes ten times the error."""
+    tried = SyntheticStore(outputs, "sensitivity")
+    tried.count = 0xF00
+    runs = [tried.run("sip_basis", learned(rng, tau, 3), regime=regime) for regime, tau in REGIMES.items()]
+    choice = {"assumption": "data_regime", "choice": "data=episodes", "alternative": "data=long"}
+    case = {**choice, "claim": "C4a", "experiment": "sip_basis", "run": runs[0], "instead": runs[1]}
+    path = outputs / "experiments" / "sensitivity" / "sip_basis.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"cases": [case]}), encoding="utf-8")
+
+
 def fill(store: SyntheticStore) -> None:
     """Run every experiment, synthetically."""
     rng = np.random.default_rng(0)
+    fill_sensitivity(store.outputs, np.random.default_rng(1))
     fill_control(store)
     fill_ports(store, rng)
     fill_double_pendulum(store, rng)
