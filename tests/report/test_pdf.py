@@ -1,0 +1,139 @@
+import json
+import time
+from dataclasses import replace
+
+import pytest
+
+from repro.report.assumptions import load_assumptions
+from repro.report.claims import load_claims
+from repro.report.content import Content
+from repro.report.cost import cost_table
+from repro.report.drawing import FIGURES
+from repro.report.files import project_folder
+from repro.report.pdf.document import document
+from repro.report.pdf.page_table import LANDSCAPE, PORTRAIT, page_table
+from repro.report.pdf.prose import blocks
+from repro.report.pdf.typeset import typeset
+from repro.report.results import Results, typed
+from repro.report.schema import TABLES
+from repro.report.sections import filled_sections
+from repro.report.table import Column, Row, Table
+from repro.report.tables import all_tables
+from repro.report.verdicts import judge_all
+
+PAPER = project_folder() / "paper"
+SOURCE = PAPER / "report"
+
+
+def content_of(results, figures=()):
+    verdicts = judge_all(load_claims(PAPER / "claims.yaml"), results)
+    sections = filled_sections(SOURCE / "sections", results, verdicts)
+    assumptions = load_assumptions(PAPER / "assumptions.yaml")
+    return Content(results, verdicts, all_tables(results, verdicts), figures, sections, assumptions)
+
+
+@pytest.fixture(scope="module")
+def nothing():
+    return Results(**{name: typed(name, []) for name in TABLES})
+
+
+def test_a_report_has_its_pdf(built):
+    assert (built.folder / "report.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_the_same_content_gives_the_same_bytes(built):
+    content = content_of(Results.load(built.results), FIGURES)
+    first, second = (typeset(document(content, SOURCE / "texts"), built.figures, SOURCE) for _ in range(2))
+    assert first == second
+
+
+def test_nothing_run_still_makes_a_paper(nothing, tmp_path):
+    body = document(content_of(nothing), SOURCE / "texts")
+    assert typeset(body, tmp_path, SOURCE).startswith(b"%PDF")
+    assert body["counts"] == [("not run", len(body["claims"]["rows"]))] or {"not run"} < {n for n, _ in body["counts"]}
+
+
+def test_no_placeholder_is_left(built):
+    body = document(content_of(Results.load(built.results), FIGURES), SOURCE / "texts")
+    text = json.dumps([body["sections"], *(body[name] for name in ("abstract", "limits", "cost", "replay"))])
+    assert not any(mark in text for mark in ("{claim", "{metric", "{if", "{runs", "{cost"))
+
+
+def test_tables_and_figures_are_numbered_in_reading_order(built):
+    body = document(content_of(Results.load(built.results), FIGURES), SOURCE / "texts")
+    figures = [entry["number"] for section in body["sections"] for entry in section["figures"]]
+    assert figures == list(range(1, len(FIGURES) + 1))
+    tables = [entry["number"] for section in body["sections"] for entry in section["tables"]]
+    assert tables == sorted(tables)
+    everything = [body["claims"]["number"], *tables, body["answers"]["number"], body["runs"]["number"]]
+    everything += [entry["number"] for entry in (body["sensitivity"], body["costs"], *body["appendix"]) if entry]
+    assert sorted(everything) == list(range(1, len(everything) + 1))
+
+
+def test_prose_keeps_emphasis_code_and_lists():
+    assert blocks("A *b* `c`\nd\n\n- e\n- **f**") == [
+        {
+            "kind": "paragraph",
+            "spans": [
+                {"text": "A ", "style": "plain"},
+                {"text": "b", "style": "emphasis"},
+                {"text": " ", "style": "plain"},
+                {"text": "c", "style": "code"},
+                {"text": " ", "style": "plain"},
+                {"text": "d", "style": "plain"},
+            ],
+        },
+        {"kind": "list", "items": [[{"text": "e", "style": "plain"}], [{"text": "f", "style": "strong"}]]},
+    ]
+
+
+def table(titles, *rows):
+    return Table(
+        "t", "T", "C", tuple(Column(title) for title in titles), tuple(Row(cells=row, data={}) for row in rows)
+    )
+
+
+def test_what_names_a_row_becomes_one_column_and_what_all_share_is_said_once():
+    titles = ("basis", "hidden", "noise", "tau noise", "epochs", "MAE τ", "skill τ", "members")
+    first = ("T2/V1", "1x10", "false", "0", "1000", "0.131 [0.105, 0.191]", "0.9", "10")
+    second = ("T1/V1", "", "true", "0.1", "0", "0.2", "0.8", "10")
+    shown = page_table(table(titles, first, second))
+    assert shown["titles"] == ["setting", "MAE τ"]
+    assert [row[0]["main"] for row in shown["rows"]] == ["T2/V1, 1x10, epochs 1000", "T1/V1, noise, tau noise 0.1"]
+    assert shown["rows"][0][1] == {"main": "0.131", "below": "[0.105, 0.191]"}
+    assert shown["shared"] == "members 10"
+
+
+def test_a_table_fits_its_page_or_turns():
+    wide = [f"column {number}" for number in range(14)]
+    row = tuple(f"{number}.123456e-10" for number in range(14))
+    other = tuple(f"{number}.654321e-10" for number in range(14))
+    shown = page_table(table(wide, row, other))
+    assert shown["landscape"]
+    assert PORTRAIT < sum(shown["widths"]) <= LANDSCAPE
+    narrow = page_table(table(wide[:4], row[:4], other[:4]))
+    assert not narrow["landscape"]
+    assert sum(narrow["widths"]) <= PORTRAIT
+
+
+def test_a_shared_stage_is_paid_once(nothing):
+    runs = [{"run": name, "experiment": name[0], "outcome": "ok"} for name in ("a1", "b1")]
+    stages = [
+        {"run": run, "stage": stage, "id": id, "cpu_s": 1800.0, "wall_s": 3600.0, "peak_memory_mib": 512.0}
+        for run, stage, id in (("a1", "data", "d"), ("a1", "fit", "f"), ("b1", "data", "d"), ("b1", "fit", "g"))
+    ]
+    results = replace(nothing, runs=typed("runs", runs), stages=typed("stages", stages))
+    assert [row.cells for row in cost_table(results).rows] == [
+        ("a", "1", "1", "2", "512"),
+        ("b", "1", "0.5", "1", "512"),
+    ]
+
+
+@pytest.mark.slow
+def test_the_committed_results_make_a_small_paper_in_a_moment():
+    figures = [figure for figure in FIGURES if (PAPER / "figures" / f"{figure.name}.pdf").is_file()]
+    content = content_of(Results.load(PAPER / "results"), figures)
+    began = time.process_time()
+    made = typeset(document(content, SOURCE / "texts"), PAPER / "figures", SOURCE)
+    assert time.process_time() - began < 3.0
+    assert len(made) < 3_000_000
