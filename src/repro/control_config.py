@@ -50,7 +50,9 @@ class Predictive(Section):
     seconds: Positive
     adaptive: bool
     prior_error: Positive
-    deviation: Positive
+    prior_friction: Positive
+    noise: Positive
+    drift: Positive
 
 
 class EnergyShaping(Section):

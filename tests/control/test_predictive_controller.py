@@ -46,6 +46,19 @@ def test_resorts_come_in_their_order_and_are_counted(controlled, state):
     assert decisions[1].iterations == 5 and decisions[2].iterations == 6
 
 
+def test_a_solution_that_is_given_up_is_counted_even_when_the_next_one_is_good(controlled, state):
+    controller = controlled([RAMP])
+    answer = controller.solver
+
+    def stalls_once(parameters, guess):
+        controller.solver = answer
+        return Solution(np.full_like(guess, np.nan), False, np.inf, 0, "killed", np.nan, 0.25)
+
+    controller.solver = stalls_once
+    decision = controller.decide(state)
+    assert (decision.fallback, decision.status, decision.killed) == (1, "ok", 1)
+
+
 def test_without_any_plan_there_is_no_force(controlled, state):
     decision = controlled([None, None]).decide(state)
     assert (decision.force, decision.fallback, decision.status) == (0.0, 3, "failed")

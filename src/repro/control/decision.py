@@ -13,7 +13,8 @@ class Decision:
     """One step's force, N, and how it came about.
 
     fallback: 0 the solver's first answer; 1 a second try; 2 the last good plan; 3 no force at all.
-    seconds: CPU time of all solutions. plan: predicted states (nodes, 2 n_q); none from a controller that makes none.
+    seconds: CPU time of all solutions. killed: how many of them took more of it than they may. plan: predicted states
+    (nodes, 2 n_q); none from a controller that makes none.
     """
 
     force: float
@@ -21,6 +22,7 @@ class Decision:
     status: str = ""
     iterations: int = 0
     seconds: float = 0.0
+    killed: int = 0
     plan: np.ndarray = field(default_factory=lambda: NO_PLAN)
 
 

@@ -48,7 +48,7 @@ def row(loop: ClosedLoop, seed: int, control: Mapping[str, Any], task: Mapping[s
         "iterations_median": float(np.median([decision.iterations for decision in loop.decisions])),
         "fallbacks": int(np.sum(fallbacks > 0)),
         **{f"fallbacks_{level}": int(np.sum(fallbacks == level)) for level in (1, 2, 3)},
-        "killed": sum(decision.status == "killed" for decision in loop.decisions),
+        "killed": sum(decision.killed for decision in loop.decisions),
     }
 
 

@@ -71,6 +71,20 @@ def information(model: Model, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, we
     return slopes.T @ slopes / len(q)
 
 
+def friction_slopes(model: Model, q: np.ndarray, qd: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """d friction / d weights of samples (sample, n_q): (sample, n_q, n_w)."""
+    symbols = _state(model)
+    slope = ca.densify(ca.jacobian(model.friction(*symbols), symbols[-1]))
+    slopes = evaluate(ca.Function("slope", symbols, [slope], {"cse": True}), q, qd, weights)
+    return slopes.reshape(*q.shape, model.n_parameters)
+
+
+def momenta(model: Model, q: np.ndarray, qd: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """p = dL/dqd of samples, (sample, n_q)."""
+    symbols = _state(model)
+    return evaluate(ca.Function("p", symbols, [ca.densify(model.momentum(*symbols))], {"cse": True}), q, qd, weights)
+
+
 def forces(model: Model, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """tau_hat of samples, (sample, n_q)."""
     return evaluate(_inverse(model), q, qd, qdd, weights)
@@ -80,3 +94,7 @@ def _inverse(model: Model) -> ca.Function:
     q, qd, qdd = (ca.SX.sym(name, model.n_q) for name in ("q", "qd", "qdd"))
     w = ca.SX.sym("w", model.n_parameters)
     return ca.Function("tau", [q, qd, qdd, w], [ca.densify(model.inverse_dynamics(q, qd, qdd, w))])
+
+
+def _state(model: Model) -> list[ca.SX]:
+    return [*(ca.SX.sym(name, model.n_q) for name in ("q", "qd")), ca.SX.sym("w", model.n_parameters)]

@@ -7,6 +7,8 @@ from typing import Any, Protocol
 import casadi as ca
 import numpy as np
 
+OUT_OF_TIME = ("killed", "Maximum_CpuTime_Exceeded")  # by the guard of a process, by IPOPT
+
 
 @dataclass(frozen=True)
 class Solution:
@@ -22,6 +24,11 @@ class Solution:
     status: str
     objective: float
     seconds: float = 0.0
+
+    @property
+    def out_of_time(self) -> bool:
+        """Whether it took more CPU time than it may."""
+        return self.status in OUT_OF_TIME
 
 
 class Solver(Protocol):

@@ -44,32 +44,32 @@ class PredictiveController:
         """Solve, with resorts."""
         forces = np.zeros(self.of.n_intervals) if self.plan is None else self._shifted_forces()
         guesses = [self._rolled_out(state, forces)] if self.plan is None else [self._shifted(state, forces)]
-        seconds, iterations, status = 0.0, 0, ""
+        seconds, iterations, killed, status = 0.0, 0, 0, ""
         for attempt in range(2):
             if attempt:
                 guesses.append(self._rolled_out(state, forces))
             parameters = self.of.parameters(state, self.x_des, self.weights)
             solution = self.solver(parameters, guesses[attempt])
             seconds, iterations = seconds + solution.seconds, iterations + solution.iterations
-            status = solution.status
+            killed, status = killed + solution.out_of_time, solution.status
             if _is_good(solution):
                 states, inner = self.of.states(solution.variables), self.of.inner(solution.variables)
                 self.plan = Plan(states, inner[:, 0])
-                return Decision(self._limited(inner[0, 0]), attempt, status, iterations, seconds, states)
-        return self._without_solution(status, iterations, seconds)
+                return Decision(self._limited(inner[0, 0]), attempt, status, iterations, seconds, killed, states)
+        return self._without_solution(status, iterations, seconds, killed)
 
     def observe(self, samples: np.ndarray, forces: np.ndarray) -> None:
         """Nothing is learned from what happens."""
 
-    def _without_solution(self, status: str, iterations: int, seconds: float) -> Decision:
+    def _without_solution(self, status: str, iterations: int, seconds: float, killed: int) -> Decision:
         """The next force of the last good plan, in its own time; no force after its end."""
         if self.plan is not None:
             self.plan.age += 1
             at = self.plan.age * self.of.problem.time_step
             if at < self.times[-1] - ROUNDING:
                 force = self._limited(self.plan.forces[self._interval_at(at)])
-                return Decision(force, 2, status, iterations, seconds, self.plan.states)
-        return Decision(0.0, 3, status, iterations, seconds)
+                return Decision(force, 2, status, iterations, seconds, killed, self.plan.states)
+        return Decision(0.0, 3, status, iterations, seconds, killed)
 
     def _shifted_forces(self) -> np.ndarray:
         assert self.plan is not None

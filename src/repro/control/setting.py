@@ -76,8 +76,9 @@ class Setting:
         made = PredictiveController(self.transcription, self.solver, weights, x_des)
         if not options["adaptive"]:
             return made
-        prior = Prior.of(self.model.model, weights, *self.samples, options["prior_error"])
-        return AdaptiveController(made, Identification(self.balance, prior, options["deviation"]))
+        expected = options["prior_error"], options["prior_friction"]
+        prior = Prior.of(self.model.model, weights, *self.samples, *expected)
+        return AdaptiveController(made, Identification(self.balance, prior, options["noise"], options["drift"]))
 
     def close(self) -> None:
         """End the solver's process, where there is one."""
