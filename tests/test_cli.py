@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import time
@@ -140,7 +141,8 @@ def test_runs_lists_and_filters(store, records, capsys):
 def test_show_tells_results_and_failures(store, records, capsys):
     assert cli.main(["show", records[0].id[-10:]]) == 0
     text = capsys.readouterr().out
-    assert "repro run n=1" in text and "card.model" in text and "commit" in text
+    assert "repro run n=1" in text and "commit" in text
+    assert re.search(r"\ncard\n  model +m1\n", text)
     assert cli.main(["show", records[2].id]) == 0
     assert 'raise ValueError("loss is not finite")' in capsys.readouterr().out
     assert cli.main(["show", records[0].id, "--json"]) == 0
@@ -150,8 +152,8 @@ def test_show_tells_results_and_failures(store, records, capsys):
 def test_diff_tells_what_differs(store, records, capsys):
     assert cli.main(["diff", records[0].id, records[1].id]) == 0
     text = capsys.readouterr().out
-    assert "config n: 1 -> 2" in text
-    assert "results card.model: m1 -> m2" in text
+    assert re.search(r"^config\n  n  1  ->  2$", text, re.MULTILINE)
+    assert re.search(r"^  card.model +m1 +-> +m2$", text, re.MULTILINE)
 
 
 def test_clean_shows_first_and_keeps_what_counts(store, records, capsys):

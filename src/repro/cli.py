@@ -111,7 +111,7 @@ def _exists(command: Command) -> bool:
 
 def _help(commands: dict[str, Command]) -> str:
     lines = ["usage: repro COMMAND ...", ""]
-    lines += [f"  {name:<11} {command.help:<52} repro {command.example}" for name, command in commands.items()]
+    lines += [f"  {name:<11} {command.help:<50} repro {command.example}" for name, command in commands.items()]
     lines += [
         "",
         "`repro COMMAND --help` says more. Results lie in ./outputs, or where REPRO_OUTPUTS says.",

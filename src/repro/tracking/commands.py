@@ -16,10 +16,11 @@ from repro.tracking import index
 from repro.tracking import status as states
 from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.stage import Stage
-from repro.tracking.text import duration, short, size, table
+from repro.tracking.text import duration, short, size, table, terminal_width
 
 _MOST_LINES = 15
 _MOST_COLUMNS = 6
+_RESULTS = ("mae_tau", "mae_qdd", "success")
 
 
 def status(argv: Sequence[str]) -> int:
@@ -113,18 +114,36 @@ def runs(argv: Sequence[str]) -> int:
         plain = [asdict(entry) | {"card": card} for entry, card in found]
         print(json.dumps([{key: entry[key] for key in entry if key != "card_text"} for entry in plain], indent=1))
         return 0
-    columns = _differing([card for _, card in found])
-    print(
-        table(
-            (
-                [entry.id, entry.outcome, entry.finished[:16].replace("T", " "), duration(entry.wall_s)]
-                + [card.get(column, "") for column in columns]
-                for entry, card in found
-            ),
-            ["id", "outcome", "finished (UTC)", "took", *columns],
-        )
-    )
+    print(_runs_table(found))
     return 0
+
+
+def _runs_table(found: Sequence[tuple[index.Entry, Mapping[str, Any]]]) -> str:
+    """A row a run; a terminal gets the digits at the end of each id, which every command takes, and what fits."""
+    width = terminal_width()
+    columns = _differing([card for _, card in found])
+    medians = [entry.medians for entry, _ in found]
+    results = [name for name in _RESULTS if any(name in each for each in medians)]
+    failed = ["outcome"] if any(entry.outcome != "ok" for entry, _ in found) else []
+    rows = [
+        [
+            *([entry.id] if width is None else [entry.id.rpartition("-")[2], entry.name]),
+            *(entry.outcome for _ in failed),
+            *(_cell(values.get(name), 3) for name in results),
+            *(_cell(card.get(column), 6) for column in columns),
+            entry.finished[:16].replace("T", " "),
+            duration(entry.wall_s),
+        ]
+        for (entry, card), values in zip(found, medians, strict=True)
+    ]
+    names = ["id"] if width is None else ["id", "name"]
+    return table(rows, [*names, *failed, *results, *columns, "finished (UTC)", "took"], width)
+
+
+def _cell(value: object, digits: int) -> object:
+    if isinstance(value, bool) or not isinstance(value, float):
+        return "" if value is None else str(value).lower() if isinstance(value, bool) else value
+    return f"{value:.{digits}g}"
 
 
 def _pairs(filters: Sequence[str]) -> dict[str, str]:

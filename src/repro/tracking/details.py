@@ -7,6 +7,7 @@ import json
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict
+from typing import TYPE_CHECKING
 
 from repro.errors import UserError
 from repro.tracking import record, status
@@ -14,6 +15,11 @@ from repro.tracking.files import flattened
 from repro.tracking.paths import RUN_FILE, Paths, outputs_root
 from repro.tracking.record import Record
 from repro.tracking.text import duration, short, size, table
+
+if TYPE_CHECKING:
+    from repro.tracking.diff import Difference
+
+_LINE = 100
 
 
 def show(argv: Sequence[str]) -> int:
@@ -40,10 +46,13 @@ def show(argv: Sequence[str]) -> int:
     source, machine = origin["git"], origin["machine"]
     print(f"  commit {source['commit']}" + (f", then git apply {source['patch']}" if source.get("patch") else ""))
     print(f"  {machine['processor']}, {machine['platform']}, Python {machine['python']}")
+    summary = dict(entry.summary)
+    sections = {"results, medians over the members": summary.pop("median", {}), "card": summary.pop("card", {})}
     for title, content in (
         ("from", entry.identity["upstream"]),
-        ("settings", flattened(entry.identity["config"])),
-        ("results", flattened(entry.summary)),
+        *((title, flattened(content)) for title, content in sections.items()),
+        ("also told", flattened(summary)),
+        ("settings of this stage", flattened(entry.identity["config"])),
         ("files", {name: size(about["bytes"]) for name, about in entry.files.items()}),
     ):
         if content:
@@ -70,15 +79,28 @@ def diff(argv: Sequence[str]) -> int:
     if options.json:
         print(json.dumps([asdict(one) for one in found], indent=1))
         return 0
-    area = ""
-    for one in found:
-        if one.area != area:
-            area = one.area
-            print(area)
-        print(f"  {one}")
+    for area in dict.fromkeys(one.area for one in found):
+        print(area)
+        own = [one for one in found if one.area == area]
+        for one in filter(_is_long, own):
+            print(f"  {one.key}\n    {one.before}\n    {one.after}")
+        if brief := [_sides(one) for one in own if not _is_long(one)]:
+            print(table(brief))
     if not found:
         print("They do not differ.")
     return 0
+
+
+def _is_long(one: Difference) -> bool:
+    """Whether the two sides read better below each other."""
+    return not one.area.endswith("code") and len(f"{one.key}{one.before}{one.after}") > _LINE
+
+
+def _sides(one: Difference) -> list[str]:
+    """What differs, before and after; of code there is no more to say than that it changed."""
+    if one.area.endswith("code"):
+        return [f"  {one}"]
+    return [f"  {one.key}", short(one.before), "->", short(one.after)]
 
 
 def _record(paths: Paths, text: str) -> Record:

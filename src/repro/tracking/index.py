@@ -116,6 +116,7 @@ def _entry(content: bytes | OSError, id: str, kind: str, outcome: str, codes: di
             code=key,
             upstream=identity["upstream"],
             card_text=json.dumps(run["summary"].get("card", {})),
+            medians_text=json.dumps(run["summary"].get("median", {})),
             error=f"{error['type']}: {error['message']}" if error else "",
         )
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as trouble:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 Stamp = tuple[int, int]
 
 _MOST_FILES = 8
-_PLAIN = ("id", "kind", "name", "outcome", "finished", "wall_s", "command", "card_text", "error")
+_PLAIN = ("id", "kind", "name", "outcome", "finished", "wall_s", "command", "card_text", "medians_text", "error")
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Entry:
 
     outcome    "ok", "failed" or "damaged" (run.json cannot be read)
     code       key into the codes of the index
-    card_text  the card as JSON text, for most lists read it of a few entries only
+    card_text  the card as JSON text, for most lists read it of a few entries only; so are the medians
     """
 
     id: str
@@ -47,12 +47,18 @@ class Entry:
     code: str = ""
     upstream: Mapping[str, str] = field(default_factory=dict)
     card_text: str = "{}"
+    medians_text: str = "{}"
     error: str = ""
 
     @property
     def card(self) -> dict[str, Any]:
         """What the work calls its card: plain entries to list and filter by."""
         return dict(json.loads(self.card_text))
+
+    @property
+    def medians(self) -> dict[str, Any]:
+        """The results by name, medians over the members."""
+        return dict(json.loads(self.medians_text))
 
 
 @dataclass

@@ -2,19 +2,34 @@
 
 from __future__ import annotations
 
+import shutil
+import sys
 from collections.abc import Iterable, Sequence
 
 
-def table(rows: Iterable[Sequence[object]], header: Sequence[str] = ()) -> str:
-    """Left-aligned columns, two blanks apart; numbers are written as given."""
+def table(rows: Iterable[Sequence[object]], header: Sequence[str] = (), width: int | None = None) -> str:
+    """Left-aligned columns, two blanks apart; numbers are written as given.
+
+    With a width, as many columns are shown as fit, at least the first; what is left out is named below.
+    """
     lines = [[str(cell) for cell in row] for row in ([header] if header else [])]
     lines += [[str(cell) for cell in row] for row in rows]
     if not lines:
         return ""
     widths = [max(len(line[column]) for line in lines) for column in range(len(lines[0]))]
-    return "\n".join(
-        "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() for line in lines
+    ends = [sum(widths[: count + 1]) + 2 * count for count in range(len(widths))]
+    shown = len(widths) if width is None else max(1, sum(end <= width for end in ends))
+    text = "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(line[:shown], widths, strict=False)).rstrip()
+        for line in lines
     )
+    left_out = f"\n\nnot shown for want of width: {', '.join(header[shown:])}" if header[shown:] else ""
+    return text + left_out
+
+
+def terminal_width() -> int | None:
+    """The width of the terminal; None where the output goes to a file or to another program."""
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
 
 
 def short(value: object, width: int = 80) -> str:
