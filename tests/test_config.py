@@ -64,6 +64,7 @@ COMBINATIONS = {
     "device=cuda model=port_hamiltonian": "runs model=lagrangian, structured, blackbox, not model=port_hamiltonian",
     "device=cuda model=structured model.factor=triangular": "not model.factor=triangular; use device=cpu",
     "chain=[2]": "joins copies of a link that system=link",
+    "system=sip whole_chain=[2]": "is sampled from the true chain; use system=link",
     "objective=port": "asks for eq. (12b) of model=port_hamiltonian",
     "sequence=joint system.damping=[0.1,0.1]": "D_H keeps its energy only without damping",
     "data=file data.path={file} sequence=joint": "data=file goes with sequence=d_only",

@@ -156,6 +156,8 @@ def _chain(config: Config) -> Iterator[str]:
     learned = ("lagrangian", "neural_potential", "port_hamiltonian")
     if config.chain and (config.system.name != "link" or config.model["kind"] not in learned):
         yield f"chain = {config.chain}: joins copies of a link that system=link and model={learned[0]} have learned"
+    if config.whole_chain and (config.system.name != "link" or isinstance(config.data, File)):
+        yield f"whole_chain = {config.whole_chain}: is sampled from the true chain; use system=link, not data=file"
 
 
 def _recording(config: Config) -> Iterator[str]:

@@ -150,6 +150,7 @@ class Config(Section):
     device: Literal["cpu", "cuda"]
     record: bool
     chain: list[Count]
+    whole_chain: list[Count]
     experiment: str | None
     sweep: list[str]
 

@@ -114,7 +114,7 @@ def _values(override: str) -> list[str]:
 def check(overrides: Sequence[str]) -> None:
     """UserError for a misspelt group, option or key: Hydra's own advice, to append with +, would mislead."""
     groups = _groups()
-    top = sorted({*groups, "chain", "device", "seeds", "record", "hydra", "experiment"})
+    top = sorted({*groups, "chain", "device", "seeds", "record", "whole_chain", "hydra", "experiment"})
     seen: dict[str, str] = {}
     for override in overrides:
         key, _, value = override.lstrip("+~").partition("=")

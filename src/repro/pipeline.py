@@ -109,12 +109,16 @@ class Pipeline:
             parts["horizons"] = self.config.energies.horizons
         if self.config.chain:
             parts["chain"] = self.config.chain
+        if self.config.whole_chain:
+            parts["whole_chain"] = self.config.whole_chain
         if self.control_stage is not None:
             upstream["control"] = self.control_stage.id
         model = f"repro.models.{self.config.model['kind']}"
         modules = ["repro.stages.evaluation", "repro.stages.identifiability", model, self._system_module]
         if self.config.chain:
             modules.append("repro.evaluation.chains")
+        if self.config.whole_chain:
+            modules.append("repro.evaluation.whole_chain")
         return self._stage("runs", self.name, parts, upstream, modules)
 
     @cached_property

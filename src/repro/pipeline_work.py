@@ -17,6 +17,7 @@ from repro.evaluation.chains import chain_errors
 from repro.evaluation.identifiability import Identifiability
 from repro.evaluation.metrics import Metric
 from repro.evaluation.rollouts import can_simulate
+from repro.evaluation.whole_chain import whole_chain_errors
 from repro.learning.adam import Adam
 from repro.learning.device.adam import DeviceAdam
 from repro.mechanics.system import System
@@ -152,7 +153,12 @@ class Work:
             self.truth,
             self.config.energies.reading,
             self.free,
-            [*self._found(identified), *self._chained(ensemble.parameters), *self._watched(fitted)],
+            [
+                *self._found(identified),
+                *self._chained(ensemble.parameters),
+                *self._chained_whole(),
+                *self._watched(fitted),
+            ],
             self.config.energies.horizons,
         )
         copyfile(fitted.path(fit.CURVES), folder / fit.CURVES)
@@ -176,6 +182,13 @@ class Work:
     def _chained(self, parameters: Tensor) -> Iterator[Metric]:
         if self.config.chain:
             yield from chain_errors(self.model, parameters, self.system, self.config.chain, "test")
+
+    def _chained_whole(self) -> Iterator[Metric]:
+        config = self.config
+        if config.whole_chain and isinstance(config.data, RandomForce):
+            yield from whole_chain_errors(
+                self.data("data"), config.members, self.system, config.data.tau_noise, config.whole_chain, "test"
+            )
 
     def _watched(self, fitted: Record) -> Iterator[Metric]:
         curves = pd.read_parquet(fitted.path(fit.CURVES))

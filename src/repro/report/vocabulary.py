@@ -37,6 +37,10 @@ NAMES = {
     "least_squares_from_start": "least squares from a random start",
     "thresholded_least_squares": "thresholded least squares",
     "blackbox": "black box",
+    "neural_potential": "neural V",
+    "extended": "part + rest",
+    "hinged": "parts, hinged",
+    "port_hamiltonian": "port-Hamiltonian",
     "d_only": "D",
     "d_h_only": "D_H",
     "d_h_then_d": "D_H, then D",
@@ -136,11 +140,19 @@ METRICS: dict[str, Metric] = {
     "energy_error_worst": Metric("worst energy", "worst energy", "largest energy error of any start"),
     **{
         f"chain_{name}_{links}": Metric(f"{label}, {links} links", f"{label}, {links} links", meaning)
-        for links in (2, 10, 100, 1000, 10000)
+        for links in (2, 5, 10, 30, 100, 1000, 10000)
         for name, label, meaning in (
             ("error", "state", "relative state error of the chain after 10 s"),
             ("energy_error", "energy", "energy error of the chain after 10 s over its first energy"),
             ("seconds", "time", "processor time of building and simulating the chain"),
+        )
+    },
+    **{
+        f"whole_chain_{name}_{links}": Metric(f"{label}, {links} links", f"{label}, {links} links", meaning)
+        for links in (2, 5, 10, 30, 100)
+        for name, label, meaning in (
+            ("error", "whole: state", "relative state error after 10 s of a chain that was learned as a whole"),
+            ("seconds", "whole: time", "processor time of learning and simulating it"),
         )
     },
     "skill_tau": Metric(
