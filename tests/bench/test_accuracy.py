@@ -5,9 +5,11 @@ import math
 
 import numpy as np
 import pytest
+import torch
 
-from repro.bench.accuracy import Race, Racer
+from repro.bench.accuracy import CONTINUED, OPTIMISERS, Kept, Race, Racer
 from repro.bench.case import lagrangian_case, triangular_case
+from repro.learning.result import NoCheckpoint, silent
 from repro.models.bases import t2
 
 OURS = Racer("PLNN", "inverse", "Levenberg-Marquardt")
@@ -48,6 +50,18 @@ def test_the_forward_objective_is_judged_by_the_error_of_tau(race, case):
     problem = case.problem("forward").member(0)
     tau = model.evaluate(parameters, problem.tasks[0].prepared).tau.numpy()
     assert found.error("PLNN", parameters, 0) == pytest.approx(np.abs(tau - data.tau[:1]).mean())
+
+
+@pytest.mark.parametrize("optimiser", CONTINUED)
+def test_a_longer_training_begins_with_the_shorter_one(optimiser, case):
+    """So that a budget can go on where the one before it ended."""
+    build, budget = OPTIMISERS[optimiser]
+    problem, start = case.problem("inverse").member(0), case.parameters[:1]
+    kept = Kept()
+    build(budget).fit(problem, start, silent, kept)
+    continued = build(2 * budget).fit(problem, start, silent, kept)
+    whole = build(2 * budget).fit(problem, start, silent, NoCheckpoint())
+    assert torch.equal(continued.parameters, whole.parameters)
 
 
 @pytest.mark.parametrize("other", [Racer("PLNN", "inverse", "L-BFGS"), Racer("DeLaN", "inverse", "L-BFGS")])

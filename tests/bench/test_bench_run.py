@@ -1,12 +1,13 @@
 """A bench is a stored stage with the columns that the report reads, and is not repeated."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from repro.bench import command, machine, suite
+from repro.bench import command, kept, machine, peers, suite
 from repro.bench.comparison import COLUMNS, Comparison
 from repro.bench.pairing import Pairs
 from repro.bench.run import FILE, run, stage
@@ -54,6 +55,34 @@ def test_a_finished_bench_is_not_repeated(tmp_path, measured):
     assert measured == ["forward_vs_inverse", "engine"]
 
 
+def test_an_interrupted_bench_goes_on_where_it_was(tmp_path, measured, monkeypatch):
+    def killed(name):
+        raise KeyboardInterrupt
+
+    whole = suite.comparisons("smoke")
+    first, second = whole
+    monkeypatch.setattr(suite, "comparisons", lambda scale: [first, replace(second, measure=lambda: killed("engine"))])
+    with pytest.raises(KeyboardInterrupt):
+        run(tmp_path, "smoke")
+    monkeypatch.setattr(suite, "comparisons", lambda scale: whole)
+    rows = pd.read_parquet(tmp_path / "bench" / run(tmp_path, "smoke") / FILE)
+    assert measured == ["forward_vs_inverse", "engine"]
+    assert list(rows["name"]) == measured and set(rows["ratio_median"]) == {3.0}
+
+
+def test_a_row_that_was_half_written_is_measured_again(tmp_path, measured):
+    (tmp_path / kept.FILE).write_text('["forward_vs_inv')
+    (comparison, _) = suite.comparisons("smoke")
+    assert kept.KeptRows(tmp_path).row(comparison) == kept.KeptRows(tmp_path).row(comparison)
+    assert len(measured) == 1
+
+
+def test_what_is_left_out_is_said(tmp_path, measured, monkeypatch, capsys):
+    monkeypatch.setattr(peers, "_version", lambda package: None)
+    run(tmp_path, "smoke")
+    assert "left out: jax, phlearn, pysindy, do-mpc" in capsys.readouterr().err
+
+
 def test_another_machine_or_scale_is_another_bench(monkeypatch):
     here = stage("smoke").id
     assert stage("quick").id != here
@@ -89,7 +118,7 @@ def test_every_comparison_of_the_smallest_scale_gives_a_row(tmp_path):
 def test_each_scale_answers_every_part_of_the_claim(scale):
     names = {comparison.name for comparison in suite.comparisons(scale)}
     ways = {f"{rival}_{way}" for rival in ("lnn", "delan", "linn") for way in ("naive", "best", "accuracy")}
-    assert names - {"peers"} == ways | {"engine", "optimisers", "coordinates", "members", "samples"} - (
+    assert names - {"peers", "control"} == ways | {"engine", "optimisers", "coordinates", "members", "samples"} - (
         {"optimisers"} if scale == "smoke" else set()
     )
 

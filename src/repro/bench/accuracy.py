@@ -17,11 +17,27 @@ from repro.learning.optimiser import Optimiser
 from repro.learning.result import NoCheckpoint, silent
 
 GROWTH = 1.5  # from one budget to the next: a time is known to this factor
+CONTINUED = ("Adam",)  # what a longer training does first is the shorter one: it goes on from there
 OPTIMISERS: Mapping[str, tuple[Callable[[int], Optimiser], int]] = {  # by number of iterations, and the first to try
     "Adam": (lambda epochs: Adam(epochs=epochs), 40),
     "L-BFGS": (lambda iterations: LBFGS(iterations=iterations), 20),
     "Levenberg-Marquardt": (lambda iterations: LevenbergMarquardt(iterations=iterations), 10),
 }
+
+
+class Kept:
+    """The state of a training that goes on later."""
+
+    def __init__(self) -> None:
+        self.state: dict | None = None
+
+    def load(self) -> dict | None:
+        """The last state, or None."""
+        return self.state
+
+    def save(self, state: dict) -> None:
+        """Keep it."""
+        self.state = state
 
 
 @dataclass(frozen=True)
@@ -74,10 +90,12 @@ class Race:
         case = self.case(racer.model)
         problem, start = case.problem(racer.equation).member(member), case.parameters[member : member + 1]
         build(1).fit(problem, start, silent, NoCheckpoint())  # a warm-up: code is generated here
+        continued, seconds = racer.optimiser in CONTINUED, 0.0
+        checkpoint = Kept() if continued else NoCheckpoint()
         while True:
-            begun = self.clock()
-            fitted = build(budget).fit(problem, start, silent, NoCheckpoint())
-            seconds = self.clock() - begun
+            begun, before = self.clock(), seconds if continued else 0.0
+            fitted = build(budget).fit(problem, start, silent, checkpoint)
+            seconds = before + self.clock() - begun
             if self.error(racer.model, fitted.parameters, member) <= self.threshold:
                 return seconds
             if seconds > limit_s:

@@ -39,9 +39,9 @@ def engines(scale: Scale) -> Iterator[Comparison]:
 
 
 def coordinates(scale: Scale) -> Iterator[Comparison]:
-    """Growth of the inverse and of the forward step with the number of coordinates, at equal width."""
+    """Growth of the inverse and of the forward step with n_q, for the smallest and the widest of the networks."""
     least, *more = scale.coordinates
-    for hidden in scale.sizes:
+    for hidden in dict.fromkeys([scale.sizes[0], scale.sizes[-1]]):
         protocol = STEP.format(batch=scale.batch).replace("n_q = 2, ", "") + GROWTH.format(least=least)
         for own in (fastest("inverse"), fastest("forward")):
             for n_q in more:

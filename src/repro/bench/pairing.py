@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+LONG_S = 0.5  # a warm-up beyond tells that nothing needs repeating
 Clock = Callable[[], float]
 
 
@@ -79,7 +80,8 @@ def interleaved(
 
 
 def _repetitions(call: Callable[[], object], rounds: Rounds, clock: Clock) -> int:
-    call()
+    if _seconds(call, 1, clock) > LONG_S:
+        return 1
     return max(1, math.ceil(rounds.shortest_s / max(_seconds(call, 1, clock), 1e-9)))
 
 

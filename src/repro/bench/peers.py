@@ -6,6 +6,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 from repro.bench.comparison import Comparison
 from repro.bench.contender import PREPARED, STEP, Contender, compared, fastest, size_text, t2_case
+from repro.bench.control import control
 from repro.bench.jax_peer import jax_step
 from repro.bench.memory import peak_mib
 from repro.bench.package_peers import phlearn_step, selection_fit, sindy_pi_fit
@@ -23,11 +24,16 @@ WIDE = (64, 64)
 
 
 def peers(scale: Scale) -> Iterator[Comparison]:
-    """Whatever is installed of JAX, pysindy and phlearn."""
-    for package, compare in [("jax", _jax), ("phlearn", _phlearn), ("pysindy", _pysindy)]:
+    """Whatever is installed of the packages."""
+    for package, compare in PEERS.items():
         found = _version(package)
         if found is not None:
             yield from compare(scale, found)
+
+
+def missing() -> list[str]:
+    """The packages that are not installed."""
+    return [package for package in PEERS if _version(package) is None]
 
 
 def _jax(scale: Scale, version: str) -> Iterator[Comparison]:
@@ -56,6 +62,9 @@ def _pysindy(scale: Scale, version: str) -> Iterator[Comparison]:
 
     protocol = PYSINDY.format(batch=scale.batch, version=version)
     yield Comparison("peers", "thresholded least squares", "pysindy, SINDy-PI", "35 | 16 terms", 1, protocol, measure)
+
+
+PEERS = {"jax": _jax, "phlearn": _phlearn, "pysindy": _pysindy, "do-mpc": control}
 
 
 def _version(package: str) -> str | None:

@@ -20,7 +20,8 @@ SILENCE_S = 2.0  # after which a line says what is being timed
 def run(outputs: Path, scale: str) -> str:
     """Time everything of a scale unless this machine has done so with this code; the id of the stored bench.
 
-    Lists it as the experiment `timing`. Raises StageFailed when a comparison fails.
+    Lists it as the experiment `timing`. What was measured before an interruption is not repeated. Raises StageFailed
+    when a comparison fails.
     """
     chosen = stage(scale)
     paths = Paths(Path(outputs).absolute())
@@ -45,19 +46,23 @@ def stage(scale: str) -> Stage:
 def _measure(folder: Path, scale: str) -> dict[str, Any]:
     import pandas as pd
 
-    rows = list(_rows(scale))
+    rows = list(_rows(scale, folder))
     pd.DataFrame(rows).to_parquet(folder / FILE, index=False)
     return {"comparisons": len(rows), "scale": scale}
 
 
-def _rows(scale: str) -> Iterator[dict[str, object]]:
+def _rows(scale: str, folder: Path) -> Iterator[dict[str, object]]:
+    from repro.bench.kept import KeptRows
+    from repro.bench.peers import missing
     from repro.bench.suite import comparisons
     from repro.bench.threads import one_thread
 
+    if absent := missing():
+        progress.notice(f"left out: {', '.join(absent)}; to compare with them: pip install -e '.[peers]'")
     with one_thread():
-        planned, spoken = comparisons(scale), time.monotonic()
+        planned, kept, spoken = comparisons(scale), KeptRows(folder), time.monotonic()
         for number, comparison in enumerate(planned, start=1):
             if time.monotonic() - spoken > SILENCE_S:
                 progress.notice(f"timing {number} of {len(planned)}: {comparison.label}")
                 spoken = time.monotonic()
-            yield comparison.row(comparison.measure())
+            yield kept.row(comparison)

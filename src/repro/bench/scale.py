@@ -29,7 +29,7 @@ class Scale:
 
     large: networks that would take minutes on a full batch, and are timed on `large_batch` samples. coordinates: of the
     growth with n_q, from the first. streamed: samples of the least squares beyond memory; many: members side by side,
-    with `many_batch` samples each.
+    with `many_batch` samples each. control_steps: of a swing-up.
     """
 
     rounds: Rounds
@@ -39,6 +39,7 @@ class Scale:
     coordinates: Sequence[int]
     streamed: Sequence[int]
     many: Sequence[int]
+    control_steps: int
     batch: int = 2048
     large: Sequence[Hidden] = ()
     large_batch: int = 256
@@ -55,6 +56,7 @@ SCALES = {
         coordinates=[2, 3],
         streamed=[1_000],
         many=[2],
+        control_steps=2,
     ),
     "quick": Scale(
         Rounds(least=5, most=15, limit_s=0.7),
@@ -64,15 +66,17 @@ SCALES = {
         coordinates=[2, 4, 8],
         streamed=[1_000, 100_000],
         many=[10],
+        control_steps=20,
     ),
     "paper": Scale(
-        Rounds(least=7, most=31, limit_s=4.0),
+        Rounds(least=7, most=31, limit_s=1.5),
         sizes=[PAPERS, (32, 32), (64, 64)],
         ensemble=10,
         race=RaceSize(list(OPTIMISERS), members=5, samples=6144, threshold=0.1, patience=10.0, limit_s=10.0),
         coordinates=[2, 1, 3, 4, 5, 6, 7, 8],
         streamed=[1_000, 10_000, 100_000, 1_000_000, 10_000_000],
         many=[10, 100, 1_000],
+        control_steps=60,
         large=[(500, 500)],
     ),
 }
