@@ -8,6 +8,7 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
@@ -16,6 +17,7 @@ from urllib.parse import unquote, urlsplit
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 
 from repro import cli, cluster
 from repro.compose import plan
@@ -128,6 +130,17 @@ def test_the_budgets_of_the_artefact_hold_for_the_committed_results() -> None:
     fits = metrics[metrics["metric"] == "fit_seconds"].drop_duplicates(["run", "member"])
     assert fits["value"].sum() < 60 * minutes
     assert sum(path.stat().st_size for path in (ROOT / "paper" / "results").iterdir()) < 1e6 * megabytes
+
+
+def test_the_citation_names_this_version_and_the_paper() -> None:
+    """The keys that the Citation File Format 1.2.0 requires, and what a citation of this project needs."""
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert {"cff-version", "message", "title", "authors"} <= set(citation)
+    assert (citation["version"], citation["license"]) == (project["version"], project["license"])
+    (paper,) = citation["references"]
+    assert paper["type"] == "conference-paper" and paper["year"] == 2022
+    assert [author["family-names"] for author in paper["authors"]] == ["Bao", "Thesma", "Kelkar", "Mohammadpour Velni"]
 
 
 def test_every_room_is_in_the_reference() -> None:

@@ -21,10 +21,10 @@ from repro.tracking.load import load_runs
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "extending.md"
-COPIED = ("src", "conf", "experiments", "paper/claims.yaml", "paper/assumptions.yaml", "pyproject.toml", ".gitignore")
+COPIED = ("src", "conf", "experiments", "paper", "pyproject.toml", ".gitignore")
 FENCE = re.compile(r'^```(\w+)(?: title="([^"]+)")?\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 AT_THE_END = " (at the end)"
-QUICK = ("A claim",)
+QUICK = ("A system",)
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,6 @@ def project(tmp_path: Path) -> Project:
         if source.is_dir():
             shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
         else:
-            target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(source, target)
     git(root, "init", "-q")
     git(root, "add", ".")
