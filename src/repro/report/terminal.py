@@ -1,6 +1,7 @@
 """The verdicts in the terminal, and where everything lies."""
 
 import os
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -8,6 +9,7 @@ from typing import TYPE_CHECKING
 from repro.report.sensitivity import Comparison
 from repro.report.sensitivity_table import change
 from repro.report.summary import Summary, VerdictLine
+from repro.report.verdicts import VERDICTS
 from repro.report.writing import ABSENT, number
 
 if TYPE_CHECKING:
@@ -41,6 +43,8 @@ def show(summary: Summary, console: "Console | None" = None) -> None:
     unanswered = [line.claim for line in summary.verdicts if line.members == ABSENT]
     if unanswered:
         console.print(f"not run: {', '.join(unanswered)}", style="dim", highlight=False)
+    counted = Counter(line.verdict for line in summary.verdicts)
+    console.print(", ".join(f"{counted[name]} {name}" for name in VERDICTS if counted[name]), highlight=False)
     counts = [f"{summary.runs} runs"]
     counts += [f"{summary.absent} failed or missing (repro status)"] if summary.absent else []
     counts += [f"{summary.stale} stale (the code has changed since)"] if summary.stale else []
@@ -71,7 +75,7 @@ def show_sensitivity(compared: Sequence[Comparison], console: "Console | None" =
 
     console = console or Console()
     wide = console.width >= WIDE
-    table = Table(box=box.SIMPLE_HEAD, expand=True)
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, expand=True)
     table.add_column("assumption", no_wrap=True)
     table.add_column("instead", ratio=1, no_wrap=True, overflow="ellipsis")
     table.add_column("claim", no_wrap=True)
@@ -95,9 +99,10 @@ def _table(lines: Sequence[VerdictLine], scale: str, *, wide: bool) -> "Table":
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(box=box.SIMPLE_HEAD, title=f"Verdicts, scale {scale or 'unknown'}", title_justify="left", expand=True)
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, expand=True)
+    table.title, table.title_justify = f"Verdicts, scale {scale or 'unknown'}", "left"
     table.add_column("claim", no_wrap=True)
-    table.add_column("what the paper says", ratio=1, no_wrap=True, overflow="ellipsis")
+    table.add_column("what the paper says", ratio=1, no_wrap=wide, overflow="ellipsis" if wide else "fold")
     table.add_column("printed", justify="right", no_wrap=True)
     table.add_column("ours \\[95 %]" if wide else "ours", justify="right", no_wrap=True)
     if wide:
