@@ -10,7 +10,7 @@ from repro.report.claims import Claim
 from repro.report.files import replacing
 from repro.report.gather import gather_runs
 from repro.report.results import Results, typed
-from repro.report.schema import CARD, plain
+from repro.report.schema import CARD
 from repro.report.stored import StoredRun, read_json
 from repro.report.verdicts import NOT_RUN, Verdict, judge
 
@@ -111,18 +111,17 @@ def comparisons(sensitivity: Sensitivity, claims: Sequence[Claim]) -> list[Compa
     for case in sensitivity.cases:
         if case.claim in named:
             groups.setdefault((case.assumption, case.alternative, case.claim), []).append(case)
+    judging = _Judge(sensitivity.results)
     return [
         Comparison(
             assumption=assumption,
             choice=next((case.choice for case in cases if case.choice), f"{METRIC}{_metric(named[name])}"),
             alternative=alternative,
-            ours=judge(
-                named[name],
-                _standing_in(sensitivity.results, cases[0].experiment, {case.run: case.run for case in cases}),
-            ),
-            other=judge(
+            ours=judging.judged(named[name], cases[0].experiment, {case.run: case.run for case in cases}),
+            other=judging.judged(
                 _measured_by(named[name], alternative),
-                _standing_in(sensitivity.results, cases[0].experiment, {case.run: case.instead for case in cases}),
+                cases[0].experiment,
+                {case.run: case.instead for case in cases},
             ),
         )
         for (assumption, alternative, name), cases in groups.items()
@@ -143,21 +142,38 @@ def _measured_by(claim: Claim, alternative: str) -> Claim:
     return replace(claim, metric=metric)
 
 
-def _standing_in(results: Results, experiment: str, places: Mapping[str, str]) -> Results:
-    """The runs that take the places {ours: instead}, described as ours are, so that a claim finds them."""
-    import pandas as pd
+class _Judge:
+    """Judges claims on a few runs at a time; each verdict once."""
 
-    tables: dict[str, Any] = {}
-    for name, columns in DESCRIBED.items():
-        table = getattr(results, name)
-        table = table[table["experiment"] == experiment]
-        parts = [_described(table, ours, instead, columns) for ours, instead in places.items()]
-        tables[name] = typed(name, pd.concat(parts, ignore_index=True))
-    return replace(results, **tables)
+    def __init__(self, results: Results) -> None:
+        self.results = results
+        self.tables = {name: getattr(results, name) for name in DESCRIBED}
+        self.places = {name: table.groupby(["experiment", "run"]).indices for name, table in self.tables.items()}
+        self.known: dict[tuple[str, str, tuple[tuple[str, str], ...]], Verdict] = {}
 
+    def judged(self, claim: Claim, experiment: str, places: Mapping[str, str]) -> Verdict:
+        """Judge a claim where the runs {ours: instead} take the places of ours."""
+        key = (claim.name, _metric(claim), tuple(places.items()))
+        if key not in self.known:
+            tables: dict[str, Any] = {name: self._standing_in(name, experiment, places) for name in DESCRIBED}
+            self.known[key] = judge(claim, replace(self.results, **tables))
+        return self.known[key]
 
-def _described(table: "pd.DataFrame", ours: str, instead: str, columns: Sequence[str]) -> "pd.DataFrame":
-    rows, example = table[table["run"] == instead], table[table["run"] == ours]
-    if rows.empty or example.empty or ours == instead:
-        return rows
-    return rows.assign(**{column: plain(example.iloc[0][column]) for column in columns})
+    def _standing_in(self, name: str, experiment: str, places: Mapping[str, str]) -> "pd.DataFrame":
+        """The rows of the runs that stand in, described as ours are, so that a claim finds them."""
+        import pandas as pd
+
+        parts = [self._described(name, experiment, ours, instead) for ours, instead in places.items()]
+        filled = [part for part in parts if len(part)]
+        return pd.concat(filled, ignore_index=True) if filled else self.tables[name].iloc[:0]
+
+    def _described(self, name: str, experiment: str, ours: str, instead: str) -> "pd.DataFrame":
+        rows, example = self._rows(name, experiment, instead), self._rows(name, experiment, ours)
+        if rows.empty or example.empty or ours == instead:
+            return rows
+        columns = [*DESCRIBED[name]]
+        first = example[columns].iloc[[0] * len(rows)].set_axis(rows.index)
+        return rows.drop(columns=columns).join(first)
+
+    def _rows(self, name: str, experiment: str, run: str) -> "pd.DataFrame":
+        return self.tables[name].iloc[self.places[name].get((experiment, run), [])]
