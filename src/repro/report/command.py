@@ -8,6 +8,7 @@ EXAMPLES = """examples:
   repro report                          the report of the last quick runs, under outputs/report/quick
   repro report --scale paper --open     the full one, opened in the browser
   repro report --from paper/results     everything drawn again from the committed results, nothing run
+  repro report --interactive ID ID      besides, recordings to scrub in the browser, without a server
   repro report --scale paper --publish  results, tables, figures and the README's verdicts into the checkout
 """
 
@@ -19,6 +20,7 @@ def main(argv: Sequence[str]) -> int:
     from repro.tracking.paths import outputs_root
 
     outputs = outputs_root()
+    recordings = _recordings(arguments.interactive, outputs)
     if arguments.source is not None:
         summary = build.redraw(arguments.source, outputs / "report" / "redrawn")
     else:
@@ -26,6 +28,12 @@ def main(argv: Sequence[str]) -> int:
 
         summary = build.build(outputs, arguments.scale, stale=judged_by_tracking(outputs))
     terminal.show(summary)
+    page = summary.page
+    if recordings:
+        from repro.report.html.interactive import write_interactive
+
+        page = write_interactive(recordings, summary.folder)
+        print(page)
     if arguments.publish:
         from repro.report.files import project_folder
         from repro.report.publish import publish
@@ -36,8 +44,16 @@ def main(argv: Sequence[str]) -> int:
     if arguments.open:
         import webbrowser
 
-        webbrowser.open(summary.page.absolute().as_uri())
+        webbrowser.open(page.absolute().as_uri())
     return 0
+
+
+def _recordings(runs: Sequence[str], outputs: Path) -> list[Path]:
+    if not runs:
+        return []
+    from repro.tracking.viewer import find_recording
+
+    return [find_recording(run, outputs) for run in runs]
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -50,5 +66,12 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--scale", default="quick", choices=("smoke", "quick", "paper"), help="whose runs (quick)")
     parser.add_argument("--from", dest="source", type=Path, metavar="FOLDER", help="draw from this folder of results")
     parser.add_argument("--publish", action="store_true", help="write the committed results (scale paper, clean tree)")
-    parser.add_argument("--open", action="store_true", help="open the page in the browser")
+    parser.add_argument(
+        "--interactive",
+        nargs="+",
+        default=(),
+        metavar="RUN",
+        help="besides, one page (about 20 MB) that holds the viewer and the recordings of these runs",
+    )
+    parser.add_argument("--open", action="store_true", help="open the report, or the interactive page, in the browser")
     return parser

@@ -1,0 +1,54 @@
+"""One page that holds the viewer and some recordings: it opens from disk, without a server, and asks nobody."""
+
+import base64
+import gzip
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from repro.report.files import write_text
+from repro.report.html.environment import ASSETS, rendered
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
+
+NAME = "interactive.html"
+
+
+@dataclass(frozen=True)
+class Embedded:
+    """One recording as text."""
+
+    run: str
+    content: str
+
+
+def write_interactive(recordings: Sequence[Path], folder: Path) -> Path:
+    """Write interactive.html beside a report's pages; `recordings` are .rrd files. Return its path.
+
+    Raises UserError when the viewer gives no web pages. About 19 MB, plus 4/3 of the recordings.
+    """
+    from repro.tracking.web_viewer import web_viewer
+
+    viewer = web_viewer()
+    text = rendered(
+        "interactive.html",
+        recordings=[Embedded(path.parent.name, _text(path.read_bytes())) for path in recordings],
+        viewer=_own(viewer.script),
+        program=_text(gzip.compress(viewer.program, mtime=0)),
+        style=_own((ASSETS / "report.css").read_text(encoding="utf-8")),
+    )
+    write_text(folder / NAME, text)
+    return folder / NAME
+
+
+def _text(content: bytes) -> str:
+    return base64.b64encode(content).decode()
+
+
+def _own(text: str) -> "Markup":
+    """Mark a script or a style as fit to embed; what would end its element early is spelt otherwise."""
+    from markupsafe import Markup
+
+    return Markup(text.replace("</", r"<\/"))
