@@ -62,11 +62,14 @@ def test_no_placeholder_is_left(built):
 def test_tables_and_figures_are_numbered_in_reading_order(built):
     body = document(content_of(Results.load(built.results), FIGURES), SOURCE / "texts")
     figures = [entry["number"] for section in body["sections"] for entry in section["figures"]]
+    figures += [entry["number"] for entry in body["trials"]]
     assert figures == list(range(1, len(FIGURES) + 1))
     tables = [entry["number"] for section in body["sections"] for entry in section["tables"]]
     assert tables == sorted(tables)
     everything = [body["claims"]["number"], *tables, body["answers"]["number"], body["runs"]["number"]]
-    everything += [entry["number"] for entry in (body["sensitivity"], body["costs"], *body["appendix"]) if entry]
+    everything += [
+        entry["number"] for entry in (body["sensitivity"], body["failures"], body["costs"], *body["appendix"]) if entry
+    ]
     assert sorted(everything) == list(range(1, len(everything) + 1))
 
 

@@ -20,7 +20,9 @@ TITLE = "Physics-guided and Energy-based Learning of Interconnected Systems: a r
 SUBTITLE = "What holds of Bao, Thesma, Kelkar and Mohammadpour Velni (CDC 2022) when it is run again"
 TEXTS = ("abstract", "reading", "assuming", "limits", "cost", "replay")
 # Shown by the document in a place of their own.
-OWN = ("verdicts", "sensitivity", "failures", "cost")
+SENSITIVITY, FAILURES = "sensitivity", "failures"
+OWN = ("verdicts", SENSITIVITY, FAILURES, "cost")
+UNKNOWN_COST = "These results do not say what their stages cost, nor on which machine."
 DIGITS = 10  # of a run's id, as many as tell all runs apart
 
 
@@ -60,8 +62,8 @@ def document(content: Content, texts: Path) -> dict[str, Any]:
     wide: list[Table] = []
     sections = [_section(section, content, tables, numbers, wide) for section in content.sections]
     sections += _others(content, tables, numbers, wide)
-    sensitivity = tables.get("sensitivity")
     costs = cost_table(content.results)
+    said = {name: blocks(_text(texts / f"{name}.md", content)) for name in TEXTS}
     body = {
         "title": TITLE,
         "subtitle": SUBTITLE,
@@ -70,12 +72,16 @@ def document(content: Content, texts: Path) -> dict[str, Any]:
         "claims": claims,
         "sections": sections,
         "assumptions": [_assumption(row) for row in content.assumptions],
-        "sensitivity": numbers.table(sensitivity) if sensitivity is not None and sensitivity.rows else None,
+        "trials": _figures((SENSITIVITY,), content, numbers),
+        SENSITIVITY: numbers.table(tables[SENSITIVITY]) if SENSITIVITY in tables else None,
+        FAILURES: numbers.table(tables[FAILURES]) if FAILURES in tables else None,
         "costs": numbers.table(costs) if costs.rows else None,
         "answers": _answers(content.verdicts, numbers),
         "runs": _runs(content, numbers),
-        **{name: blocks(_text(texts / f"{name}.md", content)) for name in TEXTS},
+        **said,
     }
+    if not costs.rows:
+        body["cost"] = blocks(UNKNOWN_COST)
     appendix = [numbers.table(table) for table in wide]
     places = {entry["name"]: entry["number"] for entry in appendix}
     for section in sections:
@@ -98,7 +104,7 @@ def _claims(verdicts: Sequence[Verdict], numbers: _Numbers) -> dict[str, Any]:
             "name": verdict.claim.name,
             "about": verdict.claim.about,
             "section": verdict.claim.section,
-            "measured": measured(verdict),
+            "measured": measured(verdict).replace("^2", "²"),
             "printed": writing.number(verdict.claim.printed),
             "ours": {"main": writing.number(verdict.estimate.median), "below": _interval(verdict)},
             "n": str(verdict.estimate.n or writing.ABSENT),
@@ -124,7 +130,6 @@ def _remark(verdict: Verdict) -> str:
 def _section(
     section: Section, content: Content, tables: Mapping[str, Table], numbers: _Numbers, wide: list[Table]
 ) -> dict[str, Any]:
-    drawn = {figure.name: figure for figure in content.figures}
     shown = [page_table(tables[name]) for name in section.tables if name in tables]
     narrow = [entry["name"] for entry in shown if not entry["landscape"]]
     wide += [tables[entry["name"]] for entry in shown if entry["landscape"]]
@@ -133,26 +138,31 @@ def _section(
         "title": section.title,
         "claims": [{"name": name, "verdict": known[name]} for name in section.claims if name in known],
         "parts": [{"heading": part.heading, "blocks": blocks(part.text)} for part in section.parts],
-        "figures": [
-            {
-                "path": f"{name}.pdf",
-                "number": numbers.next_figure(),
-                "title": drawn[name].title,
-                "caption": drawn[name].caption,
-            }
-            for name in section.figures
-            if name in drawn
-        ],
+        "figures": _figures(section.figures, content, numbers),
         "tables": [numbers.table(tables[name]) for name in narrow],
         "appended": [entry["name"] for entry in shown if entry["landscape"]],
     }
+
+
+def _figures(names: Sequence[str], content: Content, numbers: _Numbers) -> list[dict[str, Any]]:
+    drawn = {figure.name: figure for figure in content.figures}
+    return [
+        {
+            "path": f"{name}.pdf",
+            "number": numbers.next_figure(),
+            "title": drawn[name].title,
+            "caption": drawn[name].caption,
+        }
+        for name in names
+        if name in drawn
+    ]
 
 
 def _others(
     content: Content, tables: Mapping[str, Table], numbers: _Numbers, wide: list[Table]
 ) -> list[dict[str, Any]]:
     """Return a section of whatever no section names, such as an experiment that somebody added."""
-    named = {name for section in content.sections for name in (*section.tables, *section.figures)}
+    named = {SENSITIVITY, *(name for section in content.sections for name in (*section.tables, *section.figures))}
     figures = tuple(figure.name for figure in content.figures if figure.name not in named)
     left = tuple(name for name in tables if name not in named and name not in OWN)
     if not figures and not left:

@@ -20,8 +20,10 @@ CHARACTER = 0.5  # of the size, on average
 BOLD = 1.1
 BELOW = 0.88  # size of an interval, of that of its median
 GAP = 7.5  # points between two columns
-UNBROKEN = 14  # rows up to which a table stays on one page
+UNBROKEN = 8  # rows up to which a table stays on one page
 TEXT = 18  # characters from which on a cell is text that may break
+SHORT, LONG = 22.0, 34.0  # characters a line that text gets at least; the longer where it would fill many lines
+LINES = 3
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,8 @@ def page_table(table: Table) -> dict[str, Any]:
     kinds = ["text" if _is_text(grid, place) else "number" for place in range(len(grid.titles))]
     least = [_least_characters(grid, place, kind) for place, kind in enumerate(kinds)]
     landscape, size = _layout(least)
-    widths = [round(characters * CHARACTER * size + GAP, 1) for characters in least]
+    whole = [_least_characters(grid, place, kind, broken=False) for place, kind in enumerate(kinds)]
+    widths = _widths(least, whole, size, LANDSCAPE if landscape else PORTRAIT)
     return {
         "name": table.name,
         "title": table.title,
@@ -117,14 +120,26 @@ def _is_text(grid: Grid, place: int) -> bool:
     return any(len(main) > TEXT and " " in main for main in mains)
 
 
-def _least_characters(grid: Grid, place: int, kind: str) -> float:
-    """Return the length of what must not break: words of text; a median, and either end of its interval."""
+def _least_characters(grid: Grid, place: int, kind: str, *, broken: bool = True) -> float:
+    """Return the length of what must not break: words of text; a median, and its interval or, broken, either end."""
     parts = [BOLD * len(word) for word in grid.titles[place].split()]
     for row in grid.rows:
         cell = _cell(row[place])
         parts += [len(word) for word in (cell["main"].split() if kind == "text" else [cell["main"]])]
-        parts += [BELOW * len(end) for end in cell["below"].split()]
-    return max(parts) if kind == "number" else max(22.0, *parts)
+        parts += [BELOW * len(part) for part in (cell["below"].split() if broken else [cell["below"]])]
+    if kind == "number":
+        return max(parts)
+    longest = max(len(row[place]) for row in grid.rows)
+    return max(SHORT if longest <= LINES * SHORT else LONG, *parts)
+
+
+def _widths(least: Sequence[float], whole: Sequence[float], size: float, page: float) -> list[float]:
+    """Return widths in points: whole intervals where the page has room for all, else what must not break."""
+    for characters in (whole, least):
+        widths = [round(count * CHARACTER * size + GAP, 1) for count in characters]
+        if sum(widths) <= page:
+            break
+    return widths
 
 
 def _weight(grid: Grid, place: int) -> float:
