@@ -83,6 +83,32 @@ COMPARISONS = (
     ),
     Comparison("dip_neural", "dip_neural", "The double pendulum: networks", ("gravity", "fit_seconds")),
     Comparison("selection", "sip_selection", "Basis selection", ("support_exact", "false_terms", "coefficient_error")),
+    Comparison(
+        "ph_passivity",
+        "ph_passivity",
+        "Port-Hamiltonian models: passivity, and the energy of long free motion",
+        (
+            *("passivity_margin_worst", "passivity_margin_plant", "gains_energy", "damping_error"),
+            *("energy_error_2s", "energy_error_10s", "energy_error_40s", "energy_error_100s", "energy_error_worst"),
+        ),
+    ),
+    Comparison(
+        "ph_damping",
+        "ph_damping",
+        "Friction beside the energies",
+        ("damping_error", "damping_error[0]", "damping_error[1]", "damping_error[2]", "min_eig_C"),
+    ),
+    Comparison("composition", "composition", "A double pendulum of trained sub-models, and from scratch"),
+    Comparison(
+        "chains",
+        "chains",
+        "Chains of a link that was learned once, and chains learned as a whole",
+        (
+            *(f"chain_error_{links}" for links in (2, 10, 30, 100, 1000, 10000)),
+            *(f"whole_chain_error_{links}" for links in (2, 10, 30, 100)),
+            *("chain_seconds_1000", "chain_seconds_10000"),
+        ),
+    ),
 )
 
 
