@@ -1,12 +1,13 @@
 """Our controller beside do-mpc's: the same problem, so the same plan; and what the timing of a step counts."""
 
+import re
 from importlib.util import find_spec
 
-import casadi as ca
 import numpy as np
 import pytest
 
-from repro.bench.control import CASES, EQUAL, FAST, control, steps_in_turn
+from repro.bench.control import control, steps_in_turn
+from repro.bench.control_case import CASES, EQUAL, FAST
 from repro.bench.do_mpc_peer import Collocation
 from repro.bench.scale import SCALES
 from repro.control.interval import DEGREE, ELEMENTS
@@ -15,18 +16,6 @@ SIP, DIP = CASES
 needs_do_mpc = pytest.mark.skipif(find_spec("do_mpc") is None, reason="needs the extra `peers`")
 pytestmark = [pytest.mark.extras, pytest.mark.filterwarnings("ignore"), needs_do_mpc]
 NEAR = np.array([0.6, 0.3, 0.2, -0.5])  # nearly there: one optimum only
-
-
-def _error(case, states, forces):
-    """The largest difference to the exact motion under the same forces."""
-    x, f = ca.SX.sym("x", 2 * case.model.n_q), ca.SX.sym("f")
-    motion = {"x": x, "p": f, "ode": case.model.derivative(x, f, case.weights)}
-    exact = ca.integrator("exact", "cvodes", motion, 0, case.problem.time_step, {"abstol": 1e-10, "reltol": 1e-10})
-    at, worst = states[0], 0.0
-    for force, planned in zip(forces, states[1:], strict=True):
-        at = np.asarray(exact(x0=at, p=force)["xf"]).ravel()
-        worst = max(worst, np.abs(at - planned).max())
-    return worst
 
 
 def _their_plan(case, collocation, state):
@@ -46,12 +35,12 @@ def test_both_find_the_same_plan(implicit):
 
 
 def test_each_is_accurate_in_its_own_discretisation():
-    states, forces = _their_plan(SIP, SIP.cheapest, NEAR)
+    states, forces = _their_plan(SIP, SIP.collocations[0], NEAR)
     controller = SIP.ours(FAST)
     controller.decide(NEAR)
     controller.solver.close()
-    assert _error(SIP, states, forces) < 1e-2
-    assert _error(SIP, controller.plan.states, controller.plan.forces) < 1e-2
+    assert SIP.state_error(states, forces) < 1e-2
+    assert SIP.state_error(controller.plan.states, controller.plan.forces) < 1e-2
 
 
 def test_the_limits_of_force_and_speed_are_kept():
@@ -61,13 +50,14 @@ def test_the_limits_of_force_and_speed_are_kept():
 
 
 def test_a_step_of_both_takes_time():
-    pairs = steps_in_turn(SIP, FAST, SIP.cheapest, 2)
+    pairs = steps_in_turn(SIP, FAST, SIP.collocations[0], 2)
     assert len(pairs) == 2
     assert (pairs.ours > 0).all() and (pairs.other > 0).all()
+    assert re.fullmatch(r"ours \d\.\de-0\d, do-mpc \d\.\de-0\d", pairs.found)
 
 
 def test_the_rows_say_how_each_discretises():
     rows = list(control(SCALES["smoke"], "9.8.7"))
-    assert [row.size for row in rows] == ["SIP, 20 intervals"] * 2 + ["DIP, 30 intervals"] * 2
+    assert [row.size for row in rows] == ["SIP, 20 intervals"] * 2 + ["DIP, 30 intervals"] * 3
     assert all("do-mpc 9.8.7" in row.protocol for row in rows)
     assert rows[1].ours.endswith("Radau 2 x 2") and rows[1].other.endswith("Radau 2 x 2")

@@ -26,7 +26,7 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class Comparison:
-    """Seconds of two contenders in pairs; `protocol` may name their number as {pairs}.
+    """Seconds of two contenders in pairs; `protocol` may name their number as {pairs}, what else they found as {found}.
 
     members: networks trained side by side in one timing, whose time is that of all of them together.
     """
@@ -53,7 +53,7 @@ class Comparison:
             "size": self.size,
             "members": self.members,
             "threads": THREADS,
-            "protocol": self.protocol.format(pairs=len(pairs)),
+            "protocol": self.protocol.format(pairs=len(pairs), found=pairs.found),
             **pairs.summary(),
         }
         return {column: found[column] for column in COLUMNS}

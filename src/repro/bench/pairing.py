@@ -4,7 +4,7 @@ import gc
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,19 +27,23 @@ class Rounds:
 
 @dataclass(frozen=True)
 class Pairs:
-    """Seconds of both contenders, pair by pair (pair,), infinite where a goal was not reached; MiB of memory."""
+    """Seconds of both contenders, pair by pair (pair,), infinite where a goal was not reached; MiB of memory.
+
+    found: what else the measurement found, for the protocol.
+    """
 
     ours: np.ndarray
     other: np.ndarray
     ours_mib: float = math.nan
     other_mib: float = math.nan
+    found: str = ""
 
     def __len__(self) -> int:
         return len(self.ours)
 
     def with_memory(self, ours_mib: float, other_mib: float) -> "Pairs":
         """The same with the memory of both."""
-        return Pairs(self.ours, self.other, ours_mib, other_mib)
+        return replace(self, ours_mib=ours_mib, other_mib=other_mib)
 
     @property
     def ratios(self) -> np.ndarray:

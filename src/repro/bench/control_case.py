@@ -1,0 +1,121 @@
+"""One optimal control problem, the paper's for each of its systems, in our controller and in do-mpc."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from repro.bench.do_mpc_peer import Collocation, DoMpc
+from repro.control.closed_loop import SUBSTEPS, run_loop
+from repro.control.conditions import Conditions, hanging_start
+from repro.control.interval import Discretisation
+from repro.control.predictive_controller import PredictiveController
+from repro.control.predictive_model import PredictiveModel
+from repro.control.problem import Obstacle, Problem, Weights
+from repro.control.solver import Limits, SolverName, make_solver
+from repro.control.transcription import Transcription
+from repro.mechanics.system import load
+from repro.models.truth import Truth
+
+Way = tuple[Discretisation, SolverName]
+FAST: Way = ("shooting", "fatrop")
+EQUAL: Way = ("collocation", "ipopt")
+X_DES = 0.8  # m
+LIMITS = Limits(tolerance=1e-4, iterations=40, seconds=2.0)
+SPEED_LIMIT = 45.0  # m/s and rad/s
+
+
+@dataclass(frozen=True)
+class ControlCase:
+    """Problem (9) of one system with the paper's weights, and do-mpc's cheapest collocations as accurate as ours."""
+
+    system: str
+    section: str
+    problem: Problem
+    collocations: Sequence[Collocation]
+
+    @property
+    def size(self) -> str:
+        """A few words for the tables."""
+        return f"{self.system.upper()}, {len(self.problem.intervals)} intervals"
+
+    @cached_property
+    def model(self) -> PredictiveModel:
+        """The true system as a model."""
+        system = load(self.system)
+        return PredictiveModel(Truth(system), system)
+
+    @property
+    def weights(self) -> np.ndarray:
+        """The true coefficients."""
+        assert isinstance(self.model.model, Truth)
+        return self.model.model.coefficients
+
+    def ours(self, way: Way) -> PredictiveController:
+        """Our controller, without a plan yet."""
+        discretisation, solver = way
+        transcription = Transcription(self.model, self.problem, discretisation)
+        return PredictiveController(transcription, make_solver(transcription, solver, LIMITS), self.weights, X_DES)
+
+    def theirs(self, collocation: Collocation) -> DoMpc:
+        """do-mpc's controller, not set up yet."""
+        return DoMpc(self.model, self.problem, self.weights, X_DES, collocation, LIMITS.tolerance, LIMITS.iterations)
+
+    @cached_property
+    def exact(self) -> ca.Function:
+        """The motion over one interval under a constant force, to 1e-10: x0, p -> xf."""
+        x, f = ca.SX.sym("x", 2 * self.model.n_q), ca.SX.sym("f")
+        motion = {"x": x, "p": f, "ode": self.model.derivative(x, f, self.weights)}
+        tolerances = {"abstol": 1e-10, "reltol": 1e-10}
+        return ca.integrator("exact", "cvodes", motion, 0, self.problem.time_step, tolerances)
+
+    def state_error(self, states: np.ndarray, forces: np.ndarray) -> float:
+        """The largest difference, in m, rad, m/s or rad/s, of a plan to the exact motion under its forces."""
+        at, worst = states[0], 0.0
+        for force, planned in zip(forces, states[1:], strict=True):
+            at = np.asarray(self.exact(x0=at, p=force)["xf"]).ravel()
+            worst = max(worst, float(np.abs(at - planned).max()))
+        return worst
+
+    def states(self, steps: int) -> np.ndarray:
+        """The states of the true plant at so many control steps of a swing-up, (step, 2 n_q)."""
+        controller, start = self.ours(FAST), hanging_start(self.model.system, X_DES)
+        step = self.problem.time_step
+        try:
+            loop = run_loop(
+                self.model.system, controller, start, Conditions(),
+                time_step=step, seconds=steps * step, obstacle=self.problem.obstacle,
+            )  # fmt: skip
+        finally:
+            controller.solver.close()
+        return loop.states[:-1:SUBSTEPS]
+
+
+CASES = (
+    ControlCase(
+        "sip",
+        "V-A.1",
+        Problem(
+            intervals=(0.04,) * 20,
+            running=Weights(potential=1.0, position=1.0),
+            terminal=Weights(kinetic=1.0, potential=1.0),
+            obstacle=Obstacle(radius=0.3),
+            speed_limit=SPEED_LIMIT,
+        ),
+        [Collocation(degree=2, elements=1)],
+    ),
+    ControlCase(
+        "dip",
+        "V-B.2",
+        Problem(
+            intervals=(0.04,) * 30,
+            running=Weights(potential=1.0, position=10.0),
+            terminal=Weights(kinetic=10.0, potential=10.0),
+            obstacle=Obstacle(radius=0.1),
+            speed_limit=SPEED_LIMIT,
+        ),
+        [Collocation(degree=3, elements=1), Collocation(degree=4, elements=1)],
+    ),
+)
