@@ -23,7 +23,7 @@ GAP = 7.5  # points between two columns
 UNBROKEN = 8  # rows up to which a table stays on one page
 TEXT = 18  # characters from which on a cell is text that may break
 SHORT, LONG = 22.0, 34.0  # characters a line that text gets at least; the longer where it would fill many lines
-LINES = 3
+LINES, READABLE = 3, 55
 
 
 @dataclass(frozen=True)
@@ -50,6 +50,7 @@ def page_table(table: Table) -> dict[str, Any]:
         "unbroken": len(table.rows) <= UNBROKEN,
         "titles": list(grid.titles),
         "kinds": kinds,
+        "aligned": ["left" if place == 0 or _is_worded(grid, place) else "right" for place in range(len(kinds))],
         "widths": widths,
         "weights": [_weight(grid, place) for place in range(len(grid.titles))],
         "size": size,
@@ -120,6 +121,12 @@ def _is_text(grid: Grid, place: int) -> bool:
     return any(len(main) > TEXT and " " in main for main in mains)
 
 
+def _is_worded(grid: Grid, place: int) -> bool:
+    """Whether most of what stands in a column begins with a letter: words are set to the left, numbers to the right."""
+    filled = [row[place] for row in grid.rows if row[place] not in ("", "–")]
+    return sum(cell[:1].isalpha() for cell in filled) > len(filled) / 2
+
+
 def _least_characters(grid: Grid, place: int, kind: str, *, broken: bool = True) -> float:
     """Return the length of what must not break: words of text; a median, and its interval or, broken, either end."""
     parts = [BOLD * len(word) for word in grid.titles[place].split()]
@@ -130,7 +137,7 @@ def _least_characters(grid: Grid, place: int, kind: str, *, broken: bool = True)
     if kind == "number":
         return max(parts)
     longest = max(len(row[place]) for row in grid.rows)
-    return max(SHORT if longest <= LINES * SHORT else LONG, *parts)
+    return max(min(longest, READABLE) if not broken else SHORT if longest <= LINES * SHORT else LONG, *parts)
 
 
 def _widths(least: Sequence[float], whole: Sequence[float], size: float, page: float) -> list[float]:
