@@ -10,10 +10,10 @@ from repro.report.content import Content
 from repro.report.figures.figure import Figure
 from repro.report.files import write_text
 from repro.report.html.animations import copy_animations
-from repro.report.html.claim_page import rule
 from repro.report.html.environment import ASSETS, rendered
 from repro.report.html.metric_rows import SPLITS
 from repro.report.html.ratio_strip import ratio_strip
+from repro.report.html.rule import rule
 from repro.report.html.run_card import LOOP_COLUMNS, run_cards
 from repro.report.sections import Section
 from repro.report.sensitivity import SENSITIVITY

@@ -1,14 +1,13 @@
-"""One claim as its page shows it: the paper's words, the rule, and what our runs say."""
+"""How a claim is judged, in words."""
 
 from collections.abc import Mapping
-from dataclasses import asdict
 from typing import Any
 
 from repro.report.verdicts import Verdict
 
 
 def rule(verdict: Verdict) -> Mapping[str, str]:
-    """Return how a claim is judged, as titled lines in plain words."""
+    """Return titled lines: which runs are meant or what is asked of them, and what counts as matched, why."""
     claim = verdict.claim
     lines = {"experiment": claim.experiment}
     if claim.selector:
@@ -22,11 +21,6 @@ def rule(verdict: Verdict) -> Mapping[str, str]:
     if claim.declared:
         lines["declared"] = f"{claim.declared}: {claim.reason}"
     return lines
-
-
-def facts(verdict: Verdict) -> Mapping[str, Any]:
-    """Return the numbers behind a verdict at full precision."""
-    return {"verdict": verdict.verdict, "metric": verdict.quantity, "unit": verdict.unit, **asdict(verdict.estimate)}
 
 
 def _spelled(mapping: Mapping[str, Any]) -> str:
