@@ -12,6 +12,7 @@ import yaml
 
 from repro.answers import answering
 from repro.bench.run import EXPERIMENT
+from repro.bench.suite import comparisons
 from repro.compose import parse, plan
 from repro.config import scaled
 from repro.overrides import expand, experiments
@@ -44,6 +45,11 @@ def test_all_jobs_compose_at_every_scale(name):
     assert not unanswered, "claims that no job of the experiment answers"
     anchors = {"truth"} if "control" in name else {"trivial", "degenerate"}
     assert anchors <= {composed.config.model["kind"] for composed in jobs}, "the anchor rows"
+
+
+def test_every_claim_on_timing_names_a_comparison_that_is_made():
+    asked = {claim.predicate["bench"]["name"] for claim in load_claims(CLAIMS) if claim.experiment == EXPERIMENT}
+    assert asked <= {comparison.name for comparison in comparisons("smoke")}
 
 
 @pytest.mark.slow
