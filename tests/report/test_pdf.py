@@ -7,7 +7,7 @@ import pytest
 from repro.report.assumptions import load_assumptions
 from repro.report.claims import load_claims
 from repro.report.content import Content
-from repro.report.cost import cost_table
+from repro.report.cost import cost_fact, cost_table
 from repro.report.drawing import FIGURES
 from repro.report.files import project_folder
 from repro.report.pdf.document import document
@@ -126,6 +126,9 @@ def test_a_shared_stage_is_paid_once(nothing):
         for run, stage, id in (("a1", "data", "d"), ("a1", "fit", "f"), ("b1", "data", "d"), ("b1", "fit", "g"))
     ]
     results = replace(nothing, runs=typed("runs", runs), stages=typed("stages", stages))
+    assert cost_fact(results, "cpu_hours") == "1.5"
+    with pytest.raises(ValueError, match="allowed: cpu_hours"):
+        cost_fact(results, "dollars")
     assert [row.cells for row in cost_table(results).rows] == [
         ("a", "1", "1", "2", "512"),
         ("b", "1", "0.5", "1", "512"),

@@ -11,7 +11,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 HOUR = 3600.0
-FACTS = ("cpu_hours", "peak_gib", "processors", "cores", "platforms", "pythons", "commits")
+COLUMNS = {"processors": "processor", "cores": "cores", "systems": "platform", "pythons": "python"}
+FACTS = ("cpu_hours", "peak_gib", *COLUMNS)
 
 
 def cost_fact(results: Results, name: str) -> str:
@@ -25,10 +26,9 @@ def cost_fact(results: Results, name: str) -> str:
         return writing.number(stages["cpu_s"].sum() / HOUR)
     if name == "peak_gib":
         return writing.number(stages["peak_memory_mib"].max() / 1024)
-    column = {"processors": "processor", "cores": "cores", "platforms": "platform", "pythons": "python"}.get(
-        name, "commit"
-    )
-    return ", ".join(sorted({str(value) for value in stages[column].dropna() if str(value)}))
+    values = {str(value) for value in stages[COLUMNS[name]].dropna()} - {""}
+    # Of a platform the system alone is told: Linux-6.1-x86_64 says more than anybody can use.
+    return ", ".join(sorted({value.partition("-")[0] for value in values} if name == "systems" else values))
 
 
 def cost_table(results: Results) -> Table:
