@@ -76,6 +76,23 @@ def test_an_iterate_that_keeps_the_constraints_counts(controlled, state):
     assert (decision.fallback, decision.force) == (0, -1.0)
 
 
+@pytest.mark.parametrize(("violations", "fallback"), [((0.02, 0.05), 1), ((0.05, 0.02), 1), ((0.5, 0.2), 3)])
+def test_the_better_of_two_failures_may_do(controlled, state, violations, fallback):
+    """Nothing converges: what nearly keeps the constraints is followed, and the next step goes on from it."""
+    controller = controlled([])
+    forces = {violation: np.full(20, violation) for violation in violations}
+    left = list(violations)
+
+    def nearly(parameters, given):
+        variables = controller.of.guess(np.repeat(state[None], 21, axis=0), forces[left[0]])
+        return Solution(variables, False, left.pop(0), 40, "maximum iterations", 0.0)
+
+    controller.solver = nearly
+    decision = controller.decide(state)
+    assert (decision.fallback, decision.force) == (fallback, 0.02 if fallback == 1 else 0.0)
+    assert (controller.plan is not None) == (fallback == 1)
+
+
 def test_the_guess_is_the_shifted_plan_begun_where_we_are(controlled, state):
     controller = controlled([RAMP, RAMP])
     controller.decide(state)
