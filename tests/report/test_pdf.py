@@ -53,6 +53,14 @@ def test_nothing_run_still_makes_a_paper(nothing, tmp_path):
     assert body["counts"] == [("not run", len(body["claims"]["rows"]))] or {"not run"} < {n for n, _ in body["counts"]}
 
 
+def test_what_no_section_names_stands_among_the_others(nothing):
+    content = content_of(nothing)
+    left = replace(content, sections=content.sections[:1])
+    others = document(left, SOURCE / "texts")["sections"][-1]
+    assert others["title"] == "Other experiments"
+    assert [claim["name"] for claim in others["claims"]] == [verdict.claim.name for verdict in content.verdicts]
+
+
 def test_no_placeholder_is_left(built):
     body = document(content_of(Results.load(built.results), FIGURES), SOURCE / "texts")
     text = json.dumps([body["sections"], *(body[name] for name in ("abstract", "limits", "cost", "replay"))])

@@ -40,9 +40,11 @@ def filled(text, store, claims):
     return fill(text, results, judge_all(claims, results), "here")
 
 
-def test_every_claim_stands_in_one_section(claims):
+def test_a_claim_stands_in_one_section_at_most(claims):
+    """One that somebody adds stands among the others until a section names it."""
     shown = [name for section in load_sections(FOLDER) for name in section.claims]
-    assert sorted(shown) == sorted(claim.name for claim in claims)
+    assert len(set(shown)) == len(shown)
+    assert set(shown) <= {claim.name for claim in claims}
 
 
 def test_sections_name_figures_and_tables_that_exist(nothing):

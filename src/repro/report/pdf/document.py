@@ -8,6 +8,7 @@ from typing import Any
 from repro.report import writing
 from repro.report.content import Content
 from repro.report.cost import cost_table
+from repro.report.pdf.numbering import Numbers
 from repro.report.pdf.page_table import page_table
 from repro.report.pdf.prose import blocks
 from repro.report.placeholders import fill
@@ -26,37 +27,12 @@ UNKNOWN_COST = "These results do not say what their stages cost, nor on which ma
 DIGITS = 10  # of a run's id, as many as tell all runs apart
 
 
-class _Numbers:
-    """Counts tables and figures as they come; a caption that has been read is not printed again."""
-
-    def __init__(self) -> None:
-        self.tables = 0
-        self.figures = 0
-        self.captions: dict[str, int] = {}
-
-    def table(self, table: Table) -> dict[str, Any]:
-        """Return a table for the page, with its number."""
-        entry = page_table(table) | {"number": self.next_table()}
-        first = self.captions.setdefault(table.caption, entry["number"])
-        return entry if first == entry["number"] else entry | {"caption": f"To be read as Table {first}."}
-
-    def next_table(self) -> int:
-        """Return the next table's number."""
-        self.tables += 1
-        return self.tables
-
-    def next_figure(self) -> int:
-        """Return the next figure's number."""
-        self.figures += 1
-        return self.figures
-
-
 def document(content: Content, texts: Path) -> dict[str, Any]:
     """Return everything that the paper says; `texts` is the folder of its texts outside the sections.
 
     Raises UserError for a mistake in a text.
     """
-    numbers = _Numbers()
+    numbers = Numbers()
     claims = _claims(content.verdicts, numbers)
     tables = {table.name: table for table in content.tables}
     wide: list[Table] = []
@@ -98,7 +74,7 @@ def _counts(verdicts: Sequence[Verdict]) -> list[tuple[str, int]]:
     return [(name, counted[name]) for name in VERDICTS if counted[name]]
 
 
-def _claims(verdicts: Sequence[Verdict], numbers: _Numbers) -> dict[str, Any]:
+def _claims(verdicts: Sequence[Verdict], numbers: Numbers) -> dict[str, Any]:
     rows = [
         {
             "name": verdict.claim.name,
@@ -128,7 +104,7 @@ def _remark(verdict: Verdict) -> str:
 
 
 def _section(
-    section: Section, content: Content, tables: Mapping[str, Table], numbers: _Numbers, wide: list[Table]
+    section: Section, content: Content, tables: Mapping[str, Table], numbers: Numbers, wide: list[Table]
 ) -> dict[str, Any]:
     shown = [page_table(tables[name]) for name in section.tables if name in tables]
     narrow = [entry["name"] for entry in shown if not entry["landscape"]]
@@ -144,7 +120,7 @@ def _section(
     }
 
 
-def _figures(names: Sequence[str], content: Content, numbers: _Numbers) -> list[dict[str, Any]]:
+def _figures(names: Sequence[str], content: Content, numbers: Numbers) -> list[dict[str, Any]]:
     drawn = {figure.name: figure for figure in content.figures}
     return [
         {
@@ -158,16 +134,17 @@ def _figures(names: Sequence[str], content: Content, numbers: _Numbers) -> list[
     ]
 
 
-def _others(
-    content: Content, tables: Mapping[str, Table], numbers: _Numbers, wide: list[Table]
-) -> list[dict[str, Any]]:
-    """Return a section of whatever no section names, such as an experiment that somebody added."""
+def _others(content: Content, tables: Mapping[str, Table], numbers: Numbers, wide: list[Table]) -> list[dict[str, Any]]:
+    """Return a section of whatever no section names, such as an experiment or a claim that somebody added."""
+    told = {name for section in content.sections for name in section.claims}
     named = {SENSITIVITY, *(name for section in content.sections for name in (*section.tables, *section.figures))}
     figures = tuple(figure.name for figure in content.figures if figure.name not in named)
     left = tuple(name for name in tables if name not in named and name not in OWN)
-    if not figures and not left:
+    claims = tuple(verdict.claim.name for verdict in content.verdicts if verdict.claim.name not in told)
+    if not (figures or left or claims):
         return []
-    return [_section(Section("others", "Other experiments", (), figures, left, ()), content, tables, numbers, wide)]
+    others = Section("others", "Other experiments", (), figures, left, claims)
+    return [_section(others, content, tables, numbers, wide)]
 
 
 def _assumption(row: Any) -> dict[str, str]:
@@ -175,7 +152,7 @@ def _assumption(row: Any) -> dict[str, str]:
     return {name: getattr(row, name).rstrip(".") for name in names}
 
 
-def _answers(verdicts: Sequence[Verdict], numbers: _Numbers) -> dict[str, Any]:
+def _answers(verdicts: Sequence[Verdict], numbers: Numbers) -> dict[str, Any]:
     rows = [
         {
             "name": verdict.claim.name,
@@ -188,7 +165,7 @@ def _answers(verdicts: Sequence[Verdict], numbers: _Numbers) -> dict[str, Any]:
     return {"number": numbers.next_table(), "caption": caption, "rows": rows}
 
 
-def _runs(content: Content, numbers: _Numbers) -> dict[str, Any]:
+def _runs(content: Content, numbers: Numbers) -> dict[str, Any]:
     runs = content.results.runs.drop_duplicates("run")
     rows = [
         {"run": run["run"][-DIGITS:], "command": run["command"]}
