@@ -29,7 +29,7 @@ def loop(number, success, **others):
     came = {
         "success": success, "contact": False, "clearance_min_m": 0.1, "held_from_s": 1.0 if success else np.nan,
         "steady_error_m": 1e-4, "solve_ms_median": 10.0 + number, "solve_ms_p95": 20.0, "solve_ms_p99": 30.0,
-        "iterations_median": 5.0, "fallbacks": 1, "killed": 0,
+        "iterations_median": 5.0, "fallbacks": 6, "fallbacks_1": 3, "fallbacks_2": 2, "fallbacks_3": 1, "killed": 0,
     }  # fmt: skip
     return {**asked, **came, **others}
 
@@ -108,6 +108,7 @@ def test_a_table_has_a_row_for_whatever_differs():
     first, second = (row.data for row in table.rows)
     assert (first["loops"], first["success"], second["success"], second["contacts"]) == (4, 0.75, 0.0, 2)
     assert second["held_from_s"] is None and first["solve_ms_median"] == 11.5
+    assert [first[f"fallbacks_{level}"] for level in (1, 2, 3)] == [3, 2, 1]
     assert "delay" not in first, "what is the same everywhere is not a column"
 
 
