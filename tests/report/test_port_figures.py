@@ -32,12 +32,14 @@ def test_a_margin_is_the_worst_of_all_members_at_each_step(results):
     np.testing.assert_allclose(next(y for label, y in lines.items() if "black" in label), [1e-4] * 6)
 
 
-def test_energies_of_plant_and_model_are_drawn_for_every_model(results):
-    panels = [axes for axes in passivity.draw_energy(results).axes if axes.lines]
-    assert len(panels) == 2
-    for panel in panels:
-        assert [line.get_label() for line in panel.lines] == ["plant", "model"]
-        np.testing.assert_allclose(panel.lines[0].get_ydata(), 1 + 0.1 * np.arange(5))
+def test_energies_of_all_models_are_drawn_beside_the_plant_and_its_error(results):
+    energy, error = (axes for axes in passivity.draw_energy(results).axes if axes.lines)
+    plant, *models = energy.lines
+    assert plant.get_label() == "plant" and len(models) == len(error.lines) == 2
+    np.testing.assert_allclose(plant.get_ydata(), 1 + 0.1 * np.arange(5))
+    for model, gap in zip(models, error.lines, strict=True):
+        np.testing.assert_allclose(np.nan_to_num(gap.get_ydata()), np.abs(model.get_ydata() - plant.get_ydata()))
+    assert any("black box" in line.get_label() for line in models)
 
 
 def test_medians_against_the_number_of_samples(results):

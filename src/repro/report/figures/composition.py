@@ -1,6 +1,6 @@
 """Composition: the error against the number of samples, composed and from scratch; chains against their length."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +13,7 @@ from repro.report.setting import Setting
 from repro.report.style import TEXT_WIDTH
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
 EXPERIMENT, CHAINS = "composition", "chains"
@@ -24,7 +25,8 @@ CURVES: Mapping[str, Where] = {
     "trained part + one mass": {"model": "hinged", "options": "parts=['cart_rod_noisy'], rod=mass"},
 }
 METRICS = {"mae_tau": "MAE τ [N, N m]", "mae_H_centred": "MAE H centred [J]"}
-LINKS = (2, 10, 100, 1000, 10000)
+CHAIN_LABEL = "{model}, noise {noise} N, {n} samples"
+LINKS = (2, 5, 10, 30, 100, 1000, 10000)
 
 
 def draw_samples(results: Results) -> "Canvas | None":
@@ -55,28 +57,43 @@ def draw_samples(results: Results) -> "Canvas | None":
 
 
 def draw_chains(results: Results) -> "Canvas | None":
-    """Draw the state error and the cost against the number of links, one line a setting."""
-    found = [s for s in settings(results, CHAINS) if any(s.values(f"chain_error_{n}").size for n in LINKS)]
-    if not found:
+    """Draw the state error of composed chains, and of chains learned as a whole, and the cost, against the links."""
+    found = [s for s in settings(results, CHAINS) if _along(s, "chain_error")]
+    compared = [setting for setting in found if _along(setting, "whole_chain_error")]
+    composed = [setting for setting in found if setting not in compared]
+    if not composed:
         return None
-    canvas = new_canvas(TEXT_WIDTH, 2.8)
-    panels = canvas.subplots(1, 2)
-    drawn = {}
-    for panel, (name, title) in zip(
-        panels, {"error": "relative state error after 10 s", "seconds": "processor time [s]"}.items(), strict=True
-    ):
-        for setting, role in zip(found, style.SERIES, strict=False):
-            measured = [(n, setting.values(f"chain_{name}_{n}")) for n in LINKS]
-            points = [(n, float(np.median(values))) for n, values in measured if values.size]
-            look = role.line_style | role.marker_style | {"linestyle": role.line}
-            label = f"noise {setting.card['tau_noise']:g} N, {setting.card['n_train']} samples"
-            drawn[label] = panel.plot(*zip(*points, strict=True), label=label, **look)[0]
-        panel.set_xscale("log")
-        panel.set_yscale("log")
-        panel.set_title(title)
-        panel.set_xlabel("links")
-    canvas.legend(handles=[*drawn.values()], loc="outside lower center", ncols=2)
+    canvas = new_canvas(TEXT_WIDTH, 3.2)
+    error, *between, cost = canvas.subplots(1, 3 if compared else 2)
+    _lines(error, composed, "chain_error", "state error after 10 s")
+    _lines(cost, composed, "chain_seconds", "processor time [s]")
+    for panel in between:
+        _lines(panel, compared, "chain_error", "… and learned as a whole", "composed, {n} samples")
+        _lines(panel, compared, "whole_chain_error", "… and learned as a whole", "as a whole, {n} samples", 2)
+        panel.legend(fontsize=6.5)
+    canvas.legend(handles=error.lines, loc="outside lower center", ncols=2)
     return canvas
+
+
+def _lines(
+    panel: "Axes", shown: Sequence[Setting], metric: str, title: str, label: str = CHAIN_LABEL, first: int = 0
+) -> None:
+    """Draw the median of a metric against the links, a line a setting, in the roles from `first` on."""
+    for setting, role in zip(shown, style.SERIES[first:], strict=False):
+        model = setting.title("optimiser" if setting.card["model"] == "lagrangian" else "model")
+        said = label.format(model=model, noise=f"{setting.card['tau_noise']:g}", n=setting.card["n_train"])
+        look = role.line_style | role.marker_style | {"linestyle": role.line}
+        panel.plot(*zip(*_along(setting, metric), strict=True), label=said, **look)
+    panel.set_xscale("log")
+    panel.set_yscale("log")
+    panel.set_title(title)
+    panel.set_xlabel("links")
+
+
+def _along(setting: Setting, name: str) -> list[tuple[int, float]]:
+    """The median of a metric at each number of links where it was measured."""
+    measured = [(n, setting.values(f"{name}_{n}")) for n in LINKS]
+    return [(n, float(np.median(values))) for n, values in measured if values.size]
 
 
 def _samples(setting: Setting) -> int:
@@ -94,6 +111,8 @@ SAMPLES = Figure(
 LENGTHS = Figure(
     "chains",
     "Chains of a link that was learned once",
-    "Relative error of all extensions and momenta against the true chain, and the cost of building and simulating it.",
+    "Relative error of all extensions and momenta against the true chain, and the cost of building and simulating it. "
+    "In the middle, beside chains whose every force may depend on every link: least squares from as many samples of "
+    "the whole chain, with the same noise.",
     draw_chains,
 )

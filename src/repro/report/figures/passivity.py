@@ -1,5 +1,6 @@
 """Passivity: the worst margin while a fit goes on, and the energy over long free motion."""
 
+import json
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,11 +13,14 @@ from repro.report.setting import Setting
 from repro.report.style import TEXT_WIDTH
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
+Lines = dict[str, tuple[np.ndarray, np.ndarray]]
 EXPERIMENT = "ph_passivity"
 FLOOR = 1e-17  # margins this close to zero are drawn here
 BOUND = 1e-9
+LEAST_ERROR, MOST_ERROR = 1e-10, 1e4  # J; beyond the second a model has long diverged
 
 
 def draw_margins(results: Results) -> "Canvas | None":
@@ -32,7 +36,9 @@ def draw_margins(results: Results) -> "Canvas | None":
         panel.plot(np.arange(line.size), line, label=_label(setting), **role.line_style)
     panel.axhline(BOUND, label="asked: never above 1e-9", **style.PAPER.line_style)
     panel.set_yscale("symlog", linthresh=1e-12)
+    panel.set_yticks([-1e-2, -1e-6, -1e-10, 0, 1e-10, 1e-6, 1e-2, 1])
     panel.set_xscale("symlog", linthresh=10)
+    panel.set_xlim(left=0)
     panel.set_xlabel("step of the optimiser")
     panel.set_ylabel("worst passivity margin")
     canvas.legend(loc="outside lower center", ncols=2)
@@ -40,29 +46,44 @@ def draw_margins(results: Results) -> "Canvas | None":
 
 
 def draw_energy(results: Results) -> "Canvas | None":
-    """Draw the plant's energy along the plant's and the models' free motion, a panel a setting, first members."""
+    """Draw the energy along free motion and its error, a row a plant, first members: the plant, and every model."""
     found = [(setting, _energies(results, setting)) for setting in settings(results, EXPERIMENT)]
-    found = [(setting, lines) for setting, lines in found if lines]
-    if not found:
+    rows: dict[str, list[tuple[Setting, Lines]]] = {}
+    for setting, lines in found:
+        if lines:
+            rows.setdefault(_plant(setting), []).append((setting, lines))
+    if not rows:
         return None
-    canvas = new_canvas(TEXT_WIDTH, 1.7 * ((len(found) + 1) // 2))
-    panels = canvas.subplots((len(found) + 1) // 2, 2, sharex=True, squeeze=False).ravel()
-    drawn = {}
-    for panel, (setting, lines) in zip(panels, found, strict=False):
-        for name, role in (("plant", style.PLANT), ("model", style.MODEL)):
-            time, energy = lines[f"free.{name}.H"]
-            drawn[name] = panel.plot(time, energy, label=name, **role.line_style)[0]
-        plant = lines["free.plant.H"][1]
-        reach = max(0.5, 2 * float(np.ptp(plant)))
-        panel.set_ylim(plant.min() - reach, plant.max() + reach)
-        panel.set_title(_label(setting))
-        panel.set_ylabel("H [J]")
-    for panel in panels[len(found) :]:
-        panel.set_visible(False)
-    for panel in panels[-2:]:
-        panel.set_xlabel("t [s]")
-    canvas.legend(handles=[*drawn.values()], loc="outside upper left", ncols=2)
+    canvas = new_canvas(TEXT_WIDTH, 3.4 * len(rows))
+    parts = canvas.subfigures(len(rows), 1, squeeze=False).ravel()
+    for part, (plant, models) in zip(parts, rows.items(), strict=True):
+        energy, error = part.subplots(1, 2)
+        _draw_plant(energy, models[0][1])
+        for number, (setting, lines) in enumerate(models):
+            role = style.SERIES[1 + number % (len(style.SERIES) - 1)]
+            time, model = lines["free.model.H"]
+            energy.plot(time, model, label=_label(setting), **role.line_style)
+            gap = np.abs(model - lines["free.plant.H"][1])
+            error.plot(time, np.where(gap > 0, gap, np.nan), **role.line_style)
+        error.set_yscale("log")
+        error.set_ylim(max(error.get_ylim()[0], LEAST_ERROR), min(error.get_ylim()[1], MOST_ERROR))
+        for panel, title in ((energy, f"H [J], {plant}"), (error, "error of H [J]")):
+            panel.set_title(title)
+            panel.set_xlabel("t [s]")
+        part.legend(handles=energy.lines, loc="outside lower center", ncols=2)
     return canvas
+
+
+def _draw_plant(panel: "Axes", lines: Lines) -> None:
+    """The plant's energy, and axes that show it; a model that leaves them has diverged."""
+    time, plant = lines["free.plant.H"]
+    panel.plot(time, plant, label="plant", **style.PLANT.line_style)
+    reach = max(0.5, 0.5 * float(np.ptp(plant)))
+    panel.set_ylim(plant.min() - reach, plant.max() + reach)
+
+
+def _plant(setting: Setting) -> str:
+    return "with friction" if any(json.loads(setting.card["damping"] or "[]")) else "without friction"
 
 
 def _watched(results: Results) -> list[Setting]:
@@ -76,7 +97,7 @@ def _worst(results: Results, setting: Setting) -> np.ndarray:
     return np.where(np.abs(worst) < FLOOR, 0.0, worst)
 
 
-def _energies(results: Results, setting: Setting) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def _energies(results: Results, setting: Setting) -> Lines:
     rows = results.trajectories
     seed, (run, _) = next(iter(setting.members.items()))
     own = rows[(rows["run"] == run) & (rows["member"] == seed) & rows["name"].str.startswith("free.")]
@@ -88,8 +109,8 @@ def _energies(results: Results, setting: Setting) -> dict[str, tuple[np.ndarray,
 
 def _label(setting: Setting) -> str:
     options = (setting.card["options"] or "").replace("_", " ").replace(", starts=3", "").removesuffix("starts=3")
-    damped = "damped" if setting.card["damping"] not in ("[]", "", None, []) else ""
-    parts = [setting.title("model", "optimiser"), options.strip(", "), damped]
+    usual = setting.card["optimiser"] == "levenberg_marquardt"
+    parts = [setting.title("model", "basis"), options.strip(", "), "" if usual else setting.title("optimiser")]
     return ", ".join(part for part in parts if part)
 
 
@@ -97,13 +118,15 @@ MARGINS = Figure(
     "passivity_margin",
     "Passivity while training",
     "The largest (dH/dt - y'u) / (|y'u| + |grad H| |xdot|) over 128 random states and all members at each step of the "
-    "optimiser; above zero energy is made. A model without an energy of its own is judged by the plant's.",
+    "optimiser; above zero energy is made. A model without an energy of its own is judged by the plant's. "
+    "By Levenberg-Marquardt where no optimiser is named.",
     draw_margins,
 )
 ENERGY = Figure(
     "energy_over_time",
     "Energy over long free motion",
     "The plant's energy along the motion of the plant and of each model, from the same start, without input: first "
-    "member, first start. Port-Hamiltonian models are followed by the discrete gradient, all others by RK4.",
+    "member, first start. Models with energies are followed by the discrete gradient, the black box by RK4. By "
+    "Levenberg-Marquardt where no optimiser is named.",
     draw_energy,
 )
