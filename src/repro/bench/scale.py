@@ -27,9 +27,9 @@ class RaceSize:
 class Scale:
     """Rounds of every comparison of steps, the hidden layers that are compared, the members of an ensemble, the race.
 
-    large: networks that would take minutes on a full batch, and are timed on `large_batch` samples. coordinates: of the
-    growth with n_q, from the first. streamed: samples of the least squares beyond memory; many: members side by side,
-    with `many_batch` samples each. control_steps: of a swing-up.
+    large: networks that would take minutes on a full batch, and are compared with rivals on `large_batch` samples.
+    coordinates: of the growth with n_q, from the first. streamed: samples of the least squares beyond memory; many:
+    members side by side, with `many_batch` samples each. control_steps: of a swing-up.
     """
 
     rounds: Rounds
