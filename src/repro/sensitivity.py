@@ -62,7 +62,7 @@ def main(argv: Sequence[str]) -> int:
         return _print_plan(cases, jobs)
     list_cases(paths, cases, jobs, tried={row.id for row in chosen})
     results = run_missing(jobs, paths, options.workers)
-    _show(paths, claims, {row.id for row in chosen})
+    _show(paths, claims, [row.id for row in chosen])
     return 1 if any(not result.ok for result in results) else 0
 
 
@@ -119,13 +119,14 @@ def _entry(job: Planned) -> dict[str, Any]:
     return {"overrides": list(job.composed.overrides), "run": job.run, "command": job.composed.command}
 
 
-def _show(paths: Paths, claims: Sequence[Claim], tried: Set[str]) -> None:
+def _show(paths: Paths, claims: Sequence[Claim], tried: Sequence[str]) -> None:
     from repro.report.terminal import show_sensitivity
 
     lists = sorted((paths.experiments / SENSITIVITY).glob("*.json"))
     found = gather_sensitivity(lists, stored_runs(paths.root, SENSITIVITY))
     if found is not None:
-        show_sensitivity([each for each in comparisons(found, claims) if each.assumption in tried])
+        compared = [each for each in comparisons(found, claims) if each.assumption in tried]
+        show_sensitivity(sorted(compared, key=lambda each: tried.index(each.assumption)))
 
 
 def _questions(ledger: Sequence[Assumption], claims: Mapping[str, Claim], paths: Paths) -> Iterator[Question]:

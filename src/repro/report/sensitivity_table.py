@@ -10,8 +10,9 @@ from repro.report.verdict_table import measured
 from repro.report.verdicts import Verdict
 
 CAPTION = (
-    "One assumption changed at a time, at scale quick with three members (one or two closed loops for control), so "
-    "both verdicts are previews: they tell what moves, not what holds. Moved: the verdict is another."
+    "One assumption changed at a time, at scale quick with three members (one to four closed loops for control), so "
+    "both verdicts are previews: they tell what moves, not what holds. Moved: the verdict is another; where the "
+    "intervals are wide, by little."
 )
 MOVED = {True: "moved", False: "no", None: writing.ABSENT}
 
