@@ -7,6 +7,8 @@ import pandas as pd
 import pytest
 
 from repro.report.claims import Claim, Tolerance
+from repro.report.drawing import FIGURES
+from repro.report.html.described import SEEN, described
 from repro.report.html.environment import prose, symbols
 from repro.report.html.learning_curve import learning_curve
 from repro.report.html.ratio_strip import WIDTH, ratio_strip
@@ -63,3 +65,8 @@ def test_texts_are_written_with_their_symbols_and_without_foreign_markup():
     assert symbols("MAE on D_H <b> in m/s^2") == "MAE on D<sub>H</sub> &lt;b&gt; in m/s²"
     assert "<li>one <em>two</em></li>" in prose("- one *two*")
     assert "<script>" not in prose("<script>alert(1)</script>")
+
+
+def test_every_figure_is_described_in_words():
+    assert {figure.name for figure in FIGURES} == set(SEEN)
+    assert all(described(figure) != figure.title for figure in FIGURES)

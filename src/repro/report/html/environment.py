@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from repro.report import writing
+from repro.report.html.described import described
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -44,7 +45,14 @@ def environment() -> "Environment":
         auto_reload=False,
     )
     made.globals["signs"] = SIGNS
-    filters: dict[str, Any] = {"number": writing.number, "fact": fact, "prose": prose, "slug": slug, "symbols": symbols}
+    filters: dict[str, Any] = {
+        "described": described,
+        "fact": fact,
+        "number": writing.number,
+        "prose": prose,
+        "slug": slug,
+        "symbols": symbols,
+    }
     made.filters |= filters
     return made
 
