@@ -35,7 +35,7 @@ def draw(results: Results) -> "Canvas | None":
         for decades, moved in sorted(found[name], key=lambda point: bool(point[1])):
             panel.plot(decades, height, zorder=3 if moved else 2, **(MOVED if moved else STAYED).marker_style)
     panel.axvline(0.0, color="black", linewidth=0.8)
-    panel.set_yticks(range(len(names)), [name.replace("_", " ") for name in names])
+    panel.set_yticks(range(len(names)), names)
     panel.set_ylim(-0.7, len(names) - 0.3)
     reach = math.ceil(max(abs(decades) for points in found.values() for decades, _ in points))
     ticks = range(-reach, reach + 1)
