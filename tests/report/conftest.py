@@ -256,7 +256,7 @@ def fill_double_pendulum(store: SyntheticStore, rng: np.random.Generator) -> Non
 
 
 def fill_ports(store: SyntheticStore, rng: np.random.Generator) -> None:
-    """Run the experiments on passivity, composition and chains, synthetically."""
+    """Run the experiments on passivity, friction, composition and chains, synthetically."""
     for model, sign in (("port_hamiltonian", -1.0), ("blackbox", 1.0)):
         margins = [(member, step, "passivity_margin", sign * 1e-4) for member in range(2) for step in range(6)]
         names = ("free.plant.H", "free.model.H")
@@ -270,6 +270,8 @@ def fill_ports(store: SyntheticStore, rng: np.random.Generator) -> None:
             literal=False,
         )
     scratch = {"model": "lagrangian", "basis": "fxf", "hidden": ""}
+    friction = learned(rng, 0.1) | {"damping_error": errors(rng, 0.01)}
+    store.run("ph_damping", friction, system="dip", damping="[0.3, 0.01, 0.005]", literal=False, **scratch)
     mass = {"model": "hinged", "basis": "", "hidden": "", "options": "parts=['cart_rod_noisy'], rod=mass"}
     for samples in (10, 30, 1000):
         place = {"system": "dip", "n_train": samples, "tau_noise": 0.1, "literal": False, "optimiser": "least_squares"}

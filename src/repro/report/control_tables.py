@@ -69,7 +69,7 @@ def _row(results: Results, keys: list[str], loops: "pd.DataFrame") -> Row:
         "steady_error_m": _median(loops, "steady_error_m"),
         **{name: _median(loops, name) for name in ("solve_ms_median", "solve_ms_p95", "solve_ms_p99")},
         "iterations_median": _median(loops, "iterations_median"),
-        **{f"fallbacks_{level}": float(loops[f"fallbacks_{level}"].mean()) for level in (1, 2, 3)},
+        **{f"fallbacks_{level}": _mean(loops, f"fallbacks_{level}") for level in (1, 2, 3)},
         "killed": int(loops["killed"].sum()),
     }
     shown = [name for name in data if name not in ("success_low", "success_high")]
@@ -90,6 +90,11 @@ def _row(results: Results, keys: list[str], loops: "pd.DataFrame") -> Row:
 def as_text_of(value: Any) -> str:
     """Spell one cell, with nothing for what is missing."""
     return as_text(plain(value))
+
+
+def _mean(loops: "pd.DataFrame", column: str) -> float | None:
+    values = loops[column].dropna()
+    return float(values.mean()) if len(values) else None
 
 
 def _median(loops: "pd.DataFrame", column: str) -> float | None:
