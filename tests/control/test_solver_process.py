@@ -1,11 +1,14 @@
 """A solver in its own process: the same answers, and it is killed when it takes too long."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from repro.control.shooting import shooting_code
 from repro.control.solver import Limits, compiled_programme
 from repro.control.solver_process import GuardedSolver
-from repro.mechanics.c_library import has_compiler
+from repro.mechanics.c_library import has_compiler, library_file
 
 pytestmark = pytest.mark.skipif(not has_compiler(), reason="fatrop's programme is compiled")
 
@@ -33,7 +36,10 @@ def test_the_answer_is_the_same(of, request_of):
 
 
 def test_a_stalled_solver_is_killed_and_started_again(of, request_of):
-    endless = compiled_programme(of, Limits(tolerance=1e-300, iterations=10**9))
+    code = shooting_code(of).replace(
+        "static void cost(double *f) {", "static void cost(double *f) { for (;;) *f += 1.0;"
+    )
+    endless = replace(compiled_programme(of, Limits()), library=str(library_file(code, ("-O0",))))
     with GuardedSolver(endless, 0.2) as guarded:
         first = guarded(*request_of)
         assert (first.status, first.converged, first.violation) == ("killed", False, np.inf)
