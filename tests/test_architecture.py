@@ -72,7 +72,7 @@ def test_stages_take_plain_arguments(path):
     """They join the science with what is recorded, and know neither the schema nor the store."""
     assert _rooms(path) <= {*SCIENCE, "errors", "tracking"}
     tracking = {name for name in _imported(path) if name.startswith("tracking.")}
-    assert all(name.startswith("tracking.recording.") for name in tracking)
+    assert all(name.startswith(("tracking.recording.", "tracking.chain_recording.")) for name in tracking)
 
 
 @pytest.mark.parametrize("path", _files("bench"), ids=_name)

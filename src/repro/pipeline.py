@@ -14,6 +14,8 @@ from repro.tracking.record import Record
 from repro.tracking.stage import Stage
 from repro.tracking.store import Store
 
+LONGEST_SHOWN = 30  # links of a chain in a recording: more are only dots
+
 
 @dataclass(frozen=True)
 class Pipeline:
@@ -140,8 +142,16 @@ class Pipeline:
     @cached_property
     def recording_stage(self) -> Stage:
         """The rerun recording of the run."""
-        module = "repro.stages.recording" if self.control_stage is None else "repro.stages.loop_recording"
+        if self.control_stage is not None:
+            module = "repro.stages.loop_recording"
+        else:
+            module = "repro.stages.recording" if self.recorded_chain is None else "repro.stages.chain_recording"
         return self._stage("recordings", self.name, {}, {"run": self.run_stage.id}, (module, self._system_module))
+
+    @property
+    def recorded_chain(self) -> int | None:
+        """The number of links of the chain that the recording shows, if any."""
+        return max((links for links in self.config.chain if links <= LONGEST_SHOWN), default=None)
 
     @property
     def name(self) -> str:

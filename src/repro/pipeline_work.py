@@ -24,7 +24,7 @@ from repro.mechanics.system import System
 from repro.models.model import Model
 from repro.options import optimiser_class
 from repro.parts import part_of
-from repro.stages import control, dataset, evaluation, fit, identifiability, loop_recording, recording
+from repro.stages import chain_recording, control, dataset, evaluation, fit, identifiability, loop_recording, recording
 from repro.stages.checkpoint import FileCheckpoint
 from repro.tracking import progress
 from repro.tracking.load import load_run
@@ -209,9 +209,15 @@ class Work:
         """Write the recording from what the run stored."""
         if self.pipeline.control_stage is not None:
             return self._record_loop(folder, run, self.store.paths.folder("control", self.pipeline.control_stage.id))
-        trajectories, curves = (pd.read_parquet(run.path(name)) for name in (evaluation.TRAJECTORIES, fit.CURVES))
         card = {**run.summary["card"], "test medians": run.summary["median"], "command": self.pipeline.command}
         title = self.pipeline.name.replace("-", " ")
+        links = self.pipeline.recorded_chain
+        if links is not None:
+            weights = fit.load_parameters(self.store.paths.folder("fits", self.pipeline.fit_stage.id))
+            return chain_recording.record(
+                folder, run.id, title, card, self.model, weights, self.config.members, self.system, links
+            )
+        trajectories, curves = (pd.read_parquet(run.path(name)) for name in (evaluation.TRAJECTORIES, fit.CURVES))
         return recording.record(folder, run.id, title, card, trajectories, curves, self.system)
 
     def _record_loop(self, folder: Path, run: Record, closed: Path) -> dict[str, Any]:

@@ -1,0 +1,43 @@
+"""A chain's recording shows the masses where the simulation put them."""
+
+import numpy as np
+import pytest
+import torch
+
+from repro.evaluation.chains import random_start
+from repro.mechanics.system import load
+from repro.models.bases import spring
+from repro.models.damped import Damped
+from repro.models.lagrangian import Lagrangian
+from repro.stages.chain_recording import record
+from repro.tracking.recording import read_recording
+
+LINK = load("link", damping=[0.3])
+MODEL = Damped(Lagrangian(spring, 1), "diagonal")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("chain")
+    weights = torch.tensor([[0.25, 10.0, 10.0, 0.3], [0.25, 12.0, 10.0, 0.3]], dtype=torch.float64)
+    summary = record(folder, "run-1", "a title", {"key": 1}, MODEL, weights, [3, 8], LINK, 4)
+    assert summary == {"member": 3, "links": 4}
+    return folder
+
+
+def test_energies_of_plant_and_model_fall_together(folder):
+    track = read_recording(folder / "recording.rrd")["energy/H"]
+    assert track.values.shape == (101, 2)
+    np.testing.assert_allclose(track.values[:, 0], track.values[:, 1], rtol=1e-9)
+    assert (np.diff(track.values[:, 0]) < 0).all()
+    np.testing.assert_allclose(track.at[[0, -1]], [0, 10])
+
+
+def test_masses_start_where_the_extensions_put_them(folder):
+    from rerun.chunk import RrdReader
+
+    chunks = RrdReader(folder / "recording.rrd").stream().to_chunks()
+    batches = [c.to_record_batch() for c in chunks if c.entity_path == "/chain/plant/masses"]
+    (moved,) = (b for b in batches if b.num_rows == 101)
+    first = np.array(moved["Points2D:positions"][0].as_py())
+    np.testing.assert_allclose(first[:, 0], np.arange(1, 5) + np.cumsum(random_start(4)[:4]), rtol=1e-6)
