@@ -61,7 +61,7 @@ def write_site(content: Content, folder: Path, paper: Path) -> None:
 
 def _front(content: Content) -> dict[str, Any]:
     counted = Counter(verdict.verdict for verdict in content.verdicts)
-    used_figures = {name for section in content.sections for name in section.figures}
+    used_figures = {SENSITIVITY, *(name for section in content.sections for name in section.figures)}
     used_tables = {SENSITIVITY, *(name for section in content.sections for name in section.tables)}
     figures = {figure.name: figure for figure in content.figures}
     tables = {table.name: table for table in content.tables[1:]}
@@ -73,6 +73,7 @@ def _front(content: Content) -> dict[str, Any]:
         "other_tables": [table for name, table in tables.items() if name not in used_tables],
         "assumptions": content.assumptions,
         "sensitivity": tables.get(SENSITIVITY),
+        "sensitivity_figure": figures.get(SENSITIVITY),
         "trials": _trials(tables.get(SENSITIVITY)),
     }
 
