@@ -141,6 +141,7 @@ def test_publishing_writes_what_the_drift_check_accepts(published):
     assert "| C4a | PLNN" in text
     assert (published / "paper" / "tables" / "verdicts.tex").is_file()
     assert (published / "paper" / "figures" / "validation.pdf").is_file()
+    assert (published / "paper" / "report.pdf").read_bytes().startswith(b"%PDF")
 
 
 def test_drift_of_the_readme_and_of_the_claims_is_reported(published, tmp_path):
