@@ -87,3 +87,15 @@ def test_a_kinetic_energy_that_is_not_quadratic_is_refused():
 
     with pytest.raises(ValueError, match="not quadratic"):
         phase_space(Lagrangian(t2, 2, hidden=(3,)))
+
+
+@pytest.mark.parametrize("structure", ["canonical", "free", "full"])
+def test_it_goes_on_while_a_damped_motion_comes_to_rest(structure):
+    """Moves become so small that rounding rules the correction of the mean slope."""
+    model, parameters = _model("constant", structure)
+    space = phase_space(model)
+    hanging = np.array([[0.0, np.pi, 1e-3, 1e-3], [0.0, np.pi + 1e-4, 0.0, 1e-4]])
+    states = integrate(space, evaluate(space.to_phase, hanging, parameters), 2000, 0.05, parameters)
+    energy = evaluate(space.energy, states, parameters[:, None])[..., 0]
+    assert np.isfinite(states).all()
+    assert np.diff(energy, axis=1).max() < 1e-12
