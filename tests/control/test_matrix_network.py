@@ -37,7 +37,7 @@ def test_an_interval_of_it_is_the_same(model, system, discretisation, monkeypatc
     values = []
     for largest in (10**6, 0):
         monkeypatch.setattr(matrix_network, "LARGEST_SCALAR", largest)
-        made = interval(PredictiveModel(model, system, canonical=False), problem, discretisation)
+        made = interval(PredictiveModel(model, system, canonical=False), problem, discretisation, 2)
         inputs = [made.state, made.inner, made.parameters, made.data]
         function = ca.Function("interval", inputs, [made.following, made.equalities, made.cost])
         generator = np.random.default_rng(1)

@@ -26,6 +26,7 @@ CASES = {
     "soft": ("sip", Truth, {}),
     "hard": ("sip", Truth, {"obstacle": Obstacle(hard=True, midpoints=True)}),
     "nodes": ("sip", Truth, {"obstacle": Obstacle(hard=True, midpoints=False)}),
+    "four": ("sip", Truth, {"substeps": 4}),
     "free": ("sip", Truth, {"obstacle": None} | LARGE),
     "structured": ("sip", lambda system: Structured(2, SCALE, hidden=(4,)), {"intervals": (0.04,) * 8}),
     "double": ("dip", Truth, {"obstacle": Obstacle(hard=True, midpoints=True), "intervals": (0.04,) * 7 + (0.08,) * 2}),
@@ -36,9 +37,11 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 def test_every_function_is_that_of_the_programme(problem, case):
     name, make, changes = CASES[case]
+    changes = dict(changes)
+    substeps = changes.pop("substeps", 2)
     system = load(name)
     model = make(system)
-    of = Transcription(PredictiveModel(model, system), replace(problem, **changes), "shooting")
+    of = Transcription(PredictiveModel(model, system), replace(problem, **changes), "shooting", substeps)
     library = compiled_programme(of, Limits()).library
     made = programme(of)
     inputs = [made.x, made.p, made.lam_f, made.lam_g]

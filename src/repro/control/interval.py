@@ -1,6 +1,5 @@
 """One interval of the horizon: its motion as equations between decision variables, and what it costs."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -17,7 +16,6 @@ Discretisation = Literal["shooting", "collocation"]
 Expression = Any  # casadi.SX, or casadi.MX where the model is large
 LARGEST_INLINE = 400  # instructions of the model's derivative
 DEGREE, ELEMENTS = 2, 2  # Gauss-Radau, V-A.1
-SUBSTEPS = 2  # of classical RK4
 
 
 @dataclass(frozen=True)
@@ -52,8 +50,8 @@ class _Motion:
     equalities: list[Any]
 
 
-def interval(model: PredictiveModel, problem: Problem, discretisation: Discretisation) -> Interval:
-    """One interval under a force that is held: explicit RK4, or collocation with (7b) as an algebraic equation.
+def interval(model: PredictiveModel, problem: Problem, discretisation: Discretisation, substeps: int) -> Interval:
+    """One interval under a force that is held: explicit RK4 in substeps, or collocation with (7b) in algebraic form.
 
     A small model is written out as scalar expressions; a large one stays a function that is called, so that the code
     of its derivatives is there once and not once for every place where it is evaluated.
@@ -61,8 +59,8 @@ def interval(model: PredictiveModel, problem: Problem, discretisation: Discretis
     small = not is_wide(model.model) and model.derivative.n_instructions() <= LARGEST_INLINE
     kind = ca.SX if small else ca.MX
     state, force, parameters, data = _symbols(model, kind)
-    advance: Callable[..., _Motion] = _shoot if discretisation == "shooting" else _collocate
-    motion = advance(model, state, force, parameters[1:], data[0])
+    given = model, state, force, parameters[1:], data[0]
+    motion = _shoot(*given, substeps) if discretisation == "shooting" else _collocate(*given)
     cost, margins = _node(model, problem)(state, force, parameters, data)
     if problem.obstacle is not None and problem.obstacle.midpoints:
         penalty, further = _middle(model, problem)(motion.middle)
@@ -159,17 +157,17 @@ def _keep_away(model: PredictiveModel, problem: Problem, state: Expression) -> t
 
 
 def _shoot(
-    model: PredictiveModel, state: Expression, force: Expression, weights: Expression, length: Expression
+    model: PredictiveModel, state: Expression, force: Expression, weights: Expression, length: Expression, substeps: int
 ) -> _Motion:
-    reached, h, derivative = [state], length / SUBSTEPS, model.derivative
-    for _ in range(SUBSTEPS):
+    reached, h, derivative = [state], length / substeps, model.derivative
+    for _ in range(substeps):
         at = reached[-1]
         k1 = derivative(at, force, weights)
         k2 = derivative(at + h / 2 * k1, force, weights)
         k3 = derivative(at + h / 2 * k2, force, weights)
         k4 = derivative(at + h * k3, force, weights)
         reached.append(at + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4))
-    return _Motion(reached[-1], reached[SUBSTEPS // 2], [], [])
+    return _Motion(reached[-1], reached[substeps // 2], [], [])
 
 
 def _collocate(

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import casadi as ca
 import numpy as np
 
-from repro.control.interval import SUBSTEPS, points
+from repro.control.interval import points
 from repro.control.kernel import kernel, preamble
 from repro.control.programme_template import FUNCTIONS
 from repro.control.rate import Rate
@@ -38,7 +38,7 @@ def shooting_code(of: Transcription) -> str:
         "N_START": start,
         "N_MIDDLE": middle,
         "N_END": end,
-        "SUBSTEPS": SUBSTEPS,
+        "SUBSTEPS": of.substeps,
     }
     definitions = [f"#define {name} {value}" for name, value in sizes.items()]
     tables = [

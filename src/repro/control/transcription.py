@@ -18,16 +18,20 @@ from repro.control.problem import Problem
 
 @dataclass(frozen=True)
 class Transcription:
-    """One problem for one model in one discretisation."""
+    """One problem for one model in one discretisation.
+
+    substeps: of classical RK4 in an interval of shooting; even, so that one ends in the middle.
+    """
 
     model: PredictiveModel
     problem: Problem
     discretisation: Discretisation
+    substeps: int = 2
 
     @cached_property
     def interval(self) -> Interval:
         """Every stage but the last; they differ in their data alone."""
-        return interval(self.model, self.problem, self.discretisation)
+        return interval(self.model, self.problem, self.discretisation, self.substeps)
 
     @cached_property
     def end(self) -> Interval:
@@ -37,7 +41,7 @@ class Transcription:
     @cached_property
     def prediction(self) -> Interval:
         """One interval with its end as an explicit function of its start: for roll-outs."""
-        return interval(self.model, self.problem, "shooting")
+        return interval(self.model, self.problem, "shooting", self.substeps)
 
     @property
     def n_x(self) -> int:
