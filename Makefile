@@ -18,7 +18,7 @@ $(STAMP): pyproject.toml constraints.txt
 
 setup: $(STAMP) ## create .venv with the pinned dependencies (done by every other target)
 
-reproduce: $(STAMP) ## run the main experiments, then leave verdicts, report, figures and recordings in outputs/
+reproduce: $(STAMP) ## run every experiment, then leave verdicts, report, figures and recordings in outputs/
 	@$(BIN)/repro reproduce scale=$(SCALE)
 
 docs: $(STAMP) ## build the documentation into site/

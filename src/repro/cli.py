@@ -25,9 +25,7 @@ class Command:
 
 
 COMMANDS = (
-    Command(
-        "reproduce", "run the main experiments and make the report", "reproduce scale=quick", "repro.sweep:reproduce"
-    ),
+    Command("reproduce", "run every experiment and make the report", "reproduce scale=quick", "repro.sweep:reproduce"),
     Command("run", "run one configuration, or many with -m", "run -m basis=t1,t2", "repro.sweep:run"),
     Command(
         "sensitivity",

@@ -53,7 +53,8 @@ class Planned:
         if config.control.kind == "none":
             return 0.0
         asked = config.task.starts if config.task.start == "random" else len(config.task.x_des) * len(config.members)
-        return 5 + min(asked, config.scale.loops) * config.task.seconds * (0.1 if config.system.name == "sip" else 0.3)
+        a_second = 0.06 if config.system.name == "sip" else 0.15
+        return 3 + min(asked, config.scale.loops) * config.task.seconds * a_second
 
     @property
     def _fit_seconds(self) -> float:

@@ -21,8 +21,6 @@ from repro.tracking.stage import Stage
 from repro.tracking.store import StageFailed, Store
 from repro.tracking.text import duration
 
-# Each of their jobs compiles a programme or networks of its own: many minutes at any scale.
-BY_NAME_ONLY = ("composition", "control_net_size", "control_robustness", "dip_control", "ph_passivity", "sip_control")
 CORES = os.cpu_count() or 1
 # What takes a job longest to load; the server loads it once, while the jobs are planned.
 PRELOAD = ("repro.pipeline", "repro.pipeline_work", "repro.tracking.layout", "rerun.blueprint", "pyarrow.dataset")
@@ -77,20 +75,20 @@ def _jobs(overrides: Sequence[str], paired: bool, sweep: bool) -> list[tuple[str
 
 
 def reproduce(argv: Sequence[str]) -> int:
-    """`repro reproduce scale=quick`: the main experiments, then the report; 1 when a job failed."""
+    """`repro reproduce scale=quick`: every experiment, then the report; 1 when a job failed."""
     from repro.report import drawing
 
-    what = "Run the main experiments and make the report."
+    what = "Run every experiment, or some, and make the report."
     example = "example: repro reproduce scale=smoke experiment=sip_basis,sip_energies"
     parser = argparse.ArgumentParser(prog="repro reproduce", description=what, epilog=example)
-    parser.add_argument("overrides", nargs="*", help="scale=smoke|quick|paper, experiment=NAME,NAME for others")
+    parser.add_argument("overrides", nargs="*", help="scale=smoke|quick|paper, experiment=NAME,NAME for some")
     parser.add_argument("--workers", type=int, default=CORES, help="jobs at once")
     options = parser.parse_args(argv)
     given = dict(override.partition("=")[::2] for override in options.overrides)
     if unknown := set(given) - {"scale", "experiment"}:
         raise UserError(f"{', '.join(sorted(unknown))}: reproduce takes scale= and experiment= only; see `repro run`")
     scale = given.get("scale", "quick")
-    names = given["experiment"].split(",") if "experiment" in given else main_experiments()
+    names = given["experiment"].split(",") if "experiment" in given else experiments()
     paths = Paths(outputs_root())
     overrides = [job for name in names for job in expand([f"experiment={name}", f"scale={scale}"])]
     jobs = planned(overrides, paths, on_unknown=lambda: start_server((*PRELOAD, *drawing.PRELOAD)))
@@ -99,11 +97,6 @@ def reproduce(argv: Sequence[str]) -> int:
     timed = "experiment" in given or _time(paths, scale)
     _report(paths, scale)
     return 0 if timed and all(result.ok for result in results) else 1
-
-
-def main_experiments() -> list[str]:
-    """Names of the experiments that are made unasked."""
-    return [name for name in experiments() if name not in BY_NAME_ONLY]
 
 
 def expected_stages(overrides: Sequence[str]) -> list[Stage]:
