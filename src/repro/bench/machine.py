@@ -3,27 +3,20 @@
 import os
 import platform
 import subprocess
-from pathlib import Path
 
 from repro.mechanics.c_library import compiler, has_compiler
+from repro.tracking.provenance import processor_name
 
 
 def describe() -> dict[str, object]:
     """Processor, cores, operating system, Python and compiler of this machine, as plain data."""
     return {
-        "processor": _processor(),
+        "processor": processor_name(),
         "cores": os.cpu_count(),
         "system": platform.system(),
         "python": platform.python_version(),
         "compiler": _compiler(),
     }
-
-
-def _processor() -> str:
-    information = Path("/proc/cpuinfo")
-    lines = information.read_text(errors="replace").splitlines() if information.is_file() else []
-    named = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return named[0] if named else platform.processor() or platform.machine()
 
 
 def _compiler() -> str | None:

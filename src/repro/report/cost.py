@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 HOUR = 3600.0
-COLUMNS = {"processors": "processor", "cores": "cores", "systems": "platform", "pythons": "python"}
+COLUMNS = {"processors": "processor", "cores": "cores", "systems": "system", "pythons": "python"}
 FACTS = ("cpu_hours", "peak_gib", *COLUMNS)
 
 
@@ -27,8 +27,7 @@ def cost_fact(results: Results, name: str) -> str:
     if name == "peak_gib":
         return writing.number(stages["peak_memory_mib"].max() / 1024)
     values = {str(value) for value in stages[COLUMNS[name]].dropna()} - {""}
-    # Of a platform the system alone is told: Linux-6.1-x86_64 says more than anybody can use.
-    return ", ".join(sorted({value.partition("-")[0] for value in values} if name == "systems" else values))
+    return ", ".join(sorted(values))
 
 
 def cost_table(results: Results) -> Table:

@@ -161,7 +161,7 @@ STAGES: Mapping[str, type] = {
     "commit": str,
     "clean": bool,
     "python": str,
-    "platform": str,
+    "system": str,
     "processor": str,
     "cores": int,
     "libraries": str,

@@ -55,7 +55,8 @@ def _row(run: str, name: str, record: Mapping[str, Any]) -> dict[str, Any]:
         "commit": source.get("commit"),
         "clean": source.get("clean"),
         "python": machine.get("python"),
-        "platform": machine.get("platform"),
+        # Linux-6.1-x86_64 says more than anybody can use.
+        "system": (machine.get("platform") or "").partition("-")[0],
         "processor": machine.get("processor"),
         "cores": machine.get("cores_allowed"),
         "libraries": json.dumps(identity.get("libraries") or {}, sort_keys=True),
