@@ -49,7 +49,9 @@ class DoMpc:
     @cached_property
     def controller(self) -> Any:
         """do-mpc's controller, ready for its first step."""
-        import do_mpc
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # of its optional features
+            import do_mpc
 
         model = do_mpc.model.Model("continuous", "SX")
         x, f = model.set_variable("_x", "x", (2 * self.model.n_q, 1)), model.set_variable("_u", "f")
