@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
 KEYS = ("setting", "model", "basis", "mismatch", "mismatch_kind", "noise", "disturbance", "delay", "friction")
-COLUMNS = 5
+COLUMNS = 4
 OUTCOMES = {"erect": ("#10305c", "o"), "not erect": ("#e2680a", "x"), "contact": ("#b0478f", "^")}
 
 
@@ -26,7 +26,7 @@ def draw(results: Results) -> "Canvas | None":
     if not groups:
         return None
     rows = -(-len(groups) // COLUMNS)
-    canvas = new_canvas(TEXT_WIDTH, 0.5 + 1.55 * rows)
+    canvas = new_canvas(TEXT_WIDTH, 0.5 + 1.5 * rows)
     panels = np.atleast_1d(canvas.subplots(rows, COLUMNS, squeeze=False)).ravel()
     for panel, group in zip(panels, groups, strict=False):
         double = group["start_theta1"].notna().any()
@@ -64,7 +64,7 @@ def _title(group: "pd.DataFrame") -> str:
     ]
     told = ", ".join(part for part in conditions if part)
     successes = int(group["success"].sum())
-    return f"{written('setting', first['setting'])}, {model}\n{told or 'nominal'}: {successes}/{len(group)}"
+    return f"{written('setting', first['setting'])}, {model}\n{told or 'nominal'}\n{successes} of {len(group)}"
 
 
 def _text(value: object) -> str:
