@@ -132,9 +132,10 @@ def _budget(setting: Setting) -> int:
     return setting.card["epochs"] or 0
 
 
-def _uncleanness(setting: Setting) -> tuple[bool, float, float]:
+def _uncleanness(setting: Setting) -> tuple[bool, float, float, int]:
+    """Order by noise, and among equals the one that has learned from most comes first."""
     card = setting.card
-    return card["labels"] != "exact", card["tau_noise"] or 0.0, card["qdd_noise"] or 0.0
+    return card["labels"] != "exact", card["tau_noise"] or 0.0, card["qdd_noise"] or 0.0, -(card["n_train"] or 0)
 
 
 def _same(a: Setting, b: Setting, column: str) -> bool:

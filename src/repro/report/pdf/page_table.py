@@ -24,6 +24,7 @@ UNBROKEN = 8  # rows up to which a table stays on one page
 TEXT = 18  # characters from which on a cell is text that may break
 SHORT, LONG = 22.0, 34.0  # characters a line that text gets at least; the longer where it would fill many lines
 LINES, READABLE = 3, 55
+ZERO_WIDTH_SPACE = "\u200b"
 
 
 @dataclass(frozen=True)
@@ -113,7 +114,12 @@ def _without_shared_columns(grid: Grid) -> tuple[Grid, str]:
 def _cell(text: str) -> dict[str, str]:
     # An interval is secondary to its median and goes below it.
     parts = re.fullmatch(r"(\S+) (\[[^\]]*\])", text)
-    return {"main": parts[1], "below": parts[2]} if parts else {"main": text, "below": ""}
+    return {"main": parts[1], "below": parts[2]} if parts else {"main": _breakable(text), "below": ""}
+
+
+def _breakable(text: str) -> str:
+    """Let a long setting such as sequence.free_epochs=1000 break after its dots, underscores and equals signs."""
+    return re.sub(r"(?<=\w[._=])(?=\w)(?<!\d\.)", ZERO_WIDTH_SPACE, text) if "=" in text else text
 
 
 def _is_text(grid: Grid, place: int) -> bool:
