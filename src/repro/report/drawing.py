@@ -55,18 +55,22 @@ PRELOAD = (__name__, "pandas", "matplotlib.backends.backend_agg", "matplotlib.ba
 
 
 def draw_all(results: Results, folder: Path) -> list[Figure]:
-    """Write every figure that the results can fill, as PDF and PNG, several at once; return those written."""
+    """Write every figure that the results can fill, as PDF and PNG, a share on each core; return those written."""
+    cores = os.cpu_count() or 1
+    shares = [range(first, len(FIGURES), cores) for first in range(min(cores, len(FIGURES)))]
+    # The results travel once to each share: they weigh more than any figure.
     jobs = [
-        Job(figure.name, f"{__name__}:draw", {"number": number, "results": results, "folder": folder})
-        for number, figure in enumerate(FIGURES)
+        Job(f"figures {number}", f"{__name__}:draw", {"numbers": share, "results": results, "folder": folder})
+        for number, share in enumerate(shares, start=1)
     ]
-    ended = run_jobs(jobs, workers=os.cpu_count() or 1, preload=PRELOAD, logs=folder.parent / "logs")
+    ended = run_jobs(jobs, workers=cores, preload=PRELOAD, logs=folder.parent / "logs")
     for result in ended:
         if not result.ok:
-            raise RuntimeError(f"figure {result.job.name}: {reason(result)}\n{(result.error or {}).get('trace', '')}")
-    return [figure for figure, result in zip(FIGURES, ended, strict=True) if result.value]
+            raise RuntimeError(f"{result.job.name}: {reason(result)}\n{(result.error or {}).get('trace', '')}")
+    written = {number for result in ended for number in result.value}
+    return [figure for number, figure in enumerate(FIGURES) if number in written]
 
 
-def draw(number: int, results: Results, folder: Path) -> bool:
-    """Write one of the figures; whether there was anything to show."""
-    return FIGURES[number].save(results, folder)
+def draw(numbers: Sequence[int], results: Results, folder: Path) -> list[int]:
+    """Write some of the figures; return those for which there was something to show."""
+    return [number for number in numbers if FIGURES[number].save(results, folder)]

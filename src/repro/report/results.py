@@ -1,18 +1,22 @@
 """The gathered tables: everything that verdicts, tables and figures are made from."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from repro.errors import UserError
 from repro.report.files import replacing
-from repro.report.schema import PANDAS_TYPES, TABLES
+from repro.report.schema import CARD, PANDAS_TYPES, TABLES, plain
+from repro.report.setting import Setting
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from repro.report.sensitivity import Sensitivity
+
+KEYS = ["setting", "experiment"]
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,22 @@ class Results:
         """The scale these results come from; empty where nothing was run."""
         scales = sorted(set(self.runs["scale"]))
         return scales[0] if scales else ""
+
+    @cached_property
+    def settings(self) -> tuple[Setting, ...]:
+        """Every setting of every experiment that has finished runs, in the order of the runs."""
+        runs = self.runs[(self.runs["setting"] != "") & (self.runs["outcome"] == "ok")]
+        places = self.metrics.groupby(KEYS, sort=False).indices
+        found = []
+        for key, group in runs.groupby(KEYS, sort=False):
+            rows = tuple({str(name): plain(value) for name, value in row.items()} for row in group.to_dict("records"))
+            card = {column: rows[0][column] for column in CARD}
+            found.append(Setting(card, rows, self.metrics.iloc[places.get(key, [])]))
+        return tuple(found)
+
+    def __getstate__(self) -> dict[str, Any]:
+        # What is derived from the tables need not travel with them.
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def save(self, folder: Path) -> None:
         """Write the tables as Parquet, each atomically."""

@@ -1,6 +1,7 @@
 """From a selector to the settings it means; which settings may be compared; the anchors of a test set."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,15 +29,13 @@ class NotRunError(Exception):
 
 def settings(results: Results, experiment: str | None, where: Where | None = None) -> list[Setting]:
     """List the settings of an experiment (None: of all) whose card agrees with `where` (a list: any of it)."""
-    chosen = _runs_with(results, experiment, where or {})
-    chosen = chosen[chosen["outcome"] == "ok"]
+    wanted = {column: _texts(value) for column, value in (where or {}).items()}
     found = []
-    for _, group in chosen.groupby(["setting", "experiment"], sort=False):
-        runs = tuple({str(key): plain(value) for key, value in row.items()} for row in group.to_dict("records"))
-        of = (results.metrics["setting"] == runs[0]["setting"]) & (
-            results.metrics["experiment"] == runs[0]["experiment"]
-        )
-        found.append(Setting({column: runs[0][column] for column in CARD}, runs, results.metrics[of]))
+    for setting in results.settings:
+        if experiment in (None, setting.runs[0]["experiment"]):
+            runs = tuple(run for run in setting.runs if all(as_text(run[c]) in texts for c, texts in wanted.items()))
+            if runs:
+                found.append(setting if len(runs) == len(setting.runs) else replace(setting, runs=runs))
     return found
 
 
@@ -115,10 +114,13 @@ def _runs_with(results: Results, experiment: str | None, where: Where) -> "pd.Da
     if experiment is not None:
         chosen = chosen[chosen["experiment"] == experiment]
     for column, wanted in where.items():
-        texts = {as_text(value) for value in (wanted if isinstance(wanted, list) else [wanted])}
-        agrees = np.array([as_text(plain(value)) in texts for value in chosen[column]], dtype=bool)
+        agrees = np.array([as_text(plain(value)) in _texts(wanted) for value in chosen[column]], dtype=bool)
         chosen = chosen[agrees]
     return chosen
+
+
+def _texts(wanted: Any) -> set[str]:
+    return {as_text(value) for value in (wanted if isinstance(wanted, list) else [wanted])}
 
 
 def _why_not_run(results: Results, experiment: str, where: Where) -> str:
