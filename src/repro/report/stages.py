@@ -10,7 +10,7 @@ from repro.tracking.paths import RUN_FILE, Paths
 if TYPE_CHECKING:
     from pathlib import Path
 
-UPSTREAM_KINDS = ("data", "fits")
+UPSTREAM_KINDS = ("data", "fits", "control")
 
 
 def stages_of(run: StoredRun, known: dict[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
