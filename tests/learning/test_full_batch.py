@@ -81,6 +81,6 @@ def test_a_linear_problem_is_solved(optimiser, t1_problem, start, true_t1):
 
 
 def test_curves_of_different_lengths_are_held_at_their_last_value():
-    curve = merge_curves(([4.0, 2.0, 1.0], [8.0]), "loss")
+    curve = merge_curves([{0: 4.0, 1: 2.0, 2: 1.0}, {0: 8.0}], "loss")
     assert [step for step, _, _ in curve] == [0, 1, 2]
     np.testing.assert_array_equal([values for _, _, values in curve], [[4, 8], [2, 8], [1, 8]])

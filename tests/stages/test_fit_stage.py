@@ -141,7 +141,7 @@ def test_weights_and_curves_are_kept(tmp_path, recipe, data, system):
     assert summary == {"status": ["ok", "ok"], "seconds": 12.5, "notes": {"epochs": 20}}
     assert torch.equal(load_parameters(tmp_path), fitted.parameters)
     table = pd.read_parquet(tmp_path / CURVES)
-    assert set(table["member"]) == {3, 8} and set(table["name"]) == {"loss"}
+    assert set(table["member"]) == {3, 8} and set(table["name"]) == {"loss", "min_eig_M"}
     last = table[(table["member"] == 8)].sort_values("step")["value"].iloc[-1]
     assert last == fitted.curves[-1][2][1]
 

@@ -9,6 +9,7 @@ from torch import Tensor
 from repro.data.dataset import Dataset
 from repro.evaluation.canonical import Gauge, Reading
 from repro.evaluation.predictions import Predictions, predict, truth
+from repro.learning.inertia import least_eigenvalue
 from repro.mechanics.system import System
 from repro.models.model import Model
 
@@ -35,7 +36,7 @@ def pointwise(
     said = predict(model, parameters, *arrays)
     yield from _equation_errors(said, part, split)
     if said.mass is not None and model.energetic:
-        yield Metric(split, "min_eig_M", _least_eigenvalue(said), "kg, kg m^2")
+        yield Metric(split, "min_eig_M", least_eigenvalue(said.mass), "kg, kg m^2")
     if said.transformed_momentum is not None:
         gap = np.abs(said.transformed_momentum - said.momentum).mean((1, 2))
         yield Metric(split, "momentum_transform", gap, MOMENTUM)
@@ -83,15 +84,11 @@ def _centred_energy_error(said: Predictions, true: Predictions, qd: np.ndarray) 
     return np.abs(error - error.mean(1, keepdims=True)).mean(1)
 
 
-def _least_eigenvalue(said: Predictions) -> np.ndarray:
-    return np.linalg.eigvalsh(np.where(np.isfinite(said.mass), said.mass, 0.0)).min((1, 2))
-
-
 def _trapped(said: Predictions, true: Predictions, qd: np.ndarray) -> np.ndarray:
     """1 where a member has the cart's momentum and little else: L = p_x^2 / (2 m) has a small error of tau."""
     trapped = ~(_centred_energy_error(said, true, qd) <= LARGEST_ENERGY_ERROR)
     if said.mass is not None:
-        trapped |= _least_eigenvalue(said) < SMALLEST_INERTIA
+        trapped |= least_eigenvalue(said.mass) < SMALLEST_INERTIA
     return trapped.astype(float)
 
 

@@ -53,10 +53,14 @@ class Adam(Optimiser):
                 losses = self._native_epoch(compiled, problem.seeds, state, rates, epoch)
             _watch(state, losses, epoch)
             state["epoch"] = epoch + 1
-            if epoch % every == 0 or epoch == self.epochs - 1:
+            is_point = epoch % every == 0 or epoch == self.epochs - 1
+            if is_point:
                 state["curves"].append((epoch + 1, "loss", losses.double().numpy().copy()))
-            if problem.watch is not None:
-                state["curves"].append((epoch + 1, "passivity_margin", problem.watch(state["parameters"])))
+            state["curves"] += [
+                (epoch + 1, watch.name, watch(state["parameters"]))
+                for watch in problem.watches
+                if watch.always or is_point
+            ]
             checkpoint.save(state)
             progress((epoch + 1) / self.epochs, f"epoch {epoch + 1} of {self.epochs}, loss {losses.nanmedian():.2e}")
         return Fitted(state["parameters"], state["curves"], state["status"], {"epochs": self.epochs})

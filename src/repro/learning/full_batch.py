@@ -2,6 +2,7 @@
 
 import math
 from abc import abstractmethod
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -40,21 +41,24 @@ class FullBatch(Optimiser):
             member = MemberProblem(reduced.member(number))
             told = _share(progress, number, problem.members)
             solution = self.solve(member, parameters[number].double().numpy(), told)
-            state["done"].append((*solution, member.margins))
+            state["done"].append((*solution, member.seen))
             checkpoint.save(state)
-        weights, losses, status, margins = zip(*state["done"], strict=True)
+        weights, losses, status, seen = zip(*state["done"], strict=True)
         fitted = torch.from_numpy(np.stack(weights))
-        curves = merge_curves(losses, "loss") + merge_curves(margins, "passivity_margin")
+        curves = merge_curves([dict(enumerate(each)) for each in losses], "loss")
+        for watch in problem.watches:
+            curves += merge_curves([each[watch.name] for each in seen], watch.name)
         return Fitted(fitted, curves, list(status), {"epochs": self.iterations})
 
 
-def merge_curves(curves: tuple[list[float], ...], name: str) -> Curve:
-    """Curves of different lengths as one, each held at its last value: [(step, name, (member,))]; none of none."""
-    steps = max(len(curve) for curve in curves)
-    if not steps:
-        return []
-    padded = np.array([curve + [curve[-1]] * (steps - len(curve)) for curve in curves])
-    return [(step, name, padded[:, step]) for step in range(steps)]
+def merge_curves(curves: Sequence[Mapping[int, float]], name: str) -> Curve:
+    """The members' curves, step -> value, as one; each is held at its last value: [(step, name, (member,))]."""
+    latest = np.full(len(curves), np.nan)
+    merged = []
+    for step in sorted(set().union(*curves)):
+        latest = np.array([curve.get(step, before) for curve, before in zip(curves, latest, strict=True)])
+        merged.append((step, name, latest))
+    return merged
 
 
 def _share(progress: Progress, number: int, members: int) -> Progress:

@@ -29,14 +29,14 @@ class LBFGS(FullBatch):
                 return NOT_FINITE, np.zeros_like(x)
             return loss, gradient
 
-        problem.look(start)
+        problem.look(0, start)
         losses = [value_and_gradient(start)[0]]
         if losses[0] == NOT_FINITE:
             return start, [float("nan")], "diverged at step 0"
 
         def note(intermediate_result: OptimizeResult) -> None:
             losses.append(float(intermediate_result.fun))
-            problem.look(intermediate_result.x)
+            problem.look(len(losses) - 1, intermediate_result.x)
             progress(min(len(losses) / self.iterations, 1.0), f"iteration {len(losses)}, loss {losses[-1]:.2e}")
 
         limits = {"maxiter": self.iterations, "maxfun": 3 * self.iterations, "maxcor": self.memory}

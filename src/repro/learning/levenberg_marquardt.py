@@ -53,7 +53,7 @@ class LevenbergMarquardt(FullBatch):
         rows, jacobian = problem.linearise(parameters)
         loss, damping, stalled = float(rows @ rows), self.damping, 0
         losses = [loss]
-        problem.look(parameters)
+        problem.look(0, parameters)
         if not np.isfinite(loss):
             return parameters, losses, "diverged at step 0"
         gram, gradient = jacobian.T @ jacobian, jacobian.T @ rows
@@ -70,7 +70,7 @@ class LevenbergMarquardt(FullBatch):
             else:
                 stalled, damping = stalled + 1, min(damping * INCREASE, 1e12)
             losses.append(loss)
-            problem.look(trial)
+            problem.look(iteration + 1, parameters)
             if stalled == 20 or loss == 0:
                 break
             progress((iteration + 1) / self.iterations, f"iteration {iteration + 1}, loss {loss:.2e}")

@@ -10,18 +10,22 @@ from repro.learning.kernels.generated import GeneratedRows, generated_rows
 from repro.learning.native import NativeProblem, can_compile, native
 from repro.learning.problem import Problem
 
+SOMETIMES = 10  # steps, for what is not watched always
+
 
 @dataclass(frozen=True)
 class MemberProblem:
     """The problem of one member as functions of its weights (n_parameters,)."""
 
     problem: Problem  # of this member alone
-    margins: list[float] = field(default_factory=list)  # what the problem's watch saw, a step each
+    seen: dict[str, dict[int, float]] = field(default_factory=dict)  # by the problem's watches: name -> step -> value
 
-    def look(self, parameters: np.ndarray) -> None:
-        """Let the problem's watch look at the weights of a step."""
-        if self.problem.watch is not None:
-            self.margins.append(float(self.problem.watch(torch.from_numpy(parameters).unsqueeze(0))[0]))
+    def look(self, step: int, parameters: np.ndarray) -> None:
+        """Let the problem's watches look at the weights of a step."""
+        for watch in self.problem.watches:
+            if watch.always or step % SOMETIMES == 0:
+                value = watch(torch.from_numpy(parameters).unsqueeze(0))[0]
+                self.seen.setdefault(watch.name, {})[step] = float(value)
 
     @cached_property
     def compiled(self) -> NativeProblem | None:

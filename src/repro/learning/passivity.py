@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import ClassVar
 
 import casadi
 import numpy as np
@@ -42,6 +43,9 @@ class PassivityWatch:
     storage: the true system, whose energy a model without an energy of its own is judged by; None for the model's own.
     """
 
+    name: ClassVar[str] = "passivity_margin"
+    always: ClassVar[bool] = True
+
     model: Model
     states: States
     storage: System | None = None
@@ -49,6 +53,10 @@ class PassivityWatch:
     def __call__(self, parameters: Tensor) -> np.ndarray:
         """Worst margin (member,) of weights (member, n_parameters)."""
         return worst_margin(self.model, parameters.detach().double().numpy(), self.states, self.storage)
+
+    def member(self, index: int) -> "PassivityWatch":
+        """Itself: all members are asked at the same states."""
+        return self
 
 
 def worst_margin(model: Model, parameters: np.ndarray, states: States, storage: System | None = None) -> np.ndarray:

@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from repro.learning.objective import Objective
-from repro.learning.passivity import PassivityWatch
+from repro.learning.watch import Watch
 from repro.models.model import Model
 from repro.models.terms import Terms
 
@@ -63,15 +63,15 @@ class Task:
 class Problem:
     """Minimise, for every member, the sum of its tasks' mean squared rows + l1 |coefficients|.
 
-    l1: (n_parameters,) weights of the absolute values; seeds: one a member, for the batch order; watch: what is looked
-    at after every step.
+    l1: (n_parameters,) weights of the absolute values; seeds: one a member, for the batch order; watches: what to
+    look at on the way.
     """
 
     model: Model
     tasks: Sequence[Task]
     seeds: Sequence[int]
     l1: Tensor | None = None
-    watch: PassivityWatch | None = None
+    watches: Sequence[Watch] = ()
 
     @property
     def members(self) -> int:
@@ -96,7 +96,8 @@ class Problem:
 
     def member(self, index: int) -> "Problem":
         """The problem of one member alone."""
-        return replace(self, tasks=[task.member(index) for task in self.tasks], seeds=[self.seeds[index]])
+        tasks, watches = [task.member(index) for task in self.tasks], [watch.member(index) for watch in self.watches]
+        return replace(self, tasks=tasks, seeds=[self.seeds[index]], watches=watches)
 
     def linearise(self, parameters: Tensor) -> tuple[Tensor, Tensor]:
         """All rows (member, n_rows) and their Jacobian (member, n_rows, n_parameters); l1 terms are left out."""

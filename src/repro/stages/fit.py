@@ -11,12 +11,14 @@ import numpy as np
 import torch
 
 from repro.data.dataset import Dataset
+from repro.learning.inertia import InertiaWatch
 from repro.learning.objective import Objective
 from repro.learning.optimiser import Optimiser
 from repro.learning.passivity import PassivityWatch, States
 from repro.learning.problem import Problem, Task
 from repro.learning.result import Checkpoint, Fitted, Progress
 from repro.learning.training import Phase, make_task, train
+from repro.learning.watch import Watch
 from repro.mechanics.derive import dynamics_of, evaluate
 from repro.mechanics.system import System
 from repro.models.damped import without_damping
@@ -102,7 +104,7 @@ def phases_of(
     chosen, sequence = recipe.objective, recipe.sequence
     objective = Objective(chosen["kind"], chosen["transform_weight"])
     energetic = replace(objective, energy_weight=sequence["energy_weight"], energy_form=sequence["energy_form"])
-    l1, watch = _l1(model, chosen), _watch(model, chosen.get("passivity_states", 0), data[-1], system)
+    l1, watches = _l1(model, chosen), _watches(model, chosen.get("passivity_states", 0), data[-1], system)
 
     def task(dataset: Dataset | None, wanted: Objective) -> Task:
         if dataset is None:
@@ -110,7 +112,7 @@ def phases_of(
         return make_task(model, dataset.train, wanted, error_scale=chosen["error_scale"])
 
     def problem(*tasks: Task) -> Problem:
-        return Problem(model, tasks, recipe.seeds, l1, watch)
+        return Problem(model, tasks, recipe.seeds, l1, watches)
 
     kind = sequence["kind"]
     phases = []
@@ -143,12 +145,15 @@ def _anchor_task(model: Model, system: System, seeds: Sequence[int], objective: 
     return make_task(model, state, replace(objective, equation=None, transform_weight=0.0))
 
 
-def _watch(model: Model, count: int, data: Dataset, system: System) -> PassivityWatch | None:
-    if not count:
-        return None
-    velocities = data.train.qd.reshape(-1, data.n_q).std(axis=0)
-    states = States.random(data.coordinates, velocities, count, np.random.default_rng([count, 5]))
-    return PassivityWatch(model, states, None if model.energetic else system)
+def _watches(model: Model, count: int, data: Dataset, system: System) -> list[Watch]:
+    watches: list[Watch] = []
+    if model.energetic:
+        watches.append(InertiaWatch.over(model, data.test))
+    if count:
+        velocities = data.train.qd.reshape(-1, data.n_q).std(axis=0)
+        states = States.random(data.coordinates, velocities, count, np.random.default_rng([count, 5]))
+        watches.append(PassivityWatch(model, states, None if model.energetic else system))
+    return watches
 
 
 def _l1(model: Model, objective: Mapping[str, Any]) -> torch.Tensor | None:

@@ -24,7 +24,7 @@ class DeviceProblem(Problem):
         same = problem.cast(dtype)
         l1 = None if same.l1 is None else same.l1.to(device)
         tasks = [_moved(task, device) for task in same.tasks]
-        return cls(problem.model, tasks, problem.seeds, l1, problem.watch, device=device)
+        return cls(problem.model, tasks, problem.seeds, l1, problem.watches, device=device)
 
     @property
     def dtype(self) -> torch.dtype:
