@@ -119,7 +119,7 @@ class Energies(Section):
 
 
 class Scale(Section):
-    """How much of an experiment is run (conf/scale)."""
+    """How much of an experiment is run (conf/scale); None where nothing is cut."""
 
     name: Literal["smoke", "quick", "paper"]
     samples: Annotated[int, Field(ge=10)]
@@ -128,6 +128,8 @@ class Scale(Section):
     epochs: Annotated[float, Field(gt=0, le=1)]
     iterations: Annotated[float, Field(gt=0, le=1)]
     loops: Count
+    seconds: Positive | None
+    links: Count | None
 
 
 class Config(Section):
@@ -173,13 +175,16 @@ class Config(Section):
 
 
 def scaled(config: Config) -> Config:
-    """The same run at its scale: samples capped, epochs and iterations shortened."""
+    """The same run at its scale: samples capped, epochs and iterations shortened, long motions and chains left out."""
     scale = config.scale
     optimiser = dict(config.optimiser)
     for key, share in (("epochs", scale.epochs), ("iterations", scale.iterations), ("scouting", scale.iterations)):
         if key in optimiser:
             optimiser[key] = max(1, math.ceil(optimiser[key] * share))
     updates: dict[str, Any] = {"optimiser": optimiser}
+    horizons = _up_to(scale.seconds, config.energies.horizons)
+    updates["energies"] = config.energies.model_copy(update={"horizons": horizons})
+    updates |= {name: _up_to(scale.links, getattr(config, name)) for name in ("chain", "whole_chain")}
     if isinstance(config.data, RandomForce):
         updates["data"] = config.data.model_copy(update={"samples": min(config.data.samples, scale.samples)})
         shorter = min(config.curriculum.samples, scale.samples)
@@ -189,3 +194,7 @@ def scaled(config: Config) -> Config:
         updates["sequence"] = config.sequence.model_copy(update=sequence)
         updates["curriculum"] = config.curriculum.model_copy(update={"samples": shorter})
     return config.model_copy(update=updates)
+
+
+def _up_to(most: float | None, values: list[Any]) -> list[Any]:
+    return [value for value in values if most is None or value <= most]

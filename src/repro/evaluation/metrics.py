@@ -94,6 +94,8 @@ def _trapped(said: Predictions, true: Predictions, qd: np.ndarray) -> np.ndarray
 
 def _gravity(model: Model, parameters: Tensor, system: System, q: np.ndarray, split: str) -> Iterator[Metric]:
     """Learned weight of each cos(angle) over the true one, both fitted to the energy at rest, which has no gauge."""
+    if not system.angles:
+        return
     rest = np.zeros_like(q)
     at_rest = (q, rest, rest, rest)
     learned, true = (

@@ -72,12 +72,6 @@ static void backward(Layer *layers) {
   }
 }
 
-static vec *take(vec **memory, int64_t vectors) {
-  vec *taken = *memory;
-  *memory += vectors;
-  return taken;
-}
-
 static void jets_gradient(const double *data, const int64_t *order, int64_t count, double factor,
                           const double *parameters, double *total, Physics *physics) {
   int64_t units = 0, entries = 0;

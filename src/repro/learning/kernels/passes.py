@@ -12,12 +12,6 @@ The forward objective adds n_q tangents, forward and backward, between 2 and 3.
 """
 
 SOURCE = """
-static vec *take(vec **memory, int64_t vectors) {
-  vec *taken = *memory;
-  *memory += vectors;
-  return taken;
-}
-
 static void network_gradient(const double *data, const int64_t *order, int64_t count, double factor,
                              const double *parameters, double *total, const Form *form) {
   const int64_t along = form->solved ? 2 * PAIRS_OF_COORDINATES * UNIT : 0;

@@ -21,6 +21,12 @@ SOURCE = """
 #define ALWAYS static inline __attribute__((always_inline))
 typedef double vec __attribute__((vector_size(8 * LANES)));
 
+static vec *take(vec **memory, int64_t vectors) {
+  vec *taken = *memory;
+  *memory += vectors;
+  return taken;
+}
+
 ALWAYS void product_tile(const int rows, const int64_t inner, const double *weight, const vec *in, vec *out) {
   vec sum[TILE][3];
   for (int r = 0; r < rows; r++) for (int c = 0; c < 3; c++) sum[r][c] = (vec){0};
