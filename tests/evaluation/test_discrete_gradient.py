@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from repro.evaluation import discrete_gradient
 from repro.evaluation.discrete_gradient import integrate, phase_space
 from repro.evaluation.rollouts import acceleration
+from repro.mechanics.c_library import has_compiler
 from repro.mechanics.derive import evaluate
 from repro.mechanics.simulate import simulate
 from repro.models.bases import t1
@@ -99,3 +101,27 @@ def test_it_goes_on_while_a_damped_motion_comes_to_rest(structure):
     energy = evaluate(space.energy, states, parameters[:, None])[..., 0]
     assert np.isfinite(states).all()
     assert np.diff(energy, axis=1).max() < 1e-12
+
+
+@pytest.mark.skipif(not has_compiler(), reason="needs a C compiler")
+@pytest.mark.parametrize("dissipation", ["none", "state"])
+def test_the_compiled_iteration_follows_the_interpreted_one(dissipation, monkeypatch):
+    model, parameters = _model(dissipation)
+    parameters[1] *= 1.1
+    space = phase_space(model)
+    start = _phase(space, parameters)
+    interpreted = integrate(space, start, 300, 0.02, parameters)
+    monkeypatch.setattr(discrete_gradient, "COMPILED_FROM", 1)
+    np.testing.assert_allclose(integrate(space, start, 300, 0.02, parameters), interpreted, atol=1e-10)
+
+
+@pytest.mark.skipif(not has_compiler(), reason="needs a C compiler")
+def test_a_compiled_step_that_cannot_be_solved_spoils_its_own_trajectory_only(monkeypatch):
+    model, parameters = _model()
+    space = phase_space(model)
+    start = _phase(space, parameters)
+    start[0, 3] = np.nan
+    monkeypatch.setattr(discrete_gradient, "COMPILED_FROM", 1)
+    states = integrate(space, start, 20, 0.02, parameters)
+    assert np.isnan(states[0, 1:]).all()
+    assert np.isfinite(states[1]).all()

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import casadi
 import numpy as np
@@ -81,4 +82,14 @@ def _rate(chain: PortSystem) -> Callable[[np.ndarray], np.ndarray]:
     rows, columns = structure.sparsity().get_triplet()
     sparse = csr_matrix((structure.nonzeros(), (rows, columns)), shape=structure.shape)
     gradient = casadi.Function("gradient", [chain.state], [casadi.densify(chain.gradient)])
-    return lambda x: sparse @ evaluate(gradient, x)
+    buffer: Any
+    buffer, run = gradient.buffer()
+    slope = np.empty(chain.state.numel())
+    buffer.set_res(0, slope.data)
+
+    def rate(x: np.ndarray) -> np.ndarray:
+        buffer.set_arg(0, x.data)
+        run()
+        return sparse @ slope
+
+    return rate

@@ -5,12 +5,15 @@ from dataclasses import dataclass
 import casadi
 import numpy as np
 
+from repro.evaluation.implicit_engine import FixedPoint
+from repro.mechanics.c_library import has_compiler
 from repro.mechanics.derive import evaluate, solve_symmetric
 from repro.models.model import Model
 from repro.models.port_hamiltonian import PortHamiltonian
 
 TOLERANCE = 1e-13  # of a step, relative to the state
 MOST = 200  # iterations of a step
+COMPILED_FROM = 100_000  # steps of all trajectories; for fewer, compiling takes longer than it saves
 # Below this |d|^2 the correction of the mean slope, of order |d|^2, is smaller than what rounding makes of it, and the
 # iteration would not settle; without it such a step errs by |d|^3, 3e-14 at most.
 LEAST_MOVE = 1e-9
@@ -78,12 +81,19 @@ def integrate(
     """
     states = np.empty((len(initial), steps + 1, initial.shape[1]))
     states[:, 0] = initial
-    move = np.zeros_like(initial)
-    for k in range(steps):
-        x = states[:, k]
-        states[:, k + 1] = _solve(space.step, x, x + move, parameters, np.array([time_step]))
-        move = np.nan_to_num(states[:, k + 1] - x)
+    if len(initial) * steps >= COMPILED_FROM and has_compiler():
+        FixedPoint(space.step)(states, time_step, parameters, TOLERANCE, MOST)
+    else:
+        _interpret(space.step, states, time_step, parameters)
     return states
+
+
+def _interpret(step: casadi.Function, states: np.ndarray, time_step: float, parameters: np.ndarray) -> None:
+    move = np.zeros_like(states[:, 0])
+    for k in range(states.shape[1] - 1):
+        x = states[:, k]
+        states[:, k + 1] = _solve(step, x, x + move, parameters, np.array([time_step]))
+        move = np.nan_to_num(states[:, k + 1] - x)
 
 
 def _solve(
