@@ -55,7 +55,7 @@ def test_the_smallest_scale_leaves_out_long_motions_and_long_chains():
         links = [number for config in configs for number in (*config.chain, *config.whole_chain)]
         return max(horizon for config in configs for horizon in config.energies.horizons), max(links)
 
-    assert longest("scale=smoke") == (10, 100)
+    assert longest("scale=smoke") == (2, 100)
     assert longest("scale=quick") == (100, 10_000)
 
 

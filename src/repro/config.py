@@ -183,6 +183,7 @@ def scaled(config: Config) -> Config:
             optimiser[key] = max(1, math.ceil(optimiser[key] * share))
     updates: dict[str, Any] = {"optimiser": optimiser}
     horizons = _up_to(scale.seconds, config.energies.horizons)
+    updates["task"] = config.task.model_copy(update={"seconds": min(config.task.seconds, scale.seconds or math.inf)})
     updates["energies"] = config.energies.model_copy(update={"horizons": horizons})
     updates |= {name: _up_to(scale.links, getattr(config, name)) for name in ("chain", "whole_chain")}
     if isinstance(config.data, RandomForce):
