@@ -81,11 +81,14 @@ def test_the_staleness_of_a_run_is_judged_from_its_record(store):
 
 
 def test_long_curves_are_thinned_and_keep_both_ends(store):
-    curve = pd.DataFrame({"member": 0, "step": range(5000), "name": "loss", "value": 1.0})
-    store.run("sip_basis", {"mae_tau": [1.0]}, curves=curve)
-    steps = gather(store.outputs, "paper").curves["step"]
-    assert len(steps) == CURVE_STEPS
-    assert (steps.min(), steps.max()) == (0, 4999)
+    often = pd.DataFrame({"member": 0, "step": range(5000), "name": "loss", "value": 1.0})
+    seldom = often[::10].assign(name="min_eig_M")
+    store.run("sip_basis", {"mae_tau": [1.0]}, curves=pd.concat([often, seldom]))
+    curves = gather(store.outputs, "paper").curves
+    for name, last in (("loss", 4999), ("min_eig_M", 4990)):
+        steps = curves.loc[curves["name"] == name, "step"]
+        assert len(steps) == CURVE_STEPS
+        assert (steps.min(), steps.max()) == (0, last)
 
 
 def test_only_trajectories_that_a_figure_shows_are_kept(store):

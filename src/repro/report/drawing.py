@@ -32,6 +32,7 @@ FIGURES: Sequence[Figure] = (
     regimes.FIGURE,
     forward_inverse.FIGURE,
     learning_curves.OBJECTIVES,
+    learning_curves.INERTIAS,
     learning_curves.OPTIMISERS,
     identifiability.FIGURE,
     dip_energies.FIGURE,

@@ -146,15 +146,22 @@ def _read(path: Path) -> "pd.DataFrame":
 
 
 def _thinned(curves: "pd.DataFrame") -> "pd.DataFrame":
-    import numpy as np
+    """Each quantity at steps of its own: they are not all looked at as often."""
+    import pandas as pd
 
     if curves.empty:
         return curves
-    steps = np.sort(curves["step"].unique())
+    return pd.concat([_at_some_steps(one) for _, one in curves.groupby("name", sort=False)])
+
+
+def _at_some_steps(curve: "pd.DataFrame") -> "pd.DataFrame":
+    import numpy as np
+
+    steps = np.sort(curve["step"].unique())
     if len(steps) <= CURVE_STEPS:
-        return curves
+        return curve
     kept = steps[np.unique(np.linspace(0, len(steps) - 1, CURVE_STEPS).round().astype(int))]
-    return curves[curves["step"].isin(kept)]
+    return curve[curve["step"].isin(kept)]
 
 
 def _first_points(trajectories: "pd.DataFrame") -> "pd.DataFrame":

@@ -1,6 +1,7 @@
 """Learning curves: members as thin lines, their median thick."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,21 +17,41 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure as Canvas
 
-# What both objectives are judged by; the loss only where this was not followed.
-QUANTITIES = {"mae_tau": "MAE τ [N, N m]", "loss": "loss"}
 COLUMNS = 3
 TITLE = 22  # characters above one of three panels
 
 
+@dataclass(frozen=True)
+class Quantity:
+    """What is followed: its name in the curves, its label, and below which size it is drawn in proportion."""
+
+    name: str
+    label: str
+    small: float | None = None
+
+
+LOSS = Quantity("loss", "loss")
+INERTIA = Quantity("min_eig_M", "min eig M [kg, kg m²]", small=1e-3)
+
+
 def draw_objectives(results: Results) -> "Canvas | None":
     """Draw one panel a net and optimiser, inverse against forward."""
-    found = _with_curves(results, settings(results, "sip_forward_inverse"))
+    return _objectives(results, LOSS)
+
+
+def draw_inertia(results: Results) -> "Canvas | None":
+    """Draw the same panels, with the least eigenvalue of the mass matrix."""
+    return _objectives(results, INERTIA)
+
+
+def _objectives(results: Results, quantity: Quantity) -> "Canvas | None":
+    found = _with_curves(results, settings(results, "sip_forward_inverse"), quantity)
     roles = {"inverse": style.INVERSE, "forward": style.FORWARD}
     panels: dict[str, list[tuple[str, Setting]]] = {}
     for setting in found:
         title = setting.title("basis", "hidden", "optimiser")
         panels.setdefault(title, []).append((str(setting.card["objective"]), setting))
-    return curve_panels(results, panels, roles)
+    return curve_panels(results, panels, roles, quantity)
 
 
 def draw_optimisers(results: Results) -> "Canvas | None":
@@ -44,7 +65,10 @@ def draw_optimisers(results: Results) -> "Canvas | None":
 
 
 def curve_panels(
-    results: Results, panels: Mapping[str, Sequence[tuple[str, Setting]]], roles: Mapping[str, Role]
+    results: Results,
+    panels: Mapping[str, Sequence[tuple[str, Setting]]],
+    roles: Mapping[str, Role],
+    quantity: Quantity = LOSS,
 ) -> "Canvas | None":
     """Draw one panel a title, with a named line a setting; None without panels."""
     if not panels:
@@ -53,16 +77,19 @@ def curve_panels(
     rows = -(-len(panels) // columns)
     canvas = new_canvas(TEXT_WIDTH, 0.6 + 2.1 * rows)
     axes = canvas.subplots(rows, columns, squeeze=False, sharey=True).ravel()
-    quantity = _common_quantity(results, [setting for lines in panels.values() for _, setting in lines])
     for place, (axis, (title, lines)) in enumerate(zip(axes, panels.items(), strict=False)):
         axis.set_title(_in_two_lines(title))
         for name, setting in lines:
             _curves(axis, _curve(results, setting, quantity), roles[name])
         axis.set_xscale("symlog", linthresh=1)
-        axis.set_yscale("log")
+        if quantity.small is None:
+            axis.set_yscale("log")
+        else:
+            axis.set_yscale("symlog", linthresh=quantity.small)
+            axis.axhline(0.0, color="0.4", linewidth=0.8, zorder=0)
         axis.set_xlabel("epoch or iteration")
         if place % columns == 0:
-            axis.set_ylabel(QUANTITIES[quantity])
+            axis.set_ylabel(quantity.label)
     for axis in axes[len(panels) :]:
         axis.remove()
     handles = [axes[0].plot([], [], label=name, **role.line_style)[0] for name, role in roles.items()]
@@ -78,25 +105,16 @@ def _curves(axis: Any, table: "pd.DataFrame", role: Role) -> None:
     axis.plot(median.index, median, linewidth=1.8, **role.line_style)
 
 
-def _curve(results: Results, setting: Setting, name: str) -> "pd.DataFrame":
-    chosen = results.curves[results.curves["run"].isin(setting.run_ids) & (results.curves["name"] == name)]
+def _curve(results: Results, setting: Setting, quantity: Quantity) -> "pd.DataFrame":
+    chosen = results.curves[results.curves["run"].isin(setting.run_ids) & (results.curves["name"] == quantity.name)]
     members = {(run, seed) for seed, (run, _) in setting.members.items()}
     table = chosen.pivot_table(index="step", columns=["run", "member"], values="value", dropna=False)
-    positive = table.where(table > 0)
-    return positive[[key for key in positive.columns if key in members]]
+    drawn = table.where(table > 0) if quantity.small is None else table
+    return drawn[[key for key in drawn.columns if key in members]]
 
 
-def _common_quantity(results: Results, shown: Sequence[Setting]) -> str:
-    followed = all(not _curve(results, setting, "mae_tau").empty for setting in shown)
-    return "mae_tau" if followed else "loss"
-
-
-def _with_curves(results: Results, found: Sequence[Setting]) -> list[Setting]:
-    return [
-        setting
-        for setting in found
-        if anchor_name(setting) is None and any(not _curve(results, setting, quantity).empty for quantity in QUANTITIES)
-    ]
+def _with_curves(results: Results, found: Sequence[Setting], quantity: Quantity = LOSS) -> list[Setting]:
+    return [one for one in found if anchor_name(one) is None and not _curve(results, one, quantity).empty]
 
 
 def _in_two_lines(title: str) -> str:
@@ -118,6 +136,13 @@ OBJECTIVES = Figure(
     "Learning curves: inverse against forward",
     "Identical nets and budgets. Thin lines are members, the thick one their median; it ends where most have diverged.",
     draw_objectives,
+)
+INERTIAS = Figure(
+    "learning_curves_inertia",
+    "The mass matrix while learning: inverse against forward",
+    "Least eigenvalue of the learned M over samples of the test set; where it crosses zero the model has no forward "
+    "dynamics. Identical nets and budgets. Thin lines are members, the thick one their median.",
+    draw_inertia,
 )
 OPTIMISERS = Figure(
     "learning_curves_optimisers",

@@ -13,6 +13,8 @@ SEEN = {
     "axes; filled dots are inverse fits, open squares forward ones.",
     "learning_curves_objectives": "A panel a network and optimiser: loss over steps, both logarithmic; solid lines are "
     "inverse fits, dashed ones forward.",
+    "learning_curves_inertia": "A panel a network and optimiser: least eigenvalue of the mass matrix over steps, with "
+    "zero marked; solid lines are inverse fits, dashed ones forward.",
     "learning_curves_optimisers": "Loss over steps, both logarithmic, a line style an optimiser.",
     "identifiability": "A panel a basis: singular values from largest to smallest on a logarithmic axis; the last of "
     "them drop to the level of rounding.",
