@@ -12,7 +12,6 @@ from repro.tracking.recording import Curve, Rollout, RunRecording, write_recordi
 
 FILE = "recording.rrd"
 SHOWN = 3  # members: more make the picture crowded
-MOSTLY = 0.5
 
 
 def record(
@@ -92,18 +91,18 @@ def _power(table: pd.DataFrame, energy: np.ndarray, time: np.ndarray, system: Sy
 
 
 def _curves(learned: Mapping[str, pd.DataFrame]) -> dict[str, Curve]:
-    """Every quantity by name; positive ones as logarithms, since the viewer has no logarithmic axis."""
+    """Every quantity by name; as logarithms unless some are negative, since the viewer has no logarithmic axis."""
     result = {}
     for name in dict.fromkeys(name for rows in learned.values() for name in rows["name"]):
         lines = {label: rows[rows["name"] == name].groupby("step")["value"].mean() for label, rows in learned.items()}
         lines = {label: line for label, line in lines.items() if len(line)}
         together = pd.concat(lines.values())
-        positive = (together > 0).mean() > MOSTLY
+        logarithmic = not (together < 0).any()
         steps = together.index.unique().sort_values()
         values = {label: _held(line, steps) for label, line in lines.items()}
-        if positive:
+        if logarithmic:
             values = {label: np.log10(np.where(line > 0, line, np.nan)) for label, line in values.items()}
-        result[f"log10 {name}" if positive else name] = Curve(step=steps.to_numpy(), values=values)
+        result[f"log10 {name}" if logarithmic else name] = Curve(step=steps.to_numpy(), values=values)
     return result
 
 
