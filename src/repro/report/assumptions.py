@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from repro.errors import UserError
+from repro.report.rows import check_apart, read_rows
 
 TEXTS = ("id", "where", "quote", "problem", "choice", "config", "evidence")
 FIELDS = (*TEXTS, "sensitivity")
@@ -52,16 +53,7 @@ class Assumption:
 
 def load_assumptions(path: Path) -> list[Assumption]:
     """Read and check assumptions.yaml. Raises UserError naming the row and the field."""
-    import yaml
-
-    try:
-        rows = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, yaml.YAMLError) as error:
-        message = f"{path} cannot be read: {error}"
-        raise UserError(message) from error
-    if not isinstance(rows, list):
-        message = f"{path} must be a list of assumptions"
-        raise UserError(message)
+    rows = read_rows(path, "assumptions")
     for number, row in enumerate(rows, start=1):
         given = row if isinstance(row, dict) else {}
         faults = [f"{name} is missing" for name in FIELDS if not str(given.get(name) or "").strip()]
@@ -69,10 +61,7 @@ def load_assumptions(path: Path) -> list[Assumption]:
         if faults:
             message = f"{path.name}, row {number} ({given.get('id', '?')}): {', '.join(faults)}"
             raise UserError(message)
-    ids = [row["id"] for row in rows]
-    if len(set(ids)) < len(ids):
-        message = f"{path.name}: {', '.join(sorted({i for i in ids if ids.count(i) > 1}))} stands there twice"
-        raise UserError(message)
+    check_apart(path, [row["id"] for row in rows], "give each an id of its own")
     return [_assumption(row, f"{path.name}, {row['id']}") for row in rows]
 
 

@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 from repro.errors import UserError
 from repro.report.asking import check_predicate
+from repro.report.rows import check_apart, read_rows
 from repro.report.schema import CARD
 
 Kind = Literal["number", "statement", "declared"]
@@ -76,22 +77,9 @@ class Claim:
 
 def load_claims(path: Path) -> list[Claim]:
     """Read and check claims.yaml. Raises UserError naming the claim, the field and what is allowed."""
-    import yaml
-
-    try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, yaml.YAMLError) as error:
-        message = f"{path} cannot be read: {error}"
-        raise UserError(message) from error
-    if not isinstance(content, list):
-        message = f"{path} must be a list of claims"
-        raise UserError(message)
-    claims = [_claim(row, place=f"{path.name}, row {number}") for number, row in enumerate(content, start=1)]
-    names = [claim.name for claim in claims]
-    repeated = sorted({name for name in names if names.count(name) > 1})
-    if repeated:
-        message = f"{path.name}: {', '.join(repeated)} stands there twice; tell the rows apart by `part`"
-        raise UserError(message)
+    rows = enumerate(read_rows(path, "claims"), start=1)
+    claims = [_claim(row, place=f"{path.name}, row {number}") for number, row in rows]
+    check_apart(path, [claim.name for claim in claims], "tell the rows apart by `part`")
     return claims
 
 
