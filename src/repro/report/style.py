@@ -48,6 +48,9 @@ SERIES = (
     Role("#b0478f", (0, (6, 2, 1, 2)), "^", filled=False),
     Role("#5aa9e0", (0, (2, 1)), "v"),
     Role("#8a7000", (0, (8, 2)), "P", filled=False),
+    Role("#000000", (0, (3, 1, 1, 1, 1, 1)), "X"),
+    Role("#f0b400", (0, (5, 1)), "<", filled=False),
+    Role("#7a3b12", (0, (8, 2, 2, 2)), ">"),
 )
 
 SETTINGS: Any = {

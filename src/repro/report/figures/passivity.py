@@ -13,6 +13,7 @@ from repro.report.setting import Setting
 from repro.report.style import TEXT_WIDTH
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
@@ -26,14 +27,14 @@ LEAST_ERROR, MOST_ERROR = 1e-10, 1e4  # J; beyond the second a model has long di
 def draw_margins(results: Results) -> "Canvas | None":
     """Draw one line a setting: the worst margin over states and members at each step, on a log scale of both signs."""
     lines = [(setting, _worst(results, setting)) for setting in _watched(results)]
-    lines = [(setting, line) for setting, line in lines if line.size]
+    lines = [(setting, line) for setting, line in lines if len(line)]
     if not lines:
         return None
     canvas = new_canvas(TEXT_WIDTH, 3.4)
     panel = canvas.subplots()
     for number, (setting, line) in enumerate(lines):
         role = style.SERIES[number % len(style.SERIES)]
-        panel.plot(np.arange(line.size), line, label=_label(setting), **role.line_style)
+        panel.plot(line.index, line, label=_label(setting), **role.line_style)
     panel.axhline(BOUND, label="asked: never above 1e-9", **style.PAPER.line_style)
     panel.set_yscale("symlog", linthresh=1e-12)
     panel.set_yticks([-1e-2, -1e-6, -1e-10, 0, 1e-10, 1e-6, 1e-2, 1])
@@ -90,11 +91,12 @@ def _watched(results: Results) -> list[Setting]:
     return [s for s in settings(results, EXPERIMENT) if s.values("passivity_margin_worst").size]
 
 
-def _worst(results: Results, setting: Setting) -> np.ndarray:
+def _worst(results: Results, setting: Setting) -> "pd.Series[float]":
+    """The largest margin of all members, by step."""
     curves = results.curves
     own = curves[curves["run"].isin(setting.run_ids) & (curves["name"] == "passivity_margin")]
-    worst = own.groupby("step")["value"].max().sort_index().to_numpy(dtype=float)
-    return np.where(np.abs(worst) < FLOOR, 0.0, worst)
+    worst = own.groupby("step")["value"].max().sort_index()
+    return worst.mask(worst.abs() < FLOOR, 0.0)
 
 
 def _energies(results: Results, setting: Setting) -> Lines:

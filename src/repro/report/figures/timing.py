@@ -1,5 +1,6 @@
 """Paired timings: how many times longer the other takes, by size; to the right of the line ours is faster."""
 
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
 ROW = 0.34  # inches
-LABEL = 52  # characters
+LABEL = 52  # characters of a line
+COLUMNS = 4  # of the legend
 GROWTH = ("coordinates", "members", "samples")  # how a step grows, no contenders
 NEVER = 1.6  # times the greatest finite ratio: where a rival stands that did not get there
 
@@ -31,7 +33,7 @@ def draw(results: Results) -> "Canvas | None":
     roles = {size: style.SERIES[number % len(style.SERIES)] for number, size in enumerate(sizes)}
     finite = bench["ratio_median"][np.isfinite(bench["ratio_median"])]
     greatest = float(finite.max()) * NEVER if len(finite) else 10.0
-    canvas = new_canvas(TEXT_WIDTH, 0.9 + 0.2 * (-(-len(sizes) // 6)) + ROW * len(pairs))
+    canvas = new_canvas(TEXT_WIDTH, 0.9 + 0.2 * (-(-len(sizes) // COLUMNS)) + ROW * len(pairs))
     panel = canvas.subplots()
     for height, (_, rows) in enumerate(pairs):
         _row(panel, height, rows, roles, greatest)
@@ -42,7 +44,7 @@ def draw(results: Results) -> "Canvas | None":
     panel.grid(visible=False, axis="y")
     panel.set_xlabel("processor time, other / ours (right edge: the other never arrived)")
     entries = [panel.plot([], [], label=size, **role.marker_style)[0] for size, role in roles.items()]
-    canvas.legend(handles=entries, loc="outside upper left", ncols=6)
+    canvas.legend(handles=entries, loc="outside upper left", ncols=COLUMNS)
     return canvas
 
 
@@ -61,7 +63,7 @@ def _row(panel: Any, height: float, rows: "pd.DataFrame", roles: dict[str, Role]
 def _label(names: Any) -> str:
     name, ours, other = names
     lines = (f"{name.replace('_', ' ')}: {ours}", f"against {other}")
-    return "\n".join(line if len(line) <= LABEL else f"{line[: LABEL - 1]}…" for line in lines)
+    return "\n".join(part for line in lines for part in wrap(line, LABEL, break_on_hyphens=False))
 
 
 def _size(row: Any) -> str:
