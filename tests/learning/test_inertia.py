@@ -50,6 +50,15 @@ def test_a_member_is_watched_at_its_own_states(watched, start):
     assert len(set(alone)) == 3
 
 
+def test_an_optimiser_that_never_looks_tells_nothing(watched, start):
+    class Stay(LBFGS):
+        def solve(self, problem, start, progress):
+            return start, [1.0], "ok"
+
+    fitted = Stay().fit(watched, start(watched.model), silent, NoCheckpoint())
+    assert {name for _, name, _ in fitted.curves} == {"loss"}
+
+
 def test_watching_changes_nothing(watched, t1_problem, start):
     fits = [
         LevenbergMarquardt(iterations=3).fit(problem, start(problem.model), silent, NoCheckpoint())

@@ -193,9 +193,13 @@ def learning_curve(rng: np.random.Generator, end: float, n: int = 5, steps: int 
     step = np.arange(steps)
     frames = []
     for member in range(n):
-        value = end * (1 + 300 / (1 + step)) * rng.lognormal(sigma=0.15, size=steps)
+        curves = {
+            "loss": end * (1 + 300 / (1 + step)) * rng.lognormal(sigma=0.15, size=steps),
+            "min_eig_M": 0.04 - rng.lognormal(sigma=0.5) * np.exp(-step / 50),
+        }
         frames += [
-            pd.DataFrame({"member": member, "step": step, "name": name, "value": value}) for name in ("mae_tau", "loss")
+            pd.DataFrame({"member": member, "step": step, "name": name, "value": value})
+            for name, value in curves.items()
         ]
     return pd.concat(frames, ignore_index=True)
 

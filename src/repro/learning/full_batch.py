@@ -31,7 +31,7 @@ class FullBatch(Optimiser):
 
     @abstractmethod
     def solve(self, problem: MemberProblem, start: np.ndarray, progress: Progress) -> Solution:
-        """Fit one member from the weights `start` (n_parameters,)."""
+        """Fit one member from the weights `start` (n_parameters,); `problem.look` at a step's weights is followed."""
 
     def fit(self, problem: Problem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Train from `parameters` (member, n_parameters); the result is float64."""
@@ -47,12 +47,15 @@ class FullBatch(Optimiser):
         fitted = torch.from_numpy(np.stack(weights))
         curves = merge_curves([dict(enumerate(each)) for each in losses], "loss")
         for watch in problem.watches:
-            curves += merge_curves([each[watch.name] for each in seen], watch.name)
+            curves += merge_curves([each.get(watch.name, {}) for each in seen], watch.name)
         return Fitted(fitted, curves, list(status), {"epochs": self.iterations})
 
 
 def merge_curves(curves: Sequence[Mapping[int, float]], name: str) -> Curve:
-    """The members' curves, step -> value, as one; each is held at its last value: [(step, name, (member,))]."""
+    """The members' curves, step -> value, as one; each is held at its last value: [(step, name, (member,))].
+
+    nan where a member has none yet.
+    """
     latest = np.full(len(curves), np.nan)
     merged = []
     for step in sorted(set().union(*curves)):
