@@ -95,7 +95,7 @@ def test_troubles_end_calmly(monkeypatch, capsys, trouble, code, said):
     def raises(argv):
         raise trouble
 
-    monkeypatch.setattr("repro.tracking.commands.status", raises)
+    monkeypatch.setattr("repro.commands.status.status", raises)
     assert cli.main(["status"]) == code
     told = capsys.readouterr().err
     assert said in told

@@ -20,10 +20,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from repro import cluster, sweep
+from repro.commands import run as sweep
+from repro.config.overrides import expand
 from repro.errors import UserError
-from repro.overrides import expand
-from repro.planned import planned
+from repro.launch import cluster
+from repro.launch.jobs import Job
+from repro.sweep.missing import RUN_JOB
+from repro.sweep.planned_job import planned
 from repro.tracking.paths import Paths
 from repro.tracking.store import Store
 
@@ -50,17 +53,18 @@ def recordings(tmp_path: Path) -> tuple[Path, Path]:
 
 
 def job(outputs: Path, *overrides: str) -> dict[str, Any]:
-    """The arguments of one job, as a sweep hands them to a launcher."""
+    """One job, as a sweep hands them to a launcher."""
     [one] = planned(expand(overrides), Paths(outputs))
     resolved = one.composed.config.model_dump()
-    return {"resolved": resolved, "outputs": str(outputs), "command": one.composed.command}
+    arguments = {"resolved": resolved, "outputs": str(outputs), "command": one.composed.command}
+    return {"name": one.label, "target": RUN_JOB, "arguments": arguments, "command": one.composed.command}
 
 
-def run_here(outputs: Path, arguments: dict[str, Any]) -> dict[str, Any]:
+def run_here(outputs: Path, job: dict[str, Any]) -> dict[str, Any]:
     """Run a job as a launcher does on its machine, and read how it ended."""
     folder = outputs / "logs"
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "jobs.json").write_text(json.dumps([arguments]))
+    (folder / "jobs.json").write_text(json.dumps([job]))
     cluster._run_one(SimpleNamespace(folder=str(folder), job=0))
     return dict(json.loads((folder / "0" / "ended.json").read_text()))
 
@@ -136,7 +140,7 @@ def kill_maker_of_a_fit(outputs: Path) -> None:
 
 
 def test_a_job_that_left_no_word_did_not_end_well(outputs: Path) -> None:
-    result = cluster._ending(outputs, 0, {"command": "repro run"})
+    result = cluster._ending(outputs, 0, Job("job 0", "module:function", {}, "repro run"))
     assert result.outcome == "killed"
     assert result.log == str(outputs)
 

@@ -4,11 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from repro.comparison import compared
-from repro.compose import compose
+from repro.config.compose import compose
 from repro.errors import UserError
-from repro.pipeline import Pipeline
-from repro.tracking.recording import read_recording
+from repro.pipeline.plan import Pipeline
+from repro.pipeline.run import execute
+from repro.pipeline.side_by_side import compared
+from repro.recording.writer import read_recording
 from repro.tracking.store import Store
 
 TINY = ["scale=smoke", "data.samples=200", "data.episode_steps=100", "seeds=2", "record=false"]
@@ -28,7 +29,7 @@ def stored(tmp_path_factory):
     found = {}
     for name, overrides in RUNS.items():
         composed = compose([*TINY, *overrides])
-        found[name] = Pipeline.of(composed.config, composed.command).execute(Store(root))
+        found[name] = execute(Pipeline.of(composed.config, composed.command), Store(root))
     return root, found
 
 

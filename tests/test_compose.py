@@ -6,10 +6,10 @@ import shlex
 
 import pytest
 
-from repro.compose import compose, plan
+from repro.config.compose import compose, plan
+from repro.config.overrides import expand
+from repro.config.places import CONF, digest
 from repro.errors import UserError
-from repro.overrides import expand
-from repro.settings import CONF, digest
 
 # What an option needs beside it.
 COMPANIONS = {

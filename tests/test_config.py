@@ -4,7 +4,7 @@ import pytest
 import torch
 
 from repro import cli
-from repro.options import choices
+from repro.config.plugin_options import choices
 
 MISTAKES = {
     "system=spi": "system=spi: allowed are {systems} (did you mean sip?)",
@@ -16,7 +16,7 @@ MISTAKES = {
     "optimiser.epochs=ten": "optimiser.epochs = 'ten': should be a valid integer",
     "optimiser.epochs=0": "optimiser.epochs = 0: must be at least 1",
     "optimiser.learning_rate=-1": "optimiser.learning_rate = -1.0: must not be negative",
-    "optimiser.kind=sgd": "optimiser.kind = 'sgd': allowed are adam, lbfgs, least_squares",
+    "optimiser.kind=sgd": "optimiser.kind = 'sgd': allowed are adam, basis_selection, lbfgs",
     "basis=t3": "basis=t3: allowed are {bases}",
     "basis.name=t3": "basis.name = 't3': allowed are {bases}",
     "model.kind=mlp": "model.kind = 'mlp': allowed are blackbox, degenerate, extended, hinged, lagrangian",

@@ -36,15 +36,16 @@ from pathlib import Path
 
 import torch
 
-from repro.compose import compose
-from repro.pipeline import Pipeline
+from repro.config.compose import compose
+from repro.pipeline.plan import Pipeline
+from repro.pipeline.run import execute
 from repro.tracking.store import Store
 
 threads, root, *runs = sys.argv[1:]
 torch.set_num_threads(int(threads))
 for run in runs:
     composed = compose([*run.split(), "record=false"])
-    print(Pipeline.of(composed.config, composed.command).execute(Store(Path(root))).id)
+    print(execute(Pipeline.of(composed.config, composed.command), Store(Path(root))).id)
 """
 
 Results = dict[str, tuple[np.ndarray, dict[str, pd.DataFrame]]]

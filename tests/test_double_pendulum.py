@@ -4,9 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from repro.compose import compose
+from repro.config.compose import compose
 from repro.errors import UserError
-from repro.pipeline import Pipeline
+from repro.pipeline.plan import Pipeline
+from repro.pipeline.run import execute
 from repro.tracking.store import Store
 
 DIP = ("system=dip", "data.force_limit=4", "seeds=2", "record=false", "scale=quick", "sequence.starts=10")
@@ -17,13 +18,13 @@ CLOSED = (*DIP, "optimiser=least_squares", "data.samples=2500")
 def run(tmp_path):
     """Metrics of a run: the worst member of each (split, metric)."""
 
-    def execute(*overrides):
+    def run(*overrides):
         composed = compose(overrides)
-        record = Pipeline.of(composed.config, composed.command).execute(Store(tmp_path))
+        record = execute(Pipeline.of(composed.config, composed.command), Store(tmp_path))
         table = pd.read_parquet(record.folder / "metrics.parquet")
         return record, table.groupby(["split", "metric"])["value"].max()
 
-    return execute
+    return run
 
 
 def test_forces_alone_give_the_whole_lagrangian(run):

@@ -10,17 +10,17 @@ import time
 import pytest
 import yaml
 
-from repro.answers import answering
 from repro.bench.run import EXPERIMENT
 from repro.bench.suite import comparisons
-from repro.compose import parse, plan
-from repro.config import scaled
-from repro.overrides import expand, experiments
-from repro.planned import Planned
-from repro.report.claims import load_claims
-from repro.report.files import project_folder
-from repro.settings import CONF, EXPERIMENTS
-from repro.sweep import experiments_at
+from repro.claims.claims import load_claims
+from repro.commands.reproduce import experiments_at
+from repro.config.compose import parse, plan
+from repro.config.overrides import expand, experiments
+from repro.config.places import CONF, EXPERIMENTS
+from repro.config.schema import scaled
+from repro.sweep.planned_job import Planned
+from repro.sweep.relevant_jobs import answering
+from repro.tracking.paths import project_folder
 
 CLAIMS = project_folder() / "paper" / "claims.yaml"
 

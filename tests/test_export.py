@@ -11,11 +11,12 @@ import torch
 
 import repro
 from repro import cli
-from repro.compose import compose
+from repro.config.compose import compose
 from repro.errors import UserError
 from repro.evaluation.predictions import predict
-from repro.opened import OpenedRun
-from repro.pipeline import Pipeline
+from repro.pipeline.finished_run import OpenedRun
+from repro.pipeline.plan import Pipeline
+from repro.pipeline.run import execute
 from repro.tracking.store import Store
 
 TINY = ["scale=smoke", "data.samples=300", "data.episode_steps=100", "seeds=[4,7]", "record=false"]
@@ -82,7 +83,7 @@ def exported(outputs, tmp_path_factory):
 
 def made(outputs, name):
     composed = compose([*TINY, *MODELS[name]])
-    return Pipeline.of(composed.config, composed.command).execute(Store(outputs))
+    return execute(Pipeline.of(composed.config, composed.command), Store(outputs))
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -147,6 +148,6 @@ def test_a_run_opens_to_its_model_data_and_tables(outputs):
 
 def test_weights_of_older_code_are_refused(outputs, monkeypatch):
     record = made(outputs, "t1")
-    monkeypatch.setattr("repro.stages.fit.load_parameters", lambda folder: torch.zeros(2, 9))
+    monkeypatch.setattr("repro.pipeline.stages.fit.load_parameters", lambda folder: torch.zeros(2, 9))
     with pytest.raises(UserError, match="has 9 weights a member, its model now takes 4"):
         _ = repro.load_run(record.id, root=outputs).parameters

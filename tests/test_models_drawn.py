@@ -2,11 +2,11 @@ import json
 
 import numpy as np
 
-from repro.architecture import FILE, architecture
+from repro.export.architecture import FILE, architecture
 
 
 def test_the_diagrams_show_the_models_as_they_are():
-    """After a change of the models: python -m repro.architecture."""
+    """After a change of the models: python -m repro.export.architecture."""
     assert json.loads(FILE.read_text(encoding="utf-8")) == architecture()
 
 

@@ -2,8 +2,8 @@
 
 import pytest
 
+from repro.config.overrides import EXPERIMENT, belongs, expand, experiments, setting
 from repro.errors import UserError
-from repro.overrides import EXPERIMENT, belongs, expand, experiments, setting
 
 
 def test_lists_multiply():

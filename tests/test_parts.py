@@ -6,11 +6,12 @@ import torch
 
 import repro
 from repro import cli
-from repro.compose import compose
+from repro.config.compose import compose
 from repro.errors import UserError
 from repro.evaluation.predictions import predict
-from repro.parts import fit_of
-from repro.pipeline import Pipeline
+from repro.pipeline.plan import Pipeline
+from repro.pipeline.run import execute
+from repro.pipeline.submodels import fit_of
 from repro.tracking.store import Store
 
 TINY = ["scale=smoke", "data.samples=300", "data.episode_steps=20", "data.reset=random", "record=false"]
@@ -33,7 +34,7 @@ def _pipeline(*overrides, seeds="[4,7]"):
 
 
 def _made(outputs, *overrides, seeds="[4,7]"):
-    return _pipeline(*overrides, seeds=seeds).execute(Store(outputs))
+    return execute(_pipeline(*overrides, seeds=seeds), Store(outputs))
 
 
 @pytest.fixture(scope="module")

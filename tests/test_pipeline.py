@@ -5,9 +5,10 @@ import json
 import numpy as np
 import pytest
 
-from repro.compose import compose
-from repro.pipeline import Pipeline, run_job
-from repro.stages import checkpoint
+from repro.config.compose import compose
+from repro.pipeline.plan import Pipeline
+from repro.pipeline.run import execute, run_job
+from repro.pipeline.stages import checkpoint
 from repro.tracking import progress
 from repro.tracking.store import StageFailed, Store
 
@@ -74,7 +75,7 @@ def test_names_can_be_read():
 def test_a_run_leaves_its_stages_and_is_not_repeated(tmp_path):
     store = Store(tmp_path)
     made = pipeline("basis=t1", "optimiser=least_squares")
-    record = made.execute(store)
+    record = execute(made, store)
     card = record.summary["card"]
     assert (card["basis"], card["optimiser"], card["hidden"]) == ("t1", "least_squares", None)
     assert (card["n_train"], card["seeds"], card["literal"]) == (160, [0, 1], False)
@@ -95,7 +96,7 @@ def test_a_controller_adds_its_loops_and_leaves_the_fit_alone(tmp_path):
     assert ids(*base)["fit"] == ids(*asked)["fit"] and ids(*base)["run"] != ids(*asked)["run"]
     other = pipeline(*asked, "task.mismatch=0.1").control_stage.id
     assert pipeline(*asked).control_stage.id != other and pipeline(*base).control_stage is None
-    record = pipeline(*asked).execute(Store(tmp_path))
+    record = execute(pipeline(*asked), Store(tmp_path))
     assert {"control.parquet", "closed_loops.parquet"} <= {path.name for path in record.folder.iterdir()}
     assert record.summary["card"]["control"] == "sip" and 0 <= record.summary["median"]["success"] <= 1
     assert pipeline(*asked).finished(Store(tmp_path)).id == record.id
@@ -105,11 +106,11 @@ def test_a_controller_adds_its_loops_and_leaves_the_fit_alone(tmp_path):
 def test_a_damaged_dataset_is_said_set_aside_and_made_again(tmp_path, capsys):
     store = Store(tmp_path)
     made = pipeline("basis=t1", "optimiser=least_squares")
-    record = made.execute(store)
+    record = execute(made, store)
     file = tmp_path / "data" / made.data_stages["data"].id / "data.npz"
     whole = file.read_bytes()
     file.write_bytes(whole[: len(whole) // 2])
-    other = pipeline("basis=t1", "optimiser=lasso").execute(store)
+    other = execute(pipeline("basis=t1", "optimiser=lasso"), store)
     told = capsys.readouterr().err
     assert "was damaged" in told and "data.npz" in told
     assert len(told.strip().splitlines()) == 1
@@ -158,17 +159,17 @@ def test_ctrl_c_and_resume_give_the_same_bits(name, tmp_path, monkeypatch):
     monkeypatch.setattr(checkpoint, "PAUSE_SECONDS", 0.0)
     monkeypatch.setattr(progress, "_SHORTEST_PAUSE_S", 0.0)
     overrides = RESUMABLE[name]
-    whole = pipeline(*overrides).execute(Store(tmp_path / "whole"))
+    whole = execute(pipeline(*overrides), Store(tmp_path / "whole"))
 
     broken = Store(tmp_path / "broken")
     monkeypatch.setattr(progress, "_listener", Interrupting(0.6))
     with pytest.raises(KeyboardInterrupt):
-        pipeline(*overrides).execute(broken)
+        execute(pipeline(*overrides), broken)
     working = tmp_path / "broken" / "fits" / ".work"
     assert list(working.glob("*/checkpoint*"))
     rest = Interrupting(2.0)
     monkeypatch.setattr(progress, "_listener", rest)
-    resumed = pipeline(*overrides).execute(broken)
+    resumed = execute(pipeline(*overrides), broken)
 
     np.testing.assert_array_equal(weights(resumed), weights(whole))
     assert resumed.summary["card"] == whole.summary["card"]
@@ -178,7 +179,7 @@ def test_ctrl_c_and_resume_give_the_same_bits(name, tmp_path, monkeypatch):
 
 
 def test_two_runs_of_one_configuration_are_equal_to_the_bit(tmp_path):
-    made = [pipeline("basis=t2").execute(Store(tmp_path / name)) for name in ("one", "two")]
+    made = [execute(pipeline("basis=t2"), Store(tmp_path / name)) for name in ("one", "two")]
     np.testing.assert_array_equal(*map(weights, made))
     metrics = [json.loads((record.folder / "run.json").read_bytes())["files"] for record in made]
     assert metrics[0]["trajectories.parquet"] == metrics[1]["trajectories.parquet"]
@@ -187,7 +188,7 @@ def test_two_runs_of_one_configuration_are_equal_to_the_bit(tmp_path):
 def test_a_model_too_wide_to_simulate_is_measured_but_not_recorded(tmp_path):
     store = Store(tmp_path)
     made = pipeline("basis=t2", "model.hidden=[60,60]", "optimiser.epochs=1", "record=true", "seeds=1")
-    record = made.execute(store)
+    record = execute(made, store)
     assert record.summary["card"]["n_parameters"] > 2000
     assert made.finished(store) == record
     assert not list(tmp_path.glob("recordings/*/run.json"))

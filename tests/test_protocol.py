@@ -2,9 +2,9 @@
 
 import pytest
 
-from repro.compose import compose
-from repro.config import scaled
-from repro.protocol import is_literal
+from repro.config.compose import compose
+from repro.config.schema import scaled
+from repro.pipeline.as_printed import is_literal
 
 WIDE = "model.hidden=[500,500]"
 

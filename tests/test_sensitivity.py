@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import pytest
 
-from repro import cli, sensitivity
+from repro import cli
+from repro.claims.assumptions import Trial, load_assumptions
+from repro.claims.claims import load_claims
+from repro.config.overrides import check, experiments
 from repro.errors import UserError
-from repro.overrides import check, experiments
-from repro.report.assumptions import Trial, load_assumptions
-from repro.report.claims import load_claims
-from repro.report.files import project_folder
-from repro.sensitivity import plan_cases
-from repro.tracking.paths import Paths
+from repro.sweep import assumption_runs as sensitivity
+from repro.sweep.assumption_runs import plan_cases
+from repro.tracking.paths import Paths, project_folder
 
 PAPER = project_folder() / "paper"
 LEDGER = {row.id: row for row in load_assumptions(PAPER / "assumptions.yaml")}

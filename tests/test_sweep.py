@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from repro import cli
-from repro.overrides import expand
+from repro.config.overrides import expand
 
 SMALL = ["scale=smoke", "data.samples=200", "data.episode_steps=100", "record=false"]
 QUICK = ["basis=t1", "optimiser=least_squares", *SMALL]

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 
 
 def load_run(id: str, *, root: Path | None = None) -> Run:
-    """One stored run: card, config, tables, data, model and learned parameters; see `repro.opened.OpenedRun`."""
-    from repro.opened import open_run
+    """One stored run with its card, tables, data, model and weights; see `repro.pipeline.finished_run.OpenedRun`."""
+    from repro.pipeline.finished_run import open_run
 
     return open_run(id, root=root)
 

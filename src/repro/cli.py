@@ -25,39 +25,46 @@ class Command:
 
 
 COMMANDS = (
-    Command("reproduce", "run every experiment and make the report", "reproduce scale=quick", "repro.sweep:reproduce"),
-    Command("run", "run one configuration, or many with -m", "run -m basis=t1,t2", "repro.sweep:run"),
+    Command(
+        "reproduce",
+        "run every experiment and make the report",
+        "reproduce scale=quick",
+        "repro.commands.reproduce:reproduce",
+    ),
+    Command("run", "run one configuration, or many with -m", "run -m basis=t1,t2", "repro.commands.run:run"),
     Command(
         "sensitivity",
         "change one assumption at a time",
         "sensitivity data_start",
-        "repro.sensitivity:main",
+        "repro.commands.sensitivity:main",
     ),
     Command(
-        "status", "what is done, stale, failed, missing", "status --why 9f3c2a81bd", "repro.tracking.commands:status"
+        "status", "what is done, stale, failed, missing", "status --why 9f3c2a81bd", "repro.commands.status:status"
     ),
-    Command("runs", "list stored runs", "runs basis=t2", "repro.tracking.commands:runs"),
-    Command("show", "one run in full", "show 9f3c2a81bd", "repro.tracking.details:show"),
-    Command("diff", "how two runs differ", "diff 9f3c2a81bd 04be7d1f6a", "repro.tracking.details:diff"),
-    Command("report", "make tables, figures and verdicts from stored runs", "report", "repro.report.command:main"),
+    Command("runs", "list stored runs", "runs basis=t2", "repro.commands.runs:runs"),
+    Command("show", "one run in full", "show 9f3c2a81bd", "repro.commands.show:show"),
+    Command("diff", "how two runs differ", "diff 9f3c2a81bd 04be7d1f6a", "repro.commands.diff:diff"),
+    Command("report", "make tables, figures and verdicts from stored runs", "report", "repro.commands.report:main"),
     Command(
         "identify",
         "what data can tell of a linear basis",
         "identify system=dip basis=fxf sequence=d_h_only",
-        "repro.identify:main",
+        "repro.commands.identify:main",
     ),
-    Command("view", "open a run's recording, or several in one", "view 9f3c2a81bd 04be7d1f6a", "repro.view:main"),
     Command(
-        "export", "a learned model for CasADi, C and torch", "export 9f3c2a81bd exported", "repro.export.command:main"
+        "view", "open a run's recording, or several in one", "view 9f3c2a81bd 04be7d1f6a", "repro.commands.view:main"
+    ),
+    Command(
+        "export", "a learned model for CasADi, C and torch", "export 9f3c2a81bd exported", "repro.commands.export:main"
     ),
     Command(
         "mlflow",
         "copy finished runs to an MLflow tracking store",
         "mlflow sqlite:///mlflow.db basis=t2",
-        "repro.tracking.mlflow_export:main",
+        "repro.commands.mlflow:main",
     ),
-    Command("bench", "time this project against others", "bench", "repro.bench.command:main"),
-    Command("clean", "remove leftovers, never a current result", "clean --yes", "repro.tracking.commands:clean"),
+    Command("bench", "time this project against others", "bench", "repro.commands.bench:main"),
+    Command("clean", "remove leftovers, never a current result", "clean --yes", "repro.commands.clean:clean"),
 )
 
 

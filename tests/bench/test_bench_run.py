@@ -7,13 +7,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from repro.bench import command, kept, machine, peers, suite
+from repro.bench import kept, machine, peers, suite
 from repro.bench.comparison import COLUMNS, Comparison
 from repro.bench.pairing import Pairs
 from repro.bench.run import FILE, run, stage
 from repro.bench.scale import SCALES
-from repro.report.gather import gather
-from repro.report.schema import BENCH
+from repro.commands import bench as command
+from repro.results.gather import gather
+from repro.results.schema import BENCH
 from repro.tracking.store import Store
 
 # torch.func loads its rules for forward mode with a function that torch itself deprecates
@@ -93,9 +94,15 @@ def test_another_machine_or_scale_is_another_bench(monkeypatch):
 
 def test_the_bench_depends_on_what_it_times_and_not_on_its_own_table():
     code = set(stage("smoke").identity["code"])
-    timed = {"learning.native", "learning.kernels.products", "models.network", "bench.naive", "mechanics.systems.sip"}
+    timed = {
+        "learning.native",
+        "learning.kernels.matrix_products",
+        "models.network",
+        "bench.naive",
+        "mechanics.systems.sip",
+    }
     assert {f"repro.{name}" for name in timed} <= code
-    assert "repro.bench.command" not in code
+    assert "repro.commands.bench" not in code
 
 
 def test_the_report_finds_it_under_its_experiment(tmp_path, measured):

@@ -9,8 +9,8 @@ import torch
 from repro.bench.case import Case, lagrangian_case, structured_case
 from repro.bench.naive import engineered_features, naive_step, t2_features
 from repro.bench.step import native_step, torch_step
+from repro.codegen.c_library import has_compiler
 from repro.errors import UserError
-from repro.mechanics.c_library import has_compiler
 from repro.models.bases import engineered, t2
 from repro.models.blackbox import BlackBox
 

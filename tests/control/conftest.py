@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from repro.control.optimal_control_problem import Obstacle, Problem, Weights
 from repro.control.predictive_model import PredictiveModel
-from repro.control.problem import Obstacle, Problem, Weights
 from repro.control.transcription import Transcription
 from repro.mechanics.system import load
 from repro.models.truth import Truth

@@ -5,11 +5,12 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
+from repro.codegen.evaluate import evaluate
 from repro.control.adaptation import Identification, Prior
 from repro.control.conditions import measured, random_starts
 from repro.control.momentum_balance import MomentumBalance, forces, information, momenta
 from repro.data.random_force import random_force
-from repro.mechanics.derive import dynamics_of, evaluate
+from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
 from repro.mechanics.system import load
 from repro.models.structured import Structured

@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
+from repro.codegen.evaluate import evaluate
 from repro.control.closed_loop import run_loop
 from repro.control.conditions import Conditions, hanging_start, random_starts
 from repro.control.decision import Decision
+from repro.control.optimal_control_problem import Obstacle
 from repro.control.predictive_controller import PredictiveController
-from repro.control.problem import Obstacle
 from repro.control.solver import Limits, make_solver
-from repro.mechanics.derive import dynamics_of, evaluate
+from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
 
 OBSTACLE = Obstacle()

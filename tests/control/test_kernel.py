@@ -6,8 +6,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from repro.control.kernel import LANES, kernel, preamble
-from repro.mechanics.c_library import has_compiler, load_library
+from repro.codegen.c_library import has_compiler, load_library
+from repro.codegen.stage_kernels import LANES, kernel, preamble
 
 pytestmark = pytest.mark.skipif(not has_compiler(), reason="kernels are compiled")
 

@@ -7,8 +7,8 @@ import pytest
 from repro.control import matrix_network
 from repro.control.interval import interval
 from repro.control.matrix_network import MatrixNetwork, is_wide
+from repro.control.optimal_control_problem import Obstacle, Problem, Weights
 from repro.control.predictive_model import PredictiveModel
-from repro.control.problem import Obstacle, Problem, Weights
 from repro.models.bases import t1, t2
 from repro.models.lagrangian import Lagrangian
 

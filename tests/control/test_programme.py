@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from repro.control.problem import Obstacle, Weights
+from repro.control.optimal_control_problem import Obstacle, Weights
 from repro.control.programme import programme
 
 VARIANTS = {

@@ -6,12 +6,12 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from repro.codegen.c_library import has_compiler
+from repro.control.optimal_control_problem import Obstacle, Weights
 from repro.control.predictive_model import PredictiveModel
-from repro.control.problem import Obstacle, Weights
 from repro.control.programme import programme
 from repro.control.solver import Limits, compiled_programme
 from repro.control.transcription import Transcription
-from repro.mechanics.c_library import has_compiler
 from repro.mechanics.system import load
 from repro.models.bases import fxf
 from repro.models.lagrangian import Lagrangian

@@ -6,11 +6,11 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from repro.codegen.c_library import has_compiler
 from repro.control import solver as module
-from repro.control.problem import Obstacle
+from repro.control.optimal_control_problem import Obstacle
 from repro.control.programme import programme
 from repro.control.solver import Limits, compiled_programme, ipopt, make_solver
-from repro.mechanics.c_library import has_compiler
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from repro.codegen.c_library import has_compiler, library_file
 from repro.control.shooting import shooting_code
 from repro.control.solver import Limits, compiled_programme
 from repro.control.solver_process import GuardedSolver
-from repro.mechanics.c_library import has_compiler, library_file
 
 pytestmark = pytest.mark.skipif(not has_compiler(), reason="fatrop's programme is compiled")
 

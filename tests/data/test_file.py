@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from repro.data.file import from_file
 from repro.data.random_force import random_force
+from repro.data.recording_file import from_file
 from repro.errors import UserError
 from repro.mechanics.system import load
 

@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
+from repro.codegen.evaluate import evaluate
 from repro.data.free_motion import free_motion
 from repro.errors import UserError
-from repro.mechanics.derive import dynamics_of, evaluate
+from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import READINGS, load, names
 
 SWINGING = [load(name, reading) for name in names() for reading in READINGS if load(name).angles]

@@ -3,10 +3,11 @@ import time
 import numpy as np
 import pytest
 
+from repro.codegen.evaluate import evaluate
 from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
 from repro.errors import UserError
-from repro.mechanics.derive import dynamics_of, evaluate
+from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import load
 
 SYSTEM = load("sip")

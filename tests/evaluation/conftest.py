@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 import torch
 
+from repro.codegen.evaluate import evaluate
 from repro.data.random_force import random_force
-from repro.mechanics.derive import derive, evaluate
+from repro.mechanics.derive import derive
 from repro.mechanics.system import load
 from repro.models.bases import t1
 from repro.models.lagrangian import Lagrangian

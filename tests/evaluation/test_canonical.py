@@ -4,9 +4,10 @@ import casadi
 import numpy as np
 import pytest
 
+from repro.codegen.evaluate import evaluate
 from repro.evaluation.canonical import Gauge
 from repro.evaluation.predictions import predict
-from repro.mechanics.derive import dynamics_of, evaluate
+from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import load
 
 READINGS = ["raw", "anchor", "canonical", "canonical_anchor"]

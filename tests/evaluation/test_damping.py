@@ -8,9 +8,9 @@ from repro.data.random_force import random_force
 from repro.evaluation.damping import damping_errors
 from repro.learning.least_squares import LeastSquares
 from repro.learning.objective import Objective
-from repro.learning.problem import Problem
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
+from repro.learning.training_problem import Problem
 from repro.mechanics.system import load
 from repro.models.bases import t1
 from repro.models.damped import Damped

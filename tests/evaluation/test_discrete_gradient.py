@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from repro.codegen.c_library import has_compiler
+from repro.codegen.evaluate import evaluate
 from repro.evaluation import discrete_gradient
 from repro.evaluation.discrete_gradient import integrate, phase_space
 from repro.evaluation.rollouts import acceleration
-from repro.mechanics.c_library import has_compiler
-from repro.mechanics.derive import evaluate
 from repro.mechanics.simulate import simulate
 from repro.models.bases import t1
 from repro.models.lagrangian import Lagrangian

@@ -8,8 +8,8 @@ from repro.data.random_force import random_force
 from repro.evaluation.identifiability import identifiability
 from repro.learning.least_squares import regression
 from repro.learning.objective import Objective
-from repro.learning.problem import Problem
 from repro.learning.training import make_task
+from repro.learning.training_problem import Problem
 from repro.mechanics.system import load
 from repro.models.bases import fxf, fxf_gauge, library, t1
 from repro.models.lagrangian import Lagrangian

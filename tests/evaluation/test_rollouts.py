@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import torch
 
+from repro.codegen.evaluate import evaluate
 from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
 from repro.evaluation import rollouts
@@ -18,7 +19,7 @@ from repro.evaluation.rollouts import (
     rollout_errors,
     window_error,
 )
-from repro.mechanics.derive import dynamics_of, evaluate
+from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
 from repro.models.bases import t1, t2
 from repro.models.blackbox import BlackBox

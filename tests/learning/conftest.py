@@ -10,8 +10,8 @@ import torch
 from repro.data.free_motion import free_motion
 from repro.data.random_force import random_force
 from repro.learning.objective import Objective
-from repro.learning.problem import Problem
 from repro.learning.training import make_task
+from repro.learning.training_problem import Problem
 from repro.mechanics.system import load
 from repro.models.bases import t1
 

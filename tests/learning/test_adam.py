@@ -10,9 +10,9 @@ import torch
 from repro.learning import adam
 from repro.learning.adam import Adam
 from repro.learning.objective import Objective
-from repro.learning.problem import Problem
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
+from repro.learning.training_problem import Problem
 from repro.models.bases import t2
 from repro.models.lagrangian import Lagrangian
 

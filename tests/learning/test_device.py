@@ -10,14 +10,14 @@ from repro.errors import UserError
 from repro.learning import adam
 from repro.learning.adam import Adam
 from repro.learning.device import order
-from repro.learning.device.adam import DeviceAdam
 from repro.learning.device.cuda import captured, check_device
+from repro.learning.device.device_adam import DeviceAdam
+from repro.learning.device.device_problem import DeviceProblem
 from repro.learning.device.indices import KeptIndices
-from repro.learning.device.problem import DeviceProblem
 from repro.learning.objective import Objective
-from repro.learning.problem import Problem
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import Phase, make_task, train
+from repro.learning.training_problem import Problem
 from repro.models.bases import t1, t2
 from repro.models.blackbox import BlackBox
 from repro.models.damped import Damped

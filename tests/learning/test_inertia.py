@@ -7,11 +7,12 @@ import pytest
 import torch
 
 from repro.learning.adam import Adam
-from repro.learning.inertia import InertiaWatch, least_eigenvalue
 from repro.learning.lbfgs import LBFGS
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import Phase, train
+from repro.learning.watch import InertiaWatch
+from repro.models.terms import least_eigenvalue
 
 
 @pytest.fixture

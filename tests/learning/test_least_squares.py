@@ -9,9 +9,9 @@ import torch
 from repro.data.random_force import random_force
 from repro.learning.least_squares import LeastSquares, regression, solve
 from repro.learning.objective import Objective
-from repro.learning.problem import Problem
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
+from repro.learning.training_problem import Problem
 from repro.models.bases import library, t1
 from repro.models.lagrangian import Lagrangian
 

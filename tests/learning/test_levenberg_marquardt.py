@@ -8,9 +8,9 @@ from repro.data.random_force import random_force
 from repro.evaluation.metrics import pointwise
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.objective import Objective
-from repro.learning.problem import Problem
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
+from repro.learning.training_problem import Problem
 from repro.models.bases import t1, t2
 from repro.models.lagrangian import Lagrangian
 from repro.models.structured import Structured

@@ -4,18 +4,19 @@ import numpy as np
 import pytest
 import torch
 
+from repro.codegen.lanes import LANES
 from repro.learning import native as module
 from repro.learning.adam import Adam
-from repro.learning.kernels.generated import LANES, generated_kernel
-from repro.learning.kernels.network import network_kernel
+from repro.learning.kernels.generated import generated_kernel
+from repro.learning.kernels.network_kernel import network_kernel
 from repro.learning.kernels.positions import position_kernel
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.members import MemberProblem
 from repro.learning.native import NativeProblem, can_compile, native
 from repro.learning.objective import Objective
-from repro.learning.problem import Problem
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
+from repro.learning.training_problem import Problem
 from repro.models.bases import raw, t1, t2
 from repro.models.blackbox import BlackBox
 from repro.models.lagrangian import Lagrangian

@@ -4,10 +4,11 @@ import casadi
 import numpy as np
 import torch
 
+from repro.codegen.evaluate import evaluate
 from repro.learning.objective import Objective
-from repro.learning.problem import Problem
 from repro.learning.training import make_task
-from repro.mechanics.derive import derive, evaluate
+from repro.learning.training_problem import Problem
+from repro.mechanics.derive import derive
 from repro.models.bases import t2
 from repro.models.lagrangian import Lagrangian
 

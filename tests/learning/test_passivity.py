@@ -4,19 +4,21 @@ import numpy as np
 import pytest
 import torch
 
+from repro.codegen.evaluate import evaluate
 from repro.learning.adam import Adam
 from repro.learning.lbfgs import LBFGS
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.objective import Objective
-from repro.learning.passivity import PassivityWatch, States, margins, worst_margin
-from repro.learning.problem import Problem
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
-from repro.mechanics.derive import dynamics_of, evaluate
+from repro.learning.training_problem import Problem
+from repro.learning.watch import PassivityWatch
+from repro.mechanics.derive import dynamics_of
 from repro.models.bases import t1
 from repro.models.blackbox import BlackBox
 from repro.models.damped import Damped
 from repro.models.lagrangian import Lagrangian
+from repro.models.passivity import States, margins, worst_margin
 from repro.models.port_hamiltonian import PortHamiltonian
 from repro.models.structured import Structured
 

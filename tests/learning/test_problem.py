@@ -7,8 +7,8 @@ import pytest
 import torch
 
 from repro.learning.objective import Objective
-from repro.learning.problem import Problem
 from repro.learning.training import make_task
+from repro.learning.training_problem import Problem
 from repro.models.bases import t1, t2
 from repro.models.lagrangian import Lagrangian
 

@@ -9,9 +9,9 @@ from repro.evaluation.metrics import pointwise
 from repro.learning.lbfgs import LBFGS
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.objective import Objective
-from repro.learning.problem import Problem
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
+from repro.learning.training_problem import Problem
 from repro.mechanics.system import load
 from repro.models.structured import Structured
 

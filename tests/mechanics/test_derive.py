@@ -2,7 +2,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from repro.mechanics.derive import BLOCK, Dynamics, derive, dynamics_of, euler_lagrange, evaluate
+from repro.codegen.evaluate import BLOCK, evaluate
+from repro.mechanics.derive import Dynamics, derive, dynamics_of, euler_lagrange
 from repro.mechanics.system import READINGS, load, names
 
 every_system = pytest.mark.parametrize("system", [load(name, reading) for name in names() for reading in READINGS])

@@ -3,9 +3,10 @@ import math
 import numpy as np
 import pytest
 
+from repro.codegen.evaluate import evaluate
 from repro.errors import UserError
 from repro.mechanics.chain import Chain
-from repro.mechanics.derive import dynamics_of, evaluate
+from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
 from repro.mechanics.system import DAMPING_FRAMES, READINGS, System, load, names
 

@@ -8,14 +8,15 @@ import pytest
 import torch
 import yaml
 
+from repro.codegen.evaluate import evaluate
 from repro.data.random_force import random_force
 from repro.errors import UserError
-from repro.mechanics.derive import dynamics_of, evaluate
+from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import load
 from repro.models import degenerate, lagrangian, structured, trivial
 from repro.models.bases import t2
-from repro.models.setting import Setting
-from repro.stages.fit import build_model
+from repro.models.context import Setting
+from repro.pipeline.stages.fit import build_model
 
 CONF = Path(__file__).parents[2] / "conf" / "model"
 SYSTEM = load("sip")

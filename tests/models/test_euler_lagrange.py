@@ -8,7 +8,8 @@ import pytest
 import torch
 from torch.func import grad, hessian, vmap
 
-from repro.mechanics.derive import dynamics_of, evaluate
+from repro.codegen.evaluate import evaluate
+from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import load
 from repro.models.bases import engineered, raw
 from repro.models.euler_lagrange import forward_dynamics, inverse_dynamics, mass_matrix

@@ -4,17 +4,18 @@ import casadi
 import numpy as np
 import pytest
 
+from repro.codegen.evaluate import evaluate
 from repro.errors import UserError
-from repro.mechanics.derive import dynamics_of, evaluate
+from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import load
 from repro.models import extended, hinged
 from repro.models.bases import fxf, rigid_body, t1
+from repro.models.context import Part, Setting
 from repro.models.damped import Damped
 from repro.models.hinged import Hinged, RodOfUnknownMass
 from repro.models.interconnection import Interconnection, Joined
 from repro.models.lagrangian import Lagrangian
 from repro.models.port_hamiltonian import PortHamiltonian
-from repro.models.setting import Part, Setting
 from repro.models.structured import Structured
 
 # of sip_rod and of the second rod: halves of masses and inertias, first moments, weights

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 import torch
 
-from repro.mechanics.derive import derive, evaluate
+from repro.codegen.evaluate import evaluate
+from repro.mechanics.derive import derive
 
 
 def test_engine_agrees_with_the_lagrangian_differentiated_by_casadi(lagrangian_model, samples, start, prepare):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from repro.mechanics.derive import evaluate
+from repro.codegen.evaluate import evaluate
 from repro.models.network import Network
 
 

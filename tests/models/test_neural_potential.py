@@ -7,15 +7,15 @@ import torch
 from repro.data.random_force import random_force
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.objective import Objective
-from repro.learning.problem import Problem
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
+from repro.learning.training_problem import Problem
 from repro.mechanics.system import load
 from repro.models import neural_potential
 from repro.models.bases import t1
+from repro.models.context import Setting
 from repro.models.link_chain import ChainLink
 from repro.models.neural_potential import NeuralPotential
-from repro.models.setting import Setting
 
 LINK = load("link", damping=[0.3])
 

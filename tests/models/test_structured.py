@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 import torch
 
+from repro.codegen.evaluate import evaluate
 from repro.data.random_force import random_force
-from repro.mechanics.derive import derive, evaluate
+from repro.mechanics.derive import derive
 from repro.mechanics.system import load
 from repro.models import structured
 from repro.models.bases import t2
-from repro.models.setting import Setting
+from repro.models.context import Setting
 from repro.models.structured import Structured
 
 SYSTEMS = {

@@ -8,7 +8,7 @@ from repro.errors import UserError
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import load
 from repro.models.bases import t1
-from repro.models.setting import Setting
+from repro.models.context import Setting
 from repro.models.truth import Truth, build
 
 SYSTEMS = [

@@ -6,17 +6,18 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from repro.claims.assumptions import load_assumptions
+from repro.claims.claims import load_claims
+from repro.claims.verdicts import judge_all
+from repro.commands import report as command
 from repro.errors import UserError
-from repro.report import command, publish, readme
-from repro.report.assumptions import load_assumptions
+from repro.report import publish, readme
 from repro.report.build import build, redraw
-from repro.report.claims import load_claims
 from repro.report.drawing import FIGURES
-from repro.report.files import project_folder
-from repro.report.gather import gather
-from repro.report.results import Results
 from repro.report.terminal import show
-from repro.report.verdicts import judge_all
+from repro.results.gather import gather
+from repro.results.results import Results
+from repro.tracking.paths import project_folder
 
 ROOT = project_folder()
 

@@ -3,9 +3,9 @@ from pathlib import Path
 import pytest
 import yaml
 
+from repro.claims.claims import load_claims
 from repro.errors import UserError
-from repro.report.claims import load_claims
-from repro.report.files import project_folder
+from repro.tracking.paths import project_folder
 
 NUMBER = {
     "id": "C1",

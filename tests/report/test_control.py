@@ -6,15 +6,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from repro.claims.predicate_registry import ask, check_predicate
+from repro.claims.predicates import Evidence
 from repro.report.animation import animate_all
-from repro.report.asking import ask, check_predicate
-from repro.report.closed_loop import find_loop
-from repro.report.control_tables import control_tables
 from repro.report.figures import closed_loop, success_map
-from repro.report.predicates import Evidence
-from repro.report.results import Results, typed
-from repro.report.schema import TABLES
-from repro.report.selection import NotRunError
+from repro.report.tables.closed_loops import control_tables
+from repro.results.results import Results, typed
+from repro.results.schema import TABLES
+from repro.results.selectors import NotRunError
+from repro.results.stored_loop import find_loop
 
 EXPERIMENT = "sip_control"
 

@@ -6,14 +6,14 @@ import re
 import pandas as pd
 import pytest
 
-from repro.report.claims import Claim, Tolerance
+from repro.claims.claims import Claim, Tolerance
+from repro.claims.verdicts import Verdict
 from repro.report.drawing import FIGURES
 from repro.report.html.described import SEEN, described
 from repro.report.html.environment import prose, symbols
 from repro.report.html.learning_curve import learning_curve
 from repro.report.html.ratio_strip import WIDTH, ratio_strip
-from repro.report.statistics import NOTHING, Estimate
-from repro.report.verdicts import Verdict
+from repro.results.statistics import NOTHING, Estimate
 
 
 def verdict(median: float, low: float = math.nan, high: float = math.nan, printed: float | None = 2.0) -> Verdict:

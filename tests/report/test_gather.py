@@ -4,10 +4,10 @@ import pandas as pd
 import pytest
 
 from repro.errors import UserError
-from repro.report.gather import CURVE_STEPS, gather
-from repro.report.results import Results
-from repro.report.schema import TABLES
-from repro.report.selection import settings
+from repro.results.gather import CURVE_STEPS, gather
+from repro.results.results import Results
+from repro.results.schema import TABLES
+from repro.results.selectors import settings
 
 
 def test_gathered_tables_have_the_fixed_columns_whatever_the_store_holds(store):

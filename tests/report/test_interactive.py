@@ -6,8 +6,8 @@ import shutil
 import numpy as np
 import pytest
 
+from repro.commands import report as command
 from repro.errors import UserError
-from repro.report import command
 from repro.report.html.interactive import write_interactive
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

@@ -4,22 +4,22 @@ from dataclasses import replace
 
 import pytest
 
-from repro.report.assumptions import load_assumptions
-from repro.report.claims import load_claims
+from repro.claims.assumptions import load_assumptions
+from repro.claims.claims import load_claims
+from repro.claims.verdicts import judge_all
 from repro.report.content import Content
-from repro.report.cost import cost_fact, cost_table
 from repro.report.drawing import FIGURES
-from repro.report.files import project_folder
 from repro.report.pdf.document import document
 from repro.report.pdf.page_table import LANDSCAPE, PORTRAIT, page_table
 from repro.report.pdf.prose import blocks
 from repro.report.pdf.typeset import typeset
-from repro.report.results import Results, typed
-from repro.report.schema import TABLES
 from repro.report.sections import filled_sections
-from repro.report.table import Column, Row, Table
-from repro.report.tables import all_tables
-from repro.report.verdicts import judge_all
+from repro.report.tables.cost import cost_fact, cost_table
+from repro.report.tables.every import all_tables
+from repro.report.tables.table import Column, Row, Table
+from repro.results.results import Results, typed
+from repro.results.schema import TABLES
+from repro.tracking.paths import project_folder
 
 PAPER = project_folder() / "paper"
 SOURCE = PAPER / "report"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from repro.report.figures import composition, passivity
-from repro.report.gather import gather
+from repro.results.gather import gather
 
 DRAWN = {
     "margins": passivity.draw_margins,

@@ -2,10 +2,10 @@ import math
 
 import pytest
 
-from repro.report.asking import ask
-from repro.report.gather import gather
-from repro.report.predicates import Evidence
-from repro.report.selection import NotRunError
+from repro.claims.predicate_registry import ask
+from repro.claims.predicates import Evidence
+from repro.results.gather import gather
+from repro.results.selectors import NotRunError
 
 T2 = {"basis": "t2", "objective": "inverse"}
 FORWARD = {"basis": "t2", "objective": "forward"}

@@ -2,22 +2,22 @@ import re
 
 import pytest
 
+from repro.claims.claims import load_claims
+from repro.claims.verdicts import judge_all
 from repro.errors import UserError
-from repro.report.claims import load_claims
-from repro.report.control_tables import EXPERIMENTS
 from repro.report.drawing import FIGURES
-from repro.report.files import project_folder
-from repro.report.gather import gather
-from repro.report.identifiability_table import identifiability_table
-from repro.report.model_tables import COMPARISONS
 from repro.report.placeholders import fill
-from repro.report.pretraining_table import pretraining_table
-from repro.report.results import Results, typed
-from repro.report.schema import TABLES
 from repro.report.sections import HEADINGS, filled_sections, load_sections
-from repro.report.tables import paired_table, timing_table
-from repro.report.verdicts import judge_all
-from repro.report.vocabulary import METRICS
+from repro.report.tables.closed_loops import EXPERIMENTS
+from repro.report.tables.every import paired_table, timing_table
+from repro.report.tables.identifiability import identifiability_table
+from repro.report.tables.models import COMPARISONS
+from repro.report.tables.pretraining import pretraining_table
+from repro.results.gather import gather
+from repro.results.metric_names import METRICS
+from repro.results.results import Results, typed
+from repro.results.schema import TABLES
+from repro.tracking.paths import project_folder
 
 PAPER = project_folder() / "paper"
 FOLDER = PAPER / "report" / "sections"

@@ -5,13 +5,14 @@ from dataclasses import asdict, replace
 
 import pytest
 
-from repro.report.assumptions import Assumption, Trial, load_assumptions
-from repro.report.claims import Claim, Tolerance
-from repro.report.sensitivity import SENSITIVITY, Case, Sensitivity, comparisons, gather_sensitivity
-from repro.report.sensitivity_table import sensitivity_table
-from repro.report.stored import stored_runs
-from repro.report.table_drift import table_drift
+from repro.claims.assumption_effects import comparisons, gather_sensitivity
+from repro.claims.assumptions import Assumption, Trial, load_assumptions
+from repro.claims.claims import Claim, Tolerance
+from repro.report.tables.drift import table_drift
+from repro.report.tables.sensitivity import sensitivity_table
 from repro.report.terminal import show_sensitivity
+from repro.results.results import SENSITIVITY, Case, Sensitivity
+from repro.results.stored import stored_runs
 
 NUMBER = Claim(
     *("C4", "a", "number", "V", "q", "about"),

@@ -9,9 +9,9 @@ from urllib.parse import unquote, urlsplit
 import html5lib
 import pytest
 
+from repro.claims.claims import load_claims
 from repro.report.build import build
-from repro.report.claims import load_claims
-from repro.report.files import project_folder
+from repro.tracking.paths import project_folder
 
 ROOT = project_folder()
 LIMIT = 5_000_000  # bytes of the front page with all that it loads

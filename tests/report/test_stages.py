@@ -1,6 +1,6 @@
 import json
 
-from repro.report.gather import gather
+from repro.results.gather import gather
 
 
 def test_a_run_is_followed_back_to_its_data(store):

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from repro.report.statistics import estimate, paired_ratio, share, student_t_interval, wilson_interval
+from repro.results.statistics import estimate, paired_ratio, share, student_t_interval, wilson_interval
 
 
 def test_the_t_interval_is_the_textbook_one():

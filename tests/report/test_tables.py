@@ -3,15 +3,15 @@ import io
 
 import pytest
 
-from repro.report.claims import load_claims
-from repro.report.files import project_folder
-from repro.report.gather import gather
-from repro.report.model_tables import COMPARISONS, model_table, model_tables
-from repro.report.statistics import Estimate
-from repro.report.table import Column, Row, Table
-from repro.report.tables import all_tables, paired_table
-from repro.report.verdicts import judge_all
+from repro.claims.claims import load_claims
+from repro.claims.verdicts import judge_all
+from repro.report.tables.every import all_tables, paired_table
+from repro.report.tables.models import COMPARISONS, model_table, model_tables
+from repro.report.tables.table import Column, Row, Table
 from repro.report.writing import interval, latex, markdown, number
+from repro.results.gather import gather
+from repro.results.statistics import Estimate
+from repro.tracking.paths import project_folder
 
 
 @pytest.fixture(scope="module")

@@ -2,10 +2,10 @@ import math
 
 import pytest
 
-from repro.report.claims import Claim, Tolerance
-from repro.report.gather import gather
-from repro.report.statistics import Estimate
-from repro.report.verdicts import judge, verdict_of_number
+from repro.claims.claims import Claim, Tolerance
+from repro.claims.verdicts import judge, verdict_of_number
+from repro.results.gather import gather
+from repro.results.statistics import Estimate
 
 HALF = Tolerance("factor", 1.5, "one run")
 

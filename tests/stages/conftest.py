@@ -10,8 +10,8 @@ from repro.data.random_force import random_force
 from repro.mechanics.system import load
 from repro.models.bases import t1
 from repro.models.lagrangian import Lagrangian
-from repro.stages.evaluation import Fit
-from repro.stages.fit import Recipe
+from repro.pipeline.stages.evaluate import Fit
+from repro.pipeline.stages.fit import Recipe
 
 L1 = ("l1_kinetic", "l1_potential")
 

@@ -9,8 +9,8 @@ from repro.mechanics.system import load
 from repro.models.bases import spring
 from repro.models.damped import Damped
 from repro.models.lagrangian import Lagrangian
-from repro.stages.chain_recording import record
-from repro.tracking.recording import read_recording
+from repro.pipeline.stages.record_chain import record
+from repro.recording.writer import read_recording
 
 LINK = load("link", damping=[0.3])
 MODEL = Damped(Lagrangian(spring, 1), "diagonal")

@@ -5,12 +5,13 @@ import pandas as pd
 import pytest
 import yaml
 
+from repro.config.places import CONF
 from repro.data.random_force import random_force
 from repro.mechanics.system import load
 from repro.models.truth import Truth
-from repro.settings import CONF
-from repro.stages import control, loop_recording
-from repro.tracking.recording import read_recording
+from repro.pipeline.stages import close_loops as control
+from repro.pipeline.stages import record_loop as loop_recording
+from repro.recording.writer import read_recording
 
 COLUMNS = [
     "member", "controller", "setting", "intervals", "horizon_s", "x_des", "start", "mismatch", "noise", "disturbance",

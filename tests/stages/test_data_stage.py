@@ -6,7 +6,7 @@ import pandas as pd
 from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
 from repro.mechanics.system import load
-from repro.stages.dataset import make_forced, make_free, read_recording, true_system
+from repro.pipeline.stages.data import make_forced, make_free, read_recording, true_system
 
 
 def test_the_true_system_is_the_one_asked_for():

@@ -11,7 +11,7 @@ from repro.models.blackbox import BlackBox
 from repro.models.degenerate import Degenerate
 from repro.models.lagrangian import Lagrangian
 from repro.models.trivial import Trivial
-from repro.stages.evaluation import METRICS, TRAJECTORIES, Fit, measure
+from repro.pipeline.stages.evaluate import METRICS, TRAJECTORIES, Fit, measure
 
 
 def _tables(folder):

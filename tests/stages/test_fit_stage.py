@@ -14,7 +14,7 @@ from repro.learning.result import Fitted, NoCheckpoint, silent
 from repro.models.bases import t1, t2
 from repro.models.lagrangian import Lagrangian
 from repro.models.trivial import Trivial
-from repro.stages.fit import CURVES, build_model, fit, keep, load_parameters, phases_of
+from repro.pipeline.stages.fit import CURVES, build_model, fit, keep, load_parameters, phases_of
 
 MODEL = Lagrangian(t2, 2, hidden=(4,))
 SHORT = LevenbergMarquardt(iterations=20, samples=None)

@@ -6,8 +6,8 @@ import pytest
 from repro.models.bases import t1, t2
 from repro.models.blackbox import BlackBox
 from repro.models.lagrangian import Lagrangian
-from repro.stages.fit import phases_of
-from repro.stages.identifiability import FILE, applies, examine, keep, metrics, shortened
+from repro.pipeline.stages.examine import FILE, applies, examine, keep, metrics, shortened
+from repro.pipeline.stages.fit import phases_of
 
 
 @pytest.fixture

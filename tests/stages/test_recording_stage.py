@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from repro.stages import recording as module
-from repro.stages.evaluation import TRAJECTORIES, measure
-from repro.stages.recording import record
+from repro.pipeline.stages import record_run as module
+from repro.pipeline.stages.evaluate import TRAJECTORIES, measure
+from repro.pipeline.stages.record_run import record
 
 CURVES = pd.DataFrame(
     [(seed, step, "loss", value) for seed in (3, 8) for step, value in ((1, 10.0), (2, 0.01), (3, 0.0))],

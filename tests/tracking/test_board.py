@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from repro.tracking import board
-from repro.tracking.board import Board, Clock
-from repro.tracking.jobs import Event, Job, JobResult
+from repro.launch import board
+from repro.launch.board import Board, Clock
+from repro.launch.jobs import Event, Job, JobResult
 from repro.tracking.text import duration, size, table
 
 JOBS = [Job(name, "m:f") for name in ("a", "b", "c", "d")]

@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 
 from repro.errors import UserError
-from repro.tracking.diff import record_differences
 from repro.tracking.load import load_run, load_runs
 from repro.tracking.stage import Stage
+from repro.tracking.stage_difference import record_differences
 
 
 @pytest.fixture

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from repro import cli
+from repro.commands import mlflow as mlflow_export
 from repro.errors import UserError
-from repro.tracking import mlflow_export
 from repro.tracking.stage import Stage
 from repro.tracking.store import Store
 

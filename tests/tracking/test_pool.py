@@ -45,8 +45,8 @@ JOBS = """
 
 ENDINGS = """
     import json
-    from repro.tracking.jobs import Job, failure_table
-    from repro.tracking.pool import run_jobs
+    from repro.launch.jobs import Job, failure_table
+    from repro.launch.pool import run_jobs
     names = ["raises", "leaves", "is_killed", "crashes", "hangs", "answers_oddly", "missing"]
     jobs = [Job("first", "toyjobs:double", {"x": 1})]
     jobs += [Job(name, f"toyjobs:{name}", command=f"repro run {name}") for name in names]
@@ -108,8 +108,8 @@ def test_progress_and_notices_reach_the_caller(start):
         start(
             """
             import json
-            from repro.tracking.jobs import Job
-            from repro.tracking.pool import run_jobs
+            from repro.launch.jobs import Job
+            from repro.launch.pool import run_jobs
             seen = []
             run_jobs([Job("a", "toyjobs:reports")], workers=1, preload=(),
                      on_progress=lambda e: seen.append([e.what, e.fraction, e.text]))
@@ -133,8 +133,8 @@ def test_the_same_job_twice_gives_equal_bits_on_one_thread(start):
         start(
             """
             import json
-            from repro.tracking.jobs import Job
-            from repro.tracking.pool import run_jobs
+            from repro.launch.jobs import Job
+            from repro.launch.pool import run_jobs
             results = run_jobs([Job(str(n), "toyjobs:multiplies") for n in range(2)], workers=2, preload=("numpy",))
             print(json.dumps([result.value for result in results]))
             """,
@@ -157,8 +157,8 @@ def test_a_fresh_trivial_job_costs_well_under_three_tenths_of_a_second(start):
         start(
             """
             import json, time
-            from repro.tracking.jobs import Job
-            from repro.tracking.pool import run_jobs
+            from repro.launch.jobs import Job
+            from repro.launch.pool import run_jobs
             jobs = [Job(str(x), "toyjobs:double", {"x": x}) for x in range(100)]
             run_jobs(jobs[:1], workers=2, preload=("numpy",))
             start = time.perf_counter()
@@ -179,8 +179,8 @@ def test_logs_that_cannot_be_written_are_explained(start, tmp_path):
             f"""
             import json
             from pathlib import Path
-            from repro.tracking.jobs import Job, reason
-            from repro.tracking.pool import run_jobs
+            from repro.launch.jobs import Job, reason
+            from repro.launch.pool import run_jobs
             jobs = [Job("a", "toyjobs:double", {{"x": 1}})]
             results = run_jobs(jobs, workers=1, preload=(), logs=Path({str(tmp_path)!r}) / "file" / "logs")
             print(json.dumps([reason(result) for result in results]))
@@ -196,8 +196,8 @@ def test_a_fault_of_the_callers_display_is_not_the_jobs(start):
         start(
             """
             import json
-            from repro.tracking.jobs import Job
-            from repro.tracking.pool import run_jobs
+            from repro.launch.jobs import Job
+            from repro.launch.pool import run_jobs
             def shows(event):
                 if event.what == "progress":
                     raise OSError("no display")
@@ -214,8 +214,8 @@ def test_a_fault_of_the_callers_display_is_not_the_jobs(start):
 
 INTERRUPTED = """
     import json, sys
-    from repro.tracking.jobs import Job, SweepInterrupted
-    from repro.tracking.pool import run_jobs
+    from repro.launch.jobs import Job, SweepInterrupted
+    from repro.launch.pool import run_jobs
     jobs = [Job(str(i), "toyjobs:TARGET", {"seconds": 30}) for i in range(4)]
     try:
         run_jobs(jobs, workers=2, preload=())
@@ -280,8 +280,8 @@ def test_an_edit_during_a_sweep_changes_no_job_of_it(root, start, tmp_path):
             import json, time
             from pathlib import Path
             from repro.tracking import code
-            from repro.tracking.jobs import Job
-            from repro.tracking.pool import run_jobs
+            from repro.launch.jobs import Job
+            from repro.launch.pool import run_jobs
             time.sleep(0.02)
             jobs = [Job("a", "toyjobs:look")]
             first = run_jobs(jobs, workers=1, preload=("toyjobs",))

@@ -8,11 +8,12 @@ import pytest
 from rerun.chunk import RrdReader
 
 from repro.errors import UserError
-from repro.tracking import palette
-from repro.tracking.card import markdown
-from repro.tracking.chart import Chart
-from repro.tracking.recording import Curve, Rollout, RunRecording, read_recording, write_recording
-from repro.tracking.viewer import command_of, environment
+from repro.recording import palette
+from repro.recording.chart import Chart
+from repro.recording.contents import Curve, Rollout, RunRecording
+from repro.recording.settings_text import markdown
+from repro.recording.viewer import command_of, environment
+from repro.recording.writer import read_recording, write_recording
 
 LENGTH, GRAVITY, MASS = 0.5, 9.8, 0.2
 
@@ -203,7 +204,7 @@ def test_a_failed_write_leaves_neither_name_nor_litter(tmp_path, monkeypatch):
 
     write_recording(tmp_path / "recording.rrd", example())
     before = (tmp_path / "recording.rrd").read_bytes()
-    monkeypatch.setattr("repro.tracking.recording._check", fail)
+    monkeypatch.setattr("repro.recording.writer._check", fail)
     with pytest.raises(OSError, match="gone"):
         write_recording(tmp_path / "recording.rrd", example())
     assert [path.name for path in tmp_path.iterdir()] == ["recording.rrd"]

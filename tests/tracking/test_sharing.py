@@ -47,8 +47,8 @@ JOBS = """
 
 SWEEP = f"""
     import json
-    from repro.tracking.jobs import Job
-    from repro.tracking.pool import run_jobs
+    from repro.launch.jobs import Job
+    from repro.launch.pool import run_jobs
     jobs = [Job(str(number), "toyjobs:make", {{"number": number}}) for number in range({STAGES})]
     results = run_jobs(jobs, workers={WORKERS}, preload=())
     print(json.dumps([[result.outcome, result.value] for result in results]))

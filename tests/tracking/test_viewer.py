@@ -5,11 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from repro import view
+from repro.commands import view
 from repro.errors import UserError
-from repro.tracking import viewer
+from repro.recording import viewer
+from repro.recording.contents import Rollout, RunRecording
+from repro.recording.writer import write_recording
 from repro.tracking.record import Record
-from repro.tracking.recording import Rollout, RunRecording, write_recording
 
 
 @pytest.fixture

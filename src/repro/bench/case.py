@@ -12,8 +12,8 @@ from torch import Tensor
 from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
 from repro.learning.objective import Objective
-from repro.learning.problem import Problem
 from repro.learning.training import make_task
+from repro.learning.training_problem import Problem
 from repro.mechanics.system import load
 from repro.models.bases import raw
 from repro.models.lagrangian import Lagrangian

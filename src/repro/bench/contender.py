@@ -11,7 +11,7 @@ from repro.bench.naive import naive_step, t2_features
 from repro.bench.pairing import Pairs, interleaved
 from repro.bench.scale import Hidden, Scale
 from repro.bench.step import Step, native_step, torch_step
-from repro.mechanics.c_library import has_compiler
+from repro.codegen.c_library import has_compiler
 from repro.models.bases import t2
 
 STEP = (

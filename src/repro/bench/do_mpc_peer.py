@@ -9,8 +9,8 @@ import casadi as ca
 import numpy as np
 
 from repro.control.geometry import distances_squared
+from repro.control.optimal_control_problem import Problem, Weights
 from repro.control.predictive_model import PredictiveModel
-from repro.control.problem import Problem, Weights
 
 
 @dataclass(frozen=True)

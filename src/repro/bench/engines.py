@@ -17,7 +17,7 @@ from repro.bench.contender import (
     t2_case,
 )
 from repro.bench.scale import PAPERS, Scale
-from repro.mechanics.c_library import has_compiler
+from repro.codegen.c_library import has_compiler
 
 ENSEMBLE = "; time of all members, by vmap(hessian) one after another"
 GROWTH = "; random states, one network L(q, qd); the ratio is the growth of the cost from {least} coordinates"

@@ -14,9 +14,9 @@ from repro.bench.pairing import Pairs, Rounds, interleaved
 from repro.bench.scale import PAPERS, Scale
 from repro.learning.least_squares import regression
 from repro.learning.objective import Objective
-from repro.learning.problem import Problem
 from repro.learning.streaming import streamed_solve
 from repro.learning.training import make_task
+from repro.learning.training_problem import Problem
 from repro.models.bases import t1
 from repro.models.lagrangian import Lagrangian
 

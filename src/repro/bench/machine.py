@@ -4,7 +4,7 @@ import os
 import platform
 import subprocess
 
-from repro.mechanics.c_library import compiler, has_compiler
+from repro.codegen.c_library import compiler, has_compiler
 from repro.tracking.provenance import processor_name
 
 

@@ -9,11 +9,11 @@ import torch
 
 from repro.bench.case import Case, pendulum
 from repro.bench.step import Step
+from repro.learning.basis_selection import Selection
 from repro.learning.objective import Objective
-from repro.learning.problem import Problem
 from repro.learning.result import NoCheckpoint, silent
-from repro.learning.selection import Selection
 from repro.learning.training import make_task
+from repro.learning.training_problem import Problem
 from repro.models.bases import library
 from repro.models.lagrangian import Lagrangian
 

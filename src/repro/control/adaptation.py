@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 
+from repro.codegen.evaluate import evaluate
 from repro.control.momentum_balance import MomentumBalance, forces, friction_slopes, information, momenta
-from repro.mechanics.derive import evaluate
 from repro.models.model import Model
 
 POSITIONS = 64  # where the mass matrix must stay positive definite

@@ -7,8 +7,8 @@ import numpy as np
 from repro.control.conditions import Conditions, Start, measured, plant_of
 from repro.control.decision import Controller, Decision
 from repro.control.geometry import clearance
+from repro.control.optimal_control_problem import Obstacle
 from repro.control.outcome import Outcome, judge
-from repro.control.problem import Obstacle
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
 from repro.mechanics.system import System

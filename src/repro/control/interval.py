@@ -8,9 +8,9 @@ import numpy as np
 
 from repro.control.geometry import distances_squared
 from repro.control.matrix_network import is_wide
+from repro.control.optimal_control_problem import Problem, Weights
 from repro.control.point import Point
 from repro.control.predictive_model import PredictiveModel
-from repro.control.problem import Problem, Weights
 
 Discretisation = Literal["shooting", "collocation"]
 Expression = Any  # casadi.SX, or casadi.MX where the model is large

@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from repro.codegen.evaluate import evaluate
 from repro.control.closed_loop import SUBSTEPS, ClosedLoop
-from repro.control.problem import Obstacle
-from repro.mechanics.derive import dynamics_of, evaluate
+from repro.control.optimal_control_problem import Obstacle
+from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
 
 

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import casadi as ca
 import numpy as np
 
+from repro.codegen.stage_kernels import kernel, preamble
 from repro.control.interval import points
-from repro.control.kernel import kernel, preamble
 from repro.control.programme_template import FUNCTIONS
 from repro.control.rate import Rate
 from repro.control.shooting_template import STAGES

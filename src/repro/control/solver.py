@@ -8,13 +8,13 @@ from typing import Any, Literal
 import casadi as ca
 import numpy as np
 
+from repro.codegen.c_library import has_compiler, library_file
 from repro.control.matrix_network import is_wide
 from repro.control.nonlinear import CompiledProgramme, NonlinearSolver, Solution, Solver
 from repro.control.programme import Programme, programme
 from repro.control.shooting import shooting_code
 from repro.control.solver_process import GuardedSolver
 from repro.control.transcription import Transcription
-from repro.mechanics.c_library import has_compiler, library_file
 
 SolverName = Literal["fatrop", "ipopt"]
 FLAGS = ("-O1",)

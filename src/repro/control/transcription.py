@@ -12,8 +12,8 @@ import casadi as ca
 import numpy as np
 
 from repro.control.interval import DEGREE, ELEMENTS, Discretisation, Interval, horizon_end, interval
+from repro.control.optimal_control_problem import Problem
 from repro.control.predictive_model import PredictiveModel
-from repro.control.problem import Problem
 
 
 @dataclass(frozen=True)

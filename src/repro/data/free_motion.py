@@ -5,11 +5,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from repro.codegen.evaluate import evaluate
 from repro.data.checks import check_choice, check_positive, check_seeds, training_size
 from repro.data.dataset import Dataset
 from repro.errors import UserError
 from repro.mechanics.compile import active_engine
-from repro.mechanics.derive import dynamics_of, evaluate
+from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
 from repro.mechanics.system import System
 

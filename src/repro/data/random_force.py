@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from repro.codegen.evaluate import evaluate
 from repro.data.checks import check_choice, check_not_negative, check_positive, check_seeds, training_size
 from repro.data.dataset import Dataset
-from repro.data.difference import difference
+from repro.data.differentiation import difference
 from repro.mechanics.compile import active_engine
-from repro.mechanics.derive import dynamics_of, evaluate
+from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
 from repro.mechanics.system import System
 

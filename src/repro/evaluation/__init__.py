@@ -1,0 +1,1 @@
+"""What a fitted model is worth: errors, gauges, passivity, roll-outs, identifiability."""

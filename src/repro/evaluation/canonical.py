@@ -16,8 +16,9 @@ from typing import Literal
 import numpy as np
 from torch import Tensor
 
+from repro.codegen.evaluate import evaluate
 from repro.evaluation.predictions import Predictions, predict
-from repro.mechanics.derive import dynamics_of, evaluate
+from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
 from repro.models.model import Model
 

@@ -9,8 +9,8 @@ import casadi
 import numpy as np
 from torch import Tensor
 
+from repro.codegen.evaluate import evaluate
 from repro.evaluation.metrics import Metric
-from repro.mechanics.derive import evaluate
 from repro.mechanics.system import System
 from repro.models.link_chain import ChainLink, link_chain
 from repro.models.model import Model

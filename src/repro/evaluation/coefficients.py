@@ -6,8 +6,9 @@ import numpy as np
 from scipy.linalg import null_space
 from torch import Tensor
 
+from repro.codegen.evaluate import evaluate
 from repro.evaluation.metrics import Metric
-from repro.mechanics.derive import dynamics_of, evaluate
+from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
 from repro.models.features import FeatureMap
 from repro.models.lagrangian import Lagrangian

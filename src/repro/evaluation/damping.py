@@ -7,9 +7,9 @@ import casadi
 import numpy as np
 from torch import Tensor
 
+from repro.codegen.evaluate import evaluate
 from repro.data.dataset import Dataset
 from repro.evaluation.metrics import Metric
-from repro.mechanics.derive import evaluate
 from repro.mechanics.system import System
 from repro.models.model import Model
 

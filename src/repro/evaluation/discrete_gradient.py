@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import casadi
 import numpy as np
 
+from repro.codegen.c_library import has_compiler
+from repro.codegen.evaluate import evaluate
 from repro.evaluation.implicit_engine import FixedPoint
-from repro.mechanics.c_library import has_compiler
-from repro.mechanics.derive import evaluate, solve_symmetric
+from repro.mechanics.derive import solve_symmetric
 from repro.models.model import Model
 from repro.models.port_hamiltonian import PortHamiltonian
 

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from torch import Tensor
 
+from repro.codegen.evaluate import evaluate
 from repro.evaluation.discrete_gradient import NotQuadraticError, integrate, phase_space
 from repro.evaluation.metrics import Metric
 from repro.evaluation.rollouts import acceleration
-from repro.mechanics.derive import dynamics_of, evaluate
+from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
 from repro.mechanics.system import System
 from repro.models.model import Model

@@ -5,9 +5,9 @@ import ctypes
 import casadi
 import numpy as np
 
-from repro.mechanics import c_maths
-from repro.mechanics.c_library import load_library
-from repro.mechanics.straight_line import statements
+from repro.codegen import c_maths
+from repro.codegen.c_library import load_library
+from repro.codegen.straight_line import statements
 
 INPUTS = ("x", "guess", "parameters", "h")
 

@@ -9,9 +9,9 @@ from torch import Tensor
 from repro.data.dataset import Dataset
 from repro.evaluation.canonical import Gauge, Reading
 from repro.evaluation.predictions import Predictions, predict, truth
-from repro.learning.inertia import least_eigenvalue
 from repro.mechanics.system import System
 from repro.models.model import Model
+from repro.models.terms import least_eigenvalue
 
 FORCE, ACCELERATION, MOMENTUM = "N, N m", "m/s^2, rad/s^2", "kg m/s, kg m^2/s"
 LARGEST_ENERGY_ERROR = 0.3  # J, after one constant; above it a model has not learned the energy

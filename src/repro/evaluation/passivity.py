@@ -7,9 +7,9 @@ from torch import Tensor
 
 from repro.data.dataset import Dataset
 from repro.evaluation.metrics import Metric
-from repro.learning.passivity import States, margins, worst_margin
 from repro.mechanics.system import System
 from repro.models.model import Model
+from repro.models.passivity import States, margins, worst_margin
 
 STATES = 2000
 

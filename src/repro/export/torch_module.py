@@ -5,7 +5,7 @@ from pathlib import Path
 import casadi
 import numpy as np
 
-from repro.mechanics.straight_line import statements
+from repro.codegen.straight_line import statements
 from repro.models.model import Model
 
 HEAD = '''"""{title}: needs torch and numpy alone.

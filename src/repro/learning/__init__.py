@@ -1,0 +1,1 @@
+"""Objectives, optimisers and the compiled kernels behind them."""

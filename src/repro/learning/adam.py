@@ -11,8 +11,8 @@ from torch import Tensor
 
 from repro.learning.native import NativeProblem, native
 from repro.learning.optimiser import Optimiser
-from repro.learning.problem import Problem
 from repro.learning.result import Checkpoint, Fitted, Progress
+from repro.learning.training_problem import Problem
 
 BETA_1, BETA_2 = 0.9, 0.999
 

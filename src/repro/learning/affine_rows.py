@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from repro.learning.problem import Problem, Task
+from repro.learning.training_problem import Problem, Task
 from repro.models.lagrangian import Lagrangian
 
 

@@ -12,8 +12,8 @@ from torch import Tensor
 
 from repro.learning.members import MemberProblem
 from repro.learning.optimiser import Optimiser
-from repro.learning.problem import Problem
 from repro.learning.result import Checkpoint, Curve, Fitted, Progress
+from repro.learning.training_problem import Problem
 
 Solution = tuple[np.ndarray, list[float], str]  # weights (n_parameters,), loss after each iteration, status
 

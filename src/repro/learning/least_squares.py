@@ -9,8 +9,8 @@ from scipy.linalg import lstsq, qr
 from torch import Tensor
 
 from repro.learning.optimiser import Optimiser
-from repro.learning.problem import Problem
 from repro.learning.result import Checkpoint, Fitted, Progress
+from repro.learning.training_problem import Problem
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import torch
 
 from repro.learning.kernels.generated import GeneratedRows, generated_rows
 from repro.learning.native import NativeProblem, can_compile, native
-from repro.learning.problem import Problem
+from repro.learning.training_problem import Problem
 
 SOMETIMES = 10  # steps, for what is not watched always
 

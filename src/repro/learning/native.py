@@ -6,12 +6,12 @@ from functools import lru_cache
 
 import numpy as np
 
+from repro.codegen.c_library import CompilerError, load_library
 from repro.learning.kernels.generated import generated_kernel
 from repro.learning.kernels.kernel import FLAGS, Kernel, address
-from repro.learning.kernels.network import network_kernel
+from repro.learning.kernels.network_kernel import network_kernel
 from repro.learning.kernels.positions import position_kernel
-from repro.learning.problem import Problem
-from repro.mechanics.c_library import CompilerError, load_library
+from repro.learning.training_problem import Problem
 
 _TRAINING = """
 #include <stdlib.h>

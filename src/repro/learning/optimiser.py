@@ -5,8 +5,8 @@ from typing import ClassVar
 
 from torch import Tensor
 
-from repro.learning.problem import Problem
 from repro.learning.result import Checkpoint, Fitted, Progress
+from repro.learning.training_problem import Problem
 
 
 class Optimiser(ABC):

@@ -9,8 +9,8 @@ from torch import Tensor
 from repro.data.dataset import Dataset
 from repro.learning.objective import Objective
 from repro.learning.optimiser import Optimiser
-from repro.learning.problem import Problem, Task
 from repro.learning.result import Checkpoint, Fitted, NoCheckpoint, Progress, silent
+from repro.learning.training_problem import Problem, Task
 from repro.models.model import Model
 
 

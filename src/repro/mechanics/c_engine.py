@@ -5,10 +5,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from repro.mechanics import c_maths
-from repro.mechanics.c_library import load_library
+from repro.codegen import c_maths
+from repro.codegen.c_library import load_library
+from repro.codegen.straight_line import INPUTS, OUTPUT
 from repro.mechanics.pace import Pace
-from repro.mechanics.straight_line import INPUTS, OUTPUT
 
 _RUNGE_KUTTA = """
 #define N_X (2 * N_Q)

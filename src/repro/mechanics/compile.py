@@ -7,11 +7,11 @@ from typing import Protocol
 import casadi as ca
 import numpy as np
 
+from repro.codegen.c_library import CompilerError
+from repro.codegen.straight_line import statements
 from repro.errors import UserError
 from repro.mechanics import c_engine
-from repro.mechanics.c_library import CompilerError
 from repro.mechanics.pace import Pace
-from repro.mechanics.straight_line import statements
 
 ENGINES = ("auto", "c", "numba")
 

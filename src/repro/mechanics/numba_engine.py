@@ -10,8 +10,8 @@ import casadi as ca
 import numba
 import numpy as np
 
+from repro.codegen.straight_line import untranslated
 from repro.mechanics.pace import Pace
-from repro.mechanics.straight_line import untranslated
 
 # own numbers: what numba keeps on disk must not depend on the numbers of one CasADi version
 Operation = IntEnum(

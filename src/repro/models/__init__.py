@@ -1,0 +1,1 @@
+"""Learned Lagrangian and port-Hamiltonian models."""

@@ -7,10 +7,10 @@ import numpy as np
 from torch import Tensor
 
 from repro.models import position
+from repro.models.context import Setting
 from repro.models.features import FeatureMap
 from repro.models.model import Energies, Model, Prepared
 from repro.models.network import Activation, Network
-from repro.models.setting import Setting
 from repro.models.terms import Terms
 
 

@@ -7,11 +7,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from repro.codegen.evaluate import evaluate
 from repro.errors import UserError
-from repro.mechanics.derive import evaluate
 from repro.mechanics.system import System
+from repro.models.context import Setting
 from repro.models.model import Energies, Model, Prepared
-from repro.models.setting import Setting
 from repro.models.terms import Terms
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from repro.mechanics.derive import evaluate
+from repro.codegen.evaluate import evaluate
 from repro.models.model import Model, Prepared
 from repro.models.terms import Terms, symmetric
 

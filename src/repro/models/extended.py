@@ -5,13 +5,13 @@ from typing import Literal
 import casadi
 import numpy as np
 
+from repro.codegen.evaluate import evaluate
 from repro.errors import UserError
-from repro.mechanics.derive import evaluate
+from repro.models.context import Part, Setting
 from repro.models.interconnection import Interconnection, Joined
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
 from repro.models.network import Activation
-from repro.models.setting import Part, Setting
 from repro.models.structured import Structured
 
 LEAST_SHARE = 0.1  # of the inertia that the data suggest, for the start of the rest

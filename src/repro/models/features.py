@@ -8,7 +8,8 @@ from typing import Any
 import casadi
 import numpy as np
 
-from repro.mechanics.derive import euler_lagrange, evaluate
+from repro.codegen.evaluate import evaluate
+from repro.mechanics.derive import euler_lagrange
 
 FeatureText = Callable[[Sequence[Any], Sequence[Any], Any], Mapping[str, Any]]
 

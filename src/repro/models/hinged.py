@@ -9,11 +9,11 @@ import numpy as np
 from repro.errors import UserError
 from repro.mechanics.chain import Link
 from repro.models.bases import rigid_body
+from repro.models.context import Setting
 from repro.models.expression import ExpressionModel
 from repro.models.interconnection import Interconnection, Joined
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Energies, Model
-from repro.models.setting import Setting
 
 Rod = Literal["part", "rigid_body", "mass"]
 

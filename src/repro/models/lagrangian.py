@@ -9,12 +9,12 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from repro.models.context import Setting
 from repro.models.damped import Damping, with_damping
 from repro.models.features import FeatureMap
 from repro.models.model import Energies, Model, Prepared
 from repro.models.momentum import MomentumTransform
 from repro.models.network import Activation, Network
-from repro.models.setting import Setting
 from repro.models.terms import Terms, symmetric
 
 WIDE = 16.0  # spreads of the data within a unit's quadratic range

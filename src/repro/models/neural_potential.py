@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import casadi
 import numpy as np
 
+from repro.models.context import Setting
 from repro.models.damped import Damping, with_damping
 from repro.models.expression import ExpressionModel
 from repro.models.model import Energies, Model
 from repro.models.network import Activation, Network
-from repro.models.setting import Setting
 
 
 class NeuralPotential(ExpressionModel):

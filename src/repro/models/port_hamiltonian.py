@@ -7,6 +7,7 @@ import casadi
 import numpy as np
 
 from repro.models import position
+from repro.models.context import Setting
 from repro.models.expression import ExpressionModel
 from repro.models.features import FeatureMap
 from repro.models.lagrangian import Lagrangian
@@ -14,7 +15,6 @@ from repro.models.model import Energies, Model, PortForm
 from repro.models.momentum import MomentumTransform
 from repro.models.network import Activation
 from repro.models.port_matrices import Factored, Skew
-from repro.models.setting import Setting
 from repro.models.structured import Structured
 
 Structure = Literal["canonical", "free", "full"]

@@ -9,11 +9,11 @@ import torch
 from torch import Tensor
 
 from repro.models import position
+from repro.models.context import Setting
 from repro.models.damped import Damping, with_damping
 from repro.models.features import FeatureMap
 from repro.models.model import Energies, Model, Prepared
 from repro.models.network import Activation, Network
-from repro.models.setting import Setting
 from repro.models.terms import Terms
 
 Factor = Literal["wide", "triangular"]

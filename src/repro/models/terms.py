@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -64,3 +65,9 @@ def symmetric(entries: Tensor, n_q: int) -> Tensor:
     index[rows, columns] = torch.arange(len(rows))
     index[columns, rows] = torch.arange(len(rows))
     return entries[..., index]
+
+
+def least_eigenvalue(mass: np.ndarray) -> np.ndarray:
+    """Of each member's matrices (member, sample, n_q, n_q), (member,); 0 where a matrix is not finite."""
+    finite = np.isfinite(mass).all((2, 3), keepdims=True)
+    return np.linalg.eigvalsh(np.where(finite, mass, 0.0)).min((1, 2))

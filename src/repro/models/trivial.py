@@ -7,8 +7,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from repro.models.context import Setting
 from repro.models.model import Energies, Model, Prepared
-from repro.models.setting import Setting
 from repro.models.terms import Terms
 
 

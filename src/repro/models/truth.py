@@ -7,14 +7,15 @@ from typing import Any, Literal, cast
 import casadi
 import numpy as np
 
+from repro.codegen.evaluate import evaluate
 from repro.errors import UserError
-from repro.mechanics.derive import dynamics_of, evaluate
+from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
+from repro.models.context import Setting
 from repro.models.damped import Damped
 from repro.models.features import FeatureMap
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
-from repro.models.setting import Setting
 
 POINTS = 200  # where the true energies are looked at, many more than coefficients
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from repro.report import style
-from repro.report.closed_loop import StoredLoop, find_loop
 from repro.report.figures.closed_loop import DIP, SIP
-from repro.report.files import replacing
-from repro.report.results import Results
+from repro.results.results import Results
+from repro.results.stored_loop import StoredLoop, find_loop
+from repro.tracking.files import replacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas

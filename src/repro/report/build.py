@@ -6,23 +6,24 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from repro.claims.assumption_effects import comparisons, gather_sensitivity
+from repro.claims.assumptions import load_assumptions
+from repro.claims.claims import load_claims
+from repro.claims.verdicts import Verdict, judge_all
 from repro.errors import UserError
-from repro.report.assumptions import load_assumptions
-from repro.report.claims import load_claims
 from repro.report.content import Content
 from repro.report.drawing import draw_all
-from repro.report.files import project_folder, write_text
-from repro.report.gather import gather_runs
 from repro.report.html.site import write_site
 from repro.report.pdf.typeset import write_pdf
-from repro.report.results import Results
 from repro.report.sections import filled_sections
-from repro.report.sensitivity import SENSITIVITY, comparisons, gather_sensitivity
-from repro.report.sensitivity_table import sensitivity_table
-from repro.report.stored import Staleness, StoredRun, never_stale, stored_benches, stored_runs
 from repro.report.summary import Summary, keep, kept, summarise
-from repro.report.tables import all_tables
-from repro.report.verdicts import Verdict, judge_all
+from repro.report.tables.every import all_tables
+from repro.report.tables.sensitivity import sensitivity_table
+from repro.results.gather import gather_runs
+from repro.results.results import SENSITIVITY, Results
+from repro.results.stored import Staleness, StoredRun, never_stale, stored_benches, stored_runs
+from repro.tracking.files import write_text
+from repro.tracking.paths import project_folder
 
 
 def build(outputs: Path, scale: str, *, stale: Staleness = never_stale) -> Summary:

@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from repro.report.assumptions import Assumption
+from repro.claims.assumptions import Assumption
+from repro.claims.verdicts import Verdict
 from repro.report.figures.figure import Figure
-from repro.report.results import Results
 from repro.report.sections import Section
-from repro.report.table import Table
-from repro.report.verdicts import Verdict
+from repro.report.tables.table import Table
+from repro.results.results import Results
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,8 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
+from repro.launch.jobs import Job, reason
+from repro.launch.pool import run_jobs
 from repro.report.figures import (
     architecture,
     closed_loop,
@@ -21,9 +23,7 @@ from repro.report.figures import (
     validation,
 )
 from repro.report.figures.figure import Figure
-from repro.report.results import Results
-from repro.tracking.jobs import Job, reason
-from repro.tracking.pool import run_jobs
+from repro.results.results import Results
 
 FIGURES: Sequence[Figure] = (
     architecture.FRAMEWORK,

@@ -21,14 +21,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from repro.claims.verdicts import NOT_RUN, VERDICTS, Verdict
 from repro.errors import UserError
 from repro.report import writing
-from repro.report.cost import cost_fact
-from repro.report.results import Results
-from repro.report.schema import BENCH, CARD, CONTROL, as_text, plain
-from repro.report.selection import NotRunError, one_setting, paired_values
-from repro.report.statistics import paired_ratio
-from repro.report.verdicts import NOT_RUN, VERDICTS, Verdict
+from repro.report.tables.cost import cost_fact
+from repro.results.results import Results
+from repro.results.schema import BENCH, CARD, CONTROL, as_text, plain
+from repro.results.selectors import NotRunError, one_setting, paired_values
+from repro.results.statistics import paired_ratio
 
 if TYPE_CHECKING:
     import pandas as pd

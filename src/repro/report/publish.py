@@ -6,13 +6,12 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
+from repro.claims.verdicts import FULL_SCALE
 from repro.errors import UserError
 from repro.report.animation import animate_all
 from repro.report.build import render
 from repro.report.readme import write_tables
-from repro.report.results import Results
-from repro.report.sensitivity import SENSITIVITY, Sensitivity
-from repro.report.verdicts import FULL_SCALE
+from repro.results.results import SENSITIVITY, Results, Sensitivity
 
 
 def publish(results: Results, root: Path) -> None:

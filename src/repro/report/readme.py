@@ -5,19 +5,19 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
+from repro.claims.assumption_effects import comparisons
+from repro.claims.assumptions import load_assumptions
+from repro.claims.claims import load_claims
+from repro.claims.verdicts import VERDICTS, Verdict, judge_all
 from repro.errors import UserError
 from repro.report import writing
-from repro.report.assumptions import load_assumptions
-from repro.report.claims import load_claims
-from repro.report.files import write_text
-from repro.report.front_table import FRONT_TABLES, front_block
-from repro.report.results import Results
-from repro.report.sensitivity import comparisons
-from repro.report.sensitivity_table import sensitivity_table
-from repro.report.table import Table
-from repro.report.table_drift import table_drift
-from repro.report.verdict_table import mark, measured, verdict_table
-from repro.report.verdicts import VERDICTS, Verdict, judge_all
+from repro.report.tables.drift import table_drift
+from repro.report.tables.front import FRONT_TABLES, front_block
+from repro.report.tables.sensitivity import sensitivity_table
+from repro.report.tables.table import Table
+from repro.report.tables.verdicts import mark, measured, verdict_table
+from repro.results.results import Results
+from repro.tracking.files import write_text
 
 BLOCKS = ("count", "verdicts", *FRONT_TABLES)
 

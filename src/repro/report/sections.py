@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from repro.claims.verdicts import Verdict
 from repro.errors import UserError
 from repro.report.placeholders import fill
-from repro.report.results import Results
-from repro.report.verdicts import Verdict
+from repro.results.results import Results
 
 HEADINGS = ("Asked", "Done", "Found", "Against expectation")
 LISTS = ("figures", "tables", "claims")

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from repro.claims.verdicts import Verdict
 from repro.report import writing
-from repro.report.files import write_text
-from repro.report.results import Results
-from repro.report.verdict_table import mark
-from repro.report.verdicts import Verdict
+from repro.report.tables.verdicts import mark
+from repro.results.results import Results
+from repro.tracking.files import write_text
 
 FILE = "summary.json"
 

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from repro.report.sensitivity import Comparison
-from repro.report.sensitivity_table import change
+from repro.claims.assumption_effects import Comparison
+from repro.claims.verdicts import VERDICTS
 from repro.report.summary import Summary, VerdictLine
-from repro.report.verdicts import VERDICTS
+from repro.report.tables.sensitivity import change
 from repro.report.writing import ABSENT, number
 
 if TYPE_CHECKING:

@@ -3,7 +3,7 @@
 import math
 import re
 
-from repro.report.statistics import Estimate
+from repro.results.statistics import Estimate
 
 ABSENT = "–"
 

@@ -1,0 +1,1 @@
+"""The store of finished stages: identity, provenance, locks, index. Knows no physics."""

@@ -143,3 +143,26 @@ def _is_full(folder: Path) -> bool:
     while not folder.exists():
         folder = folder.parent
     return shutil.disk_usage(folder).free < _NO_ROOM_BYTES
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Give a temporary sibling to write to; it takes the place of `path` only when the block succeeds."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        # The suffix stays: writers choose their format by it.
+        temporary = path.with_name(f".{path.stem}-{os.getpid()}{path.suffix}")
+        try:
+            yield temporary
+            temporary.replace(path)
+        finally:
+            temporary.unlink(missing_ok=True)
+    except OSError as error:
+        message = f"cannot write {path}: {error.strerror or error}; free the disk or choose another folder"
+        raise UserError(message) from error
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file atomically, UTF-8."""
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")

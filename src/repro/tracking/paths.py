@@ -104,3 +104,12 @@ class Paths:
     def code(self) -> Path:
         """The cache of source digests, safe to delete."""
         return self.root / ".cache" / "code.json"
+
+
+def project_folder() -> Path:
+    """Return the checkout that holds paper/ and README.md. Raises UserError where the package lies outside of one."""
+    folder = Path(__file__).resolve().parents[3]
+    if not (folder / "paper" / "claims.yaml").is_file():
+        message = f"paper/claims.yaml is not in {folder}: the report needs the project's checkout (pip install -e .)"
+        raise UserError(message)
+    return folder

@@ -10,11 +10,11 @@ from typing import Any
 
 from repro.errors import UserError
 from repro.tracking import code, index, lock
-from repro.tracking.diff import identity_differences
 from repro.tracking.index import Entry, Index
 from repro.tracking.paths import HOLDER_FILE, Paths
 from repro.tracking.record import read
 from repro.tracking.stage import Stage
+from repro.tracking.stage_difference import identity_differences
 from repro.tracking.store import Store
 
 STATES = ("done", "stale", "failed", "missing", "running", "interrupted", "damaged")

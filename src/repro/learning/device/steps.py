@@ -9,7 +9,7 @@ from torch import Tensor
 
 from repro.learning.adam import BETA_1, BETA_2
 from repro.learning.device.cuda import Replay, captured
-from repro.learning.problem import Problem
+from repro.learning.training_problem import Problem
 
 STATE = ("parameters", "first", "second")
 

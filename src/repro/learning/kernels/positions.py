@@ -11,12 +11,14 @@ from functools import lru_cache
 import casadi
 import numpy as np
 
-from repro.learning.kernels import activations, jets, products
-from repro.learning.kernels.generated import FUNCTIONS, pack, vectorised
+from repro.codegen.lanes import FUNCTIONS, vectorised
+from repro.learning.kernels import activations, jets
+from repro.learning.kernels import matrix_products as products
+from repro.learning.kernels.generated import pack
 from repro.learning.kernels.kernel import Kernel
 from repro.learning.objective import Objective
-from repro.learning.problem import Problem, Task
 from repro.learning.symbolic import COLUMNS, residual, symbols
+from repro.learning.training_problem import Problem, Task
 from repro.models.structured import Structured
 
 _PHYSICS = """

@@ -9,9 +9,9 @@ import numpy as np
 from repro.report import style
 from repro.report.figures.diagram import Arrow, Box, diagram, place_diagram
 from repro.report.figures.figure import Figure, new_canvas
-from repro.report.files import project_folder
-from repro.report.results import Results
 from repro.report.style import TEXT_WIDTH
+from repro.results.results import Results
+from repro.tracking.paths import project_folder
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from repro.report import style
-from repro.report.closed_loop import StoredLoop, find_loop
 from repro.report.figures.figure import Figure, new_canvas
-from repro.report.results import Results
 from repro.report.style import TEXT_WIDTH
-from repro.report.vocabulary import written
+from repro.results.metric_names import written
+from repro.results.results import Results
+from repro.results.stored_loop import StoredLoop, find_loop
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas

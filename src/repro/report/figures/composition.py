@@ -7,10 +7,10 @@ import numpy as np
 
 from repro.report import style
 from repro.report.figures.figure import Figure, new_canvas
-from repro.report.results import Results
-from repro.report.selection import Where, settings
-from repro.report.setting import Setting
 from repro.report.style import TEXT_WIDTH
+from repro.results.results import Results
+from repro.results.run_setting import Setting
+from repro.results.selectors import Where, settings
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING
 from repro.report import style
 from repro.report.figures.dots import dot_plot
 from repro.report.figures.figure import Figure
-from repro.report.results import Results
-from repro.report.selection import anchor_name, settings
-from repro.report.setting import Setting
 from repro.report.style import Role
-from repro.report.vocabulary import written
+from repro.results.metric_names import written
+from repro.results.results import Results
+from repro.results.run_setting import Setting
+from repro.results.selectors import anchor_name, settings
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas

@@ -7,9 +7,9 @@ import numpy as np
 
 from repro.report import style
 from repro.report.figures.figure import new_canvas
-from repro.report.setting import Setting
 from repro.report.style import TEXT_WIDTH, Role
-from repro.report.vocabulary import metric_named
+from repro.results.metric_names import metric_named
+from repro.results.run_setting import Setting
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from repro.report import style
-from repro.report.files import replacing
-from repro.report.results import Results
+from repro.results.results import Results
+from repro.tracking.files import replacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas

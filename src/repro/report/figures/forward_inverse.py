@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 from repro.report import style
 from repro.report.figures.dots import dot_plot
 from repro.report.figures.figure import Figure
-from repro.report.results import Results
-from repro.report.selection import TRIVIAL, anchor, anchor_name, settings, test_set_of
-from repro.report.setting import Setting
 from repro.report.style import Role
+from repro.results.results import Results
+from repro.results.run_setting import Setting
+from repro.results.selectors import TRIVIAL, anchor, anchor_name, settings, test_set_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas

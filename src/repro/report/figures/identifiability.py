@@ -6,9 +6,9 @@ import numpy as np
 
 from repro.report import style
 from repro.report.figures.figure import Figure, new_canvas
-from repro.report.results import Results
-from repro.report.selection import settings
 from repro.report.style import TEXT_WIDTH
+from repro.results.results import Results
+from repro.results.selectors import settings
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas

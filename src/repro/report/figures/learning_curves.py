@@ -8,10 +8,10 @@ import numpy as np
 
 from repro.report import style
 from repro.report.figures.figure import Figure, new_canvas
-from repro.report.results import Results
-from repro.report.selection import Where, anchor_name, settings
-from repro.report.setting import Setting
 from repro.report.style import TEXT_WIDTH, Role
+from repro.results.results import Results
+from repro.results.run_setting import Setting
+from repro.results.selectors import Where, anchor_name, settings
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -4,12 +4,12 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from repro.report.claims import load_claims
+from repro.claims.assumption_effects import Comparison, comparisons
+from repro.claims.claims import load_claims
 from repro.report.figures.figure import Figure, new_canvas
-from repro.report.files import project_folder
-from repro.report.results import Results
-from repro.report.sensitivity import Comparison, comparisons
 from repro.report.style import TEXT_WIDTH, Role
+from repro.results.results import Results
+from repro.tracking.paths import project_folder
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas

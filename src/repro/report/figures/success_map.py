@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from repro.report.figures.figure import Figure, new_canvas
-from repro.report.results import Results
-from repro.report.schema import as_text, plain
 from repro.report.style import TEXT_WIDTH
-from repro.report.vocabulary import written
+from repro.results.metric_names import written
+from repro.results.results import Results
+from repro.results.schema import as_text, plain
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -7,8 +7,8 @@ import numpy as np
 
 from repro.report import style
 from repro.report.figures.figure import Figure, new_canvas
-from repro.report.results import Results
 from repro.report.style import TEXT_WIDTH, Role
+from repro.results.results import Results
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -6,10 +6,10 @@ import numpy as np
 
 from repro.report import style
 from repro.report.figures.figure import Figure, new_canvas
-from repro.report.results import Results
-from repro.report.selection import NotRunError, one_setting
 from repro.report.style import TEXT_WIDTH
 from repro.report.writing import number
+from repro.results.results import Results
+from repro.results.selectors import NotRunError, one_setting
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -4,7 +4,7 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
-from repro.report.files import replacing
+from repro.tracking.files import replacing
 
 TITLES = {
     "sip_swing_up": "One link swings up past the disc and is held there.",

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from repro.report.files import write_text
 from repro.report.html.environment import ASSETS, rendered
+from repro.tracking.files import write_text
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -29,7 +29,7 @@ def write_interactive(recordings: Sequence[Path], folder: Path) -> Path:
 
     Raises UserError when the viewer gives no web pages. About 19 MB, plus 4/3 of the recordings.
     """
-    from repro.tracking.web_viewer import web_viewer
+    from repro.recording.web_viewer import web_viewer
 
     viewer = web_viewer()
     text = rendered(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from statistics import median
 from typing import TYPE_CHECKING
 
-from repro.report.vocabulary import metric_named
+from repro.results.metric_names import metric_named
 
 if TYPE_CHECKING:
     import pandas as pd

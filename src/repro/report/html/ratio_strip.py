@@ -3,8 +3,8 @@
 import math
 from typing import TYPE_CHECKING
 
+from repro.claims.verdicts import Verdict
 from repro.report import writing
-from repro.report.verdicts import Verdict
 
 if TYPE_CHECKING:
     from markupsafe import Markup

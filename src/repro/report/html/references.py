@@ -3,9 +3,9 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
+from repro.claims.verdicts import Verdict
 from repro.report.content import Content
-from repro.report.table import Table
-from repro.report.verdicts import Verdict
+from repro.report.tables.table import Table
 
 
 @dataclass

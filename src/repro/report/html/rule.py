@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from repro.report.verdicts import Verdict
+from repro.claims.verdicts import Verdict
 
 
 def rule(verdict: Verdict) -> Mapping[str, str]:

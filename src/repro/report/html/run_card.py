@@ -9,9 +9,9 @@ from repro.report.content import Content
 from repro.report.html.learning_curve import learning_curve
 from repro.report.html.metric_rows import MetricRow, metric_rows
 from repro.report.html.references import References, references
-from repro.report.results import Results
-from repro.report.schema import CARD, as_text, plain
-from repro.report.vocabulary import written
+from repro.results.metric_names import written
+from repro.results.results import Results
+from repro.results.schema import CARD, as_text, plain
 
 if TYPE_CHECKING:
     from markupsafe import Markup

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from repro.claims.verdicts import VERDICTS
 from repro.report.content import Content
 from repro.report.figures.figure import Figure
-from repro.report.files import write_text
 from repro.report.html.animations import copy_animations
 from repro.report.html.environment import ASSETS, rendered
 from repro.report.html.metric_rows import SPLITS
@@ -16,10 +16,10 @@ from repro.report.html.ratio_strip import ratio_strip
 from repro.report.html.rule import rule
 from repro.report.html.run_card import LOOP_COLUMNS, run_cards
 from repro.report.sections import Section
-from repro.report.sensitivity import SENSITIVITY
-from repro.report.table import Table
-from repro.report.verdict_table import READING, mark, measured
-from repro.report.verdicts import VERDICTS
+from repro.report.tables.table import Table
+from repro.report.tables.verdicts import READING, mark, measured
+from repro.results.results import SENSITIVITY
+from repro.tracking.files import write_text
 
 CLAIMS, RUNS = "claims", "runs"
 

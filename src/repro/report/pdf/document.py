@@ -5,17 +5,17 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from repro.claims.verdicts import VERDICTS, Verdict
 from repro.report import writing
 from repro.report.content import Content
-from repro.report.cost import cost_table
 from repro.report.pdf.numbering import Numbers
 from repro.report.pdf.page_table import page_table
 from repro.report.pdf.prose import blocks
 from repro.report.placeholders import fill
 from repro.report.sections import Section
-from repro.report.table import Table
-from repro.report.verdict_table import measured
-from repro.report.verdicts import VERDICTS, Verdict
+from repro.report.tables.cost import cost_table
+from repro.report.tables.table import Table
+from repro.report.tables.verdicts import measured
 
 TITLE = "Physics-guided and Energy-based Learning of Interconnected Systems: a replication"
 SUBTITLE = "What holds of Bao, Thesma, Kelkar and Mohammadpour Velni (CDC 2022) when it is run again"

@@ -3,7 +3,7 @@
 from typing import Any
 
 from repro.report.pdf.page_table import page_table
-from repro.report.table import Table
+from repro.report.tables.table import Table
 
 
 class Numbers:

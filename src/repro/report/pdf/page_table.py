@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from repro.report.table import Table
-from repro.report.vocabulary import METRICS
+from repro.report.tables.table import Table
+from repro.results.metric_names import METRICS
 
 # Of a table of models a page has room for this much; the whole table lies beside the report as CSV.
 LEFT_OUT = ("median AE q̈", "MAE L relative", "skill τ", "skill q̈", "stale")

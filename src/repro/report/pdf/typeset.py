@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from repro.report.content import Content
-from repro.report.files import replacing
 from repro.report.pdf.document import document
+from repro.tracking.files import replacing
 
 ENTRY = "report.typ"
 

@@ -1,0 +1,77 @@
+"""`repro identify`: what some data can tell of a linear basis, before anything is fitted."""
+
+import argparse
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+from repro.errors import UserError
+
+if TYPE_CHECKING:
+    from repro.evaluation.identifiability import Identifiability
+
+EXAMPLES = """examples:
+  repro identify system=dip basis=fxf sequence=d_h_only        what force-free motion with known energy leaves open
+  repro identify system=dip basis=fxf_gauge sequence=joint sequence.energy_form=sum
+  repro identify basis=library data.episode_steps=100
+  repro identify basis=t1 data=file data.path=my.csv           of one's own recording
+Settings are those of `repro run`; each phase of the sequence is examined, for the first seed unless seeds= is given.
+A combination is one of terms of T, unless V is named.
+"""
+
+
+def main(argv: Sequence[str]) -> int:
+    """Examine the training data of a configuration and print rank, condition and null directions."""
+    parser = argparse.ArgumentParser(
+        prog="repro identify",
+        description="Rank, condition and the combinations of terms that the data cannot see, for a linear basis.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("overrides", nargs="*", metavar="key=value")
+    overrides = parser.parse_args(argv).overrides
+    if not any(override.startswith("seeds=") for override in overrides):
+        overrides.append("seeds=1")
+    for phase, members in _examined(overrides).items():
+        print(report(phase, members))
+    return 0
+
+
+def report(phase: str, members: Sequence["Identifiability"]) -> str:
+    """A paragraph a phase: the first member in full, and how the ranks of the others compare."""
+    one = members[0]
+    ranks = sorted({other.rank for other in members})
+    lines = [
+        f"{phase}: rank {one.rank} of {len(one.names)} terms",
+        f"  condition {one.condition_raw:.3g}, with columns of unit norm {one.condition_scaled:.3g}",
+        f"  singular values: {_value(one, one.rank - 1)} the least that counts, {_value(one, one.rank)} the next",
+    ]
+    if len(ranks) > 1:
+        lines.append(f"  of {len(members)} members the ranks differ: {', '.join(map(str, ranks))}")
+    lines.append("  not seen in these data:" if one.words else "  every term is seen")
+    return "\n".join([*lines, *(f"    {words}" for words in one.words)])
+
+
+def _examined(overrides: Sequence[str]) -> dict[str, list["Identifiability"]]:
+    from repro.config.compose import compose
+    from repro.config.rules import linear
+    from repro.pipeline.plan import Pipeline
+    from repro.pipeline.work import Work
+    from repro.tracking.paths import outputs_root
+    from repro.tracking.store import Store
+
+    composed = compose(overrides)
+    config = composed.config
+    if not linear(config) or config.objective.kind != "inverse":
+        chosen = f"model={config.model['kind']}, basis={config.basis.name}, objective={config.objective.kind}"
+        raise UserError(f"identify is for model=lagrangian with a linear basis and objective=inverse, not {chosen}")
+    pipeline, store = Pipeline.of(config, composed.command), Store(outputs_root())
+    work = Work(pipeline, store)
+    for role, stage in pipeline.data_stages.items():
+        store.compute(stage, partial(work.make_data, role=role))
+    return work.identified()
+
+
+def _value(one: "Identifiability", order: int) -> str:
+    inside = 0 <= order < len(one.singular_values)
+    return f"{one.singular_values[order]:.2g}" if inside else "none"

@@ -1,0 +1,77 @@
+"""`repro report`: gather, judge, draw; redraw from results; publish."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+EXAMPLES = """examples:
+  repro report                          the report of the last quick runs, under outputs/report/quick
+  repro report --scale paper --open     the full one, opened in the browser
+  repro report --from paper/results     everything drawn again from the committed results, nothing run
+  repro report --interactive ID ID      besides, recordings to scrub in the browser, without a server
+  repro report --scale paper --publish  results, tables, figures and the README's verdicts into the checkout
+"""
+
+
+def main(argv: Sequence[str]) -> int:
+    """Run `repro report`. Raises UserError for a mistake of the user."""
+    arguments = _parser().parse_args(argv)
+    from repro.report import build, terminal
+    from repro.tracking.paths import outputs_root
+
+    outputs = outputs_root()
+    recordings = _recordings(arguments.interactive, outputs)
+    if arguments.source is not None:
+        summary = build.redraw(arguments.source, outputs / "report" / "redrawn")
+    else:
+        from repro.results.staleness import judged_by_tracking
+
+        summary = build.build(outputs, arguments.scale, stale=judged_by_tracking(outputs))
+    terminal.show(summary)
+    page = summary.page
+    if recordings:
+        from repro.report.html.interactive import write_interactive
+
+        page = write_interactive(recordings, summary.folder)
+        print(page)
+    if arguments.publish:
+        from repro.report.publish import publish
+        from repro.results.results import Results
+        from repro.tracking.paths import project_folder
+
+        publish(Results.load(arguments.source or summary.results), project_folder())
+        print("published: paper/results, paper/tables, paper/figures, README.md; look at them, then commit")
+    if arguments.open:
+        import webbrowser
+
+        webbrowser.open(page.absolute().as_uri())
+    return 0
+
+
+def _recordings(runs: Sequence[str], outputs: Path) -> list[Path]:
+    if not runs:
+        return []
+    from repro.recording.viewer import find_recording
+
+    return [find_recording(run, outputs) for run in runs]
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="repro report",
+        description="Gather stored runs into verdicts, tables, figures and a page.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--scale", default="quick", choices=("smoke", "quick", "paper"), help="whose runs (quick)")
+    parser.add_argument("--from", dest="source", type=Path, metavar="FOLDER", help="draw from this folder of results")
+    parser.add_argument("--publish", action="store_true", help="write the committed results (scale paper, clean tree)")
+    parser.add_argument(
+        "--interactive",
+        nargs="+",
+        default=(),
+        metavar="RUN",
+        help="besides, one page (about 20 MB) that holds the viewer and the recordings of these runs",
+    )
+    parser.add_argument("--open", action="store_true", help="open the report, or the interactive page, in the browser")
+    return parser

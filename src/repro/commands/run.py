@@ -1,0 +1,115 @@
+"""`repro run`: one configuration, or many with -m."""
+
+import argparse
+from collections.abc import Sequence
+
+from repro.config.compose import plan
+from repro.config.overrides import belongs, expand, experiment_of, setting
+from repro.config.registry import choices_text
+from repro.errors import UserError
+from repro.launch import cluster
+from repro.launch.pool import start_server
+from repro.sweep.listing import list_jobs
+from repro.sweep.missing import CORES, PRELOAD, run_missing
+from repro.sweep.planned_job import Planned, planned
+from repro.tracking.paths import Paths, outputs_root
+from repro.tracking.store import Store
+from repro.tracking.text import duration
+
+EPILOGUE = """examples:
+  repro run basis=t1 optimiser=least_squares
+  repro run -m basis=t1,t2 objective=forward,inverse
+  repro run -m experiment=sip_basis scale=smoke
+  repro run --cfg job basis=t2          the resolved configuration, nothing run
+  repro run -m --dry-run experiment=sip_energies
+  repro run -m experiment=sip_basis hydra/launcher=submitit_slurm hydra.launcher.timeout_min=60
+Results lie in outputs/ (or $REPRO_OUTPUTS); a finished run is never repeated.
+
+choices:
+"""
+
+
+def run(argv: Sequence[str]) -> int:
+    """`repro run`: one configuration, or with -m all that the lists and the experiment make; 1 when a job failed."""
+    options = _run_parser().parse_intermixed_args(argv)
+    if options.cfg not in (None, "job"):
+        options.overrides.insert(0, options.cfg)  # --cfg basis=t2: what follows is an override
+    own, where = cluster.split(options.overrides)
+    if where:
+        cluster.refuse({"--workers": options.workers, "--timeout": options.timeout}, where)
+    overrides = _jobs(own, options.paired, sweep=options.multirun or options.dry_run)
+    if options.cfg:
+        return _print_configuration(overrides)
+    paths = Paths(outputs_root())
+    here = not where and not options.dry_run
+    jobs = planned(overrides, paths, on_unknown=lambda: start_server(PRELOAD) if here else None)
+    if options.failed:
+        store = Store(paths.root)
+        jobs = [job for job in jobs if job.failures(store)]
+    if options.dry_run:
+        return _print_plan(jobs)
+    list_jobs(paths, jobs)
+    results = run_missing(jobs, paths, options.workers or CORES, options.timeout, where)
+    _print_outcome(jobs, paths)
+    return 1 if any(not result.ok for result in results) else 0
+
+
+def _jobs(overrides: Sequence[str], paired: bool, sweep: bool) -> list[tuple[str, ...]]:
+    """The jobs that a command line asks for; without `sweep` there must be one."""
+    if sweep:
+        return expand(overrides, paired=paired)
+    jobs = expand(overrides, paired=paired, lines=False)
+    if experiment_of(jobs[0]) and not setting(jobs[0]) and not belongs(jobs[0]):
+        jobs = expand(overrides, paired=paired)
+    if len(jobs) > 1:
+        raise UserError(f"this makes {len(jobs)} jobs: add -m to run them all, or --dry-run to list them")
+    return jobs
+
+
+def _print_plan(jobs: Sequence[Planned]) -> int:
+    for job in jobs:
+        state = "done" if job.record else f"to run, about {duration(job.expected_seconds)}"
+        print(f"{job.run}  {state}\n  {job.composed.command}")
+    left = sum(job.expected_seconds for job in jobs if job.record is None)
+    print(f"{len(jobs)} jobs, {sum(job.record is None for job in jobs)} to run, about {duration(left)} of one core")
+    return 0
+
+
+def _print_outcome(jobs: Sequence[Planned], paths: Paths) -> None:
+    store = Store(paths.root)
+    for job in jobs:
+        record = job.pipeline.finished(store)
+        if record is None:
+            continue
+        shown = {name: record.summary["median"].get(name) for name in ("mae_tau", "mae_qdd", "mae_H_centred")}
+        text = ", ".join(f"{name} {value:.3g}" for name, value in shown.items() if value is not None)
+        print(f"{record.id}: {text} (medians of {len(job.composed.config.members)} members)")
+
+
+def _print_configuration(jobs: Sequence[tuple[str, ...]]) -> int:
+    import yaml
+
+    for composed in plan(jobs):
+        content = composed.config.model_dump(exclude={"sweep"})
+        print(yaml.safe_dump(content, sort_keys=False, default_flow_style=None), end="")
+    return 0
+
+
+def _run_parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="repro run",
+        description="Run one configuration, or many. Overrides are Hydra's: group=option, group.key=value.",
+        epilog=EPILOGUE + choices_text(),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("overrides", nargs="*", metavar="key=value")
+    parser.add_argument("-m", "--multirun", action="store_true", help="run every combination of the lists")
+    parser.add_argument("--paired", action="store_true", help="walk the lists side by side instead of multiplying them")
+    parser.add_argument("--dry-run", action="store_true", help="list the jobs, what is done, and the expected time")
+    parser.add_argument("--failed", action="store_true", help="only the jobs whose last attempt failed")
+    parser.add_argument("--workers", type=int, help=f"jobs at once (default: {CORES}, the cores of this machine)")
+    parser.add_argument("--timeout", type=float, metavar="SECONDS", help="a job that takes longer is stopped")
+    parser.add_argument(
+        "--cfg", nargs="?", const="job", metavar="job", help="print the resolved configuration and run nothing"
+    )
+    return parser

@@ -1,0 +1,76 @@
+"""`repro sensitivity`: each assumption changed by itself, on few members, to see which verdicts it moves."""
+
+import argparse
+from collections.abc import Sequence
+
+from repro.claims.assumption_effects import comparisons, gather_sensitivity
+from repro.claims.assumptions import Assumption, load_assumptions
+from repro.claims.claims import Claim, load_claims
+from repro.errors import UserError
+from repro.launch.pool import start_server
+from repro.results.results import SENSITIVITY, Case
+from repro.results.stored import stored_runs
+from repro.sweep.assumption_runs import MEMBERS, SCALE, list_cases, plan_cases
+from repro.sweep.missing import CORES, PRELOAD, run_missing
+from repro.sweep.planned_job import Planned
+from repro.tracking.paths import Paths, outputs_root, project_folder
+from repro.tracking.text import duration
+
+EPILOGUE = """examples:
+  repro sensitivity                     every assumption; what is finished is not repeated
+  repro sensitivity data_start gravity  some of them
+  repro sensitivity --dry-run           what would be run, and about how long it takes
+What is tried for an assumption stands in paper/assumptions.yaml; `repro report` shows what came of it.
+"""
+
+
+def main(argv: Sequence[str]) -> int:
+    """Run what the assumptions' trials need, and list it for the report; 1 when a job failed."""
+    parser = argparse.ArgumentParser(
+        prog="repro sensitivity",
+        description=f"Change one assumption at a time, at scale {SCALE} with {MEMBERS} members.",
+        epilog=EPILOGUE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("assumptions", nargs="*", metavar="assumption", help="ids of paper/assumptions.yaml (all)")
+    parser.add_argument("--workers", type=int, default=CORES, help=f"jobs at once (default: {CORES})")
+    parser.add_argument("--dry-run", action="store_true", help="list the jobs, and about how long they take")
+    options = parser.parse_args(argv)
+    paper, paths = project_folder() / "paper", Paths(outputs_root())
+    claims, ledger = load_claims(paper / "claims.yaml"), load_assumptions(paper / "assumptions.yaml")
+    chosen = _chosen(ledger, options.assumptions)
+    if not options.dry_run:
+        start_server(PRELOAD)
+    cases, jobs = plan_cases(chosen, claims, paths)
+    if options.dry_run:
+        return _print_plan(cases, jobs)
+    list_cases(paths, cases, jobs, tried={row.id for row in chosen})
+    results = run_missing(jobs, paths, options.workers)
+    _show(paths, claims, [row.id for row in chosen])
+    return 1 if any(not result.ok for result in results) else 0
+
+
+def _show(paths: Paths, claims: Sequence[Claim], tried: Sequence[str]) -> None:
+    from repro.report.terminal import show_sensitivity
+
+    lists = sorted((paths.experiments / SENSITIVITY).glob("*.json"))
+    found = gather_sensitivity(lists, stored_runs(paths.root, SENSITIVITY))
+    if found is not None:
+        compared = [each for each in comparisons(found, claims) if each.assumption in tried]
+        show_sensitivity(sorted(compared, key=lambda each: tried.index(each.assumption)))
+
+
+def _chosen(ledger: Sequence[Assumption], names: Sequence[str]) -> list[Assumption]:
+    ids = [row.id for row in ledger]
+    if unknown := [name for name in names if name not in ids]:
+        raise UserError(f"no assumption is called {', '.join(unknown)}; there are {', '.join(ids)}")
+    return [row for row in ledger if not names or row.id in names]
+
+
+def _print_plan(cases: Sequence[Case], jobs: Sequence[Planned]) -> int:
+    said = [f"{case.assumption}, {case.claim}: {case.alternative}" for case in cases]
+    print("\n".join(dict.fromkeys(said)))
+    missing = [job for job in jobs if job.record is None]
+    left = duration(sum(job.expected_seconds for job in missing))
+    print(f"{len(jobs)} jobs, {len(missing)} to run, about {left} of one core")
+    return 0

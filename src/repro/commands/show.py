@@ -1,0 +1,58 @@
+"""The commands of the front door that look into stages: show, diff."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from repro.commands.arguments import stored_record
+from repro.tracking.files import flattened
+from repro.tracking.paths import RUN_FILE, Paths, outputs_root
+from repro.tracking.text import duration, short, size, table
+
+if TYPE_CHECKING:
+    pass
+
+
+def show(argv: Sequence[str]) -> int:
+    """`repro show ID`: one stage in full."""
+    parser = argparse.ArgumentParser(
+        prog="repro show",
+        description="Show one stored stage: settings, results, where it comes from, its files, its failure.",
+        epilog="example: repro show 9f3c2a81bd",
+    )
+    parser.add_argument("id", help="the id, its start, or the digits at its end")
+    parser.add_argument("--json", action="store_true", help="run.json as it is")
+    options = parser.parse_args(argv)
+    entry = stored_record(Paths(outputs_root()), options.id)
+    if options.json:
+        sys.stdout.write(entry.path(RUN_FILE).read_text())
+        return 0
+    origin = entry.provenance
+    print(f"{entry.id}  ({entry.kind}, {entry.outcome})\n  {entry.folder}")
+    if entry.error:
+        print(f"\nfailed\n{_indented(entry.error['trace'])}")
+        print(f"  log: {entry.error['log']}" if entry.error["log"] else "  log: printed to the terminal")
+    print("\nmade by" + (f"\n  {origin['command']}" if origin["command"] else ""))
+    print(f"  {origin['finished']}, took {duration(origin['wall_s'])}, at most {origin['peak_memory_mib']} MiB")
+    source, machine = origin["git"], origin["machine"]
+    print(f"  commit {source['commit']}" + (f", then git apply {source['patch']}" if source.get("patch") else ""))
+    print(f"  {machine['processor']}, {machine['platform']}, Python {machine['python']}")
+    summary = dict(entry.summary)
+    sections = {"results, medians over the members": summary.pop("median", {}), "card": summary.pop("card", {})}
+    for title, content in (
+        ("from", entry.identity["upstream"]),
+        *((title, flattened(content)) for title, content in sections.items()),
+        ("also told", flattened(summary)),
+        ("settings of this stage", flattened(entry.identity["config"])),
+        ("files", {name: size(about["bytes"]) for name, about in entry.files.items()}),
+    ):
+        if content:
+            print(f"\n{title}\n" + table([f"  {key}", short(value)] for key, value in content.items()))
+    return 0
+
+
+def _indented(text: str) -> str:
+    return "\n".join(f"  {line}" for line in text.rstrip().splitlines())

@@ -1,0 +1,129 @@
+"""From overrides to checked configurations, by Hydra; what was composed before is read from a file."""
+
+import os
+import signal
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from repro.config.composed_cache import Cache
+from repro.config.error_lines import lines
+from repro.config.overrides import EXPERIMENT, check, experiment_of, first_lines, renamed
+from repro.config.places import CONF, ROOT
+from repro.config.plugin_options import model_options, optimiser_options
+from repro.config.rules import impossible
+from repro.config.schema import Config
+from repro.errors import UserError
+
+NEEDS_QUOTES = set("[]{}() $*;&|")
+JOBS_A_PROCESS = 10  # fewer cost less than to start a process for them
+# The groups of Hydra's own settings: no run reads them, and composing them takes a quarter of the time.
+_OWN_GROUPS = ("output", "launcher", "sweeper", "help", "hydra_help", "hydra_logging", "job_logging", "env")
+WITHOUT_HYDRAS_OWN = tuple(f"~hydra/{group}" for group in _OWN_GROUPS)
+
+
+@dataclass(frozen=True)
+class Composed:
+    """One job of a sweep: its overrides, and the configuration that they make."""
+
+    overrides: tuple[str, ...]
+    config: Config
+
+    @property
+    def command(self) -> str:
+        """The command line that repeats it."""
+        shown = (override.replace(EXPERIMENT, "experiment=") for override in self.overrides)
+        return " ".join(["repro run", *(f"'{o}'" if set(o) & NEEDS_QUOTES else o for o in shown)])
+
+
+def plan(
+    jobs: Sequence[tuple[str, ...]], cache: Path | None = None, on_unknown: Callable[[], None] = lambda: None
+) -> list[Composed]:
+    """All jobs (the overrides of each), composed and checked before any of them runs; UserError for the first mistake.
+
+    cache       a folder that keeps what was composed and checked, so that a known job costs nothing
+    on_unknown  is called before the first job that is not known
+    """
+    caches = {name: Cache.of(cache, name) for name in dict.fromkeys(experiment_of(job) for job in jobs)}
+    checked = {job: caches[experiment_of(job)].checked(job) for job in jobs}
+    unknown = [job for job in checked if checked[job] is None]
+    for job in unknown:
+        check(job)
+    if unknown:
+        on_unknown()
+        checked |= zip(unknown, _checked(unknown, caches), strict=True)
+    for one in caches.values():
+        one.save()
+    return [Composed(job, config) for job in jobs if (config := checked[job]) is not None]
+
+
+def compose(overrides: Sequence[str], cache: Path | None = None) -> Composed:
+    """One configuration; UserError names key, value and what is allowed."""
+    (composed,) = plan([tuple(renamed(override) for override in overrides)], cache)
+    return composed
+
+
+def parse(raw: Mapping[str, Any]) -> Config:
+    """Check a composed configuration; UserError with a line a mistake: key, value, and what is allowed."""
+    try:
+        config = Config.model_validate(raw)
+    except ValidationError as error:
+        raise UserError("\n".join(lines(error, raw))) from None
+    options = {"model": model_options(config.model), "optimiser": optimiser_options(config.optimiser)}
+    config = config.model_copy(update=options)
+    if problems := [*impossible(config)]:
+        raise UserError("\n".join(problems))
+    return config
+
+
+def _checked(jobs: Sequence[tuple[str, ...]], caches: Mapping[str, Cache]) -> Iterator[Config]:
+    """Configurations in the order of the jobs, each kept in the cache of its experiment."""
+    new = [job for job in jobs if caches[experiment_of(job)].raw(job) is None]
+    with _composing(new) as composed:
+        for job in jobs:
+            name = experiment_of(job)
+            raw = caches[name].raw(job) or next(composed)
+            if (raw["experiment"] or "") != name:
+                raise UserError(f"experiments/{name}.yaml: experiment = {raw['experiment']!r}: must be {name!r}")
+            config = parse(raw)
+            caches[name].keep(job, raw, config)
+            yield config
+
+
+@contextmanager
+def _composing(jobs: Sequence[tuple[str, ...]]) -> Iterator[Iterator[dict[str, Any]]]:
+    """What Hydra makes of the jobs, in their order; many are composed by several processes."""
+    processes = min(os.cpu_count() or 1, len(jobs) // JOBS_A_PROCESS)
+    if processes < 2:
+        yield map(_composed, jobs)
+        return
+    pool = ProcessPoolExecutor(processes, get_context("spawn"), signal.signal, (signal.SIGINT, signal.SIG_IGN))
+    try:
+        yield pool.map(_composed, jobs, chunksize=JOBS_A_PROCESS // 2)
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _composed(overrides: Sequence[str]) -> dict[str, Any]:
+    import hydra
+    import yaml
+    from hydra.core.global_hydra import GlobalHydra
+    from hydra.errors import HydraException
+    from omegaconf import OmegaConf
+    from omegaconf.errors import OmegaConfBaseException
+
+    try:
+        if not GlobalHydra.instance().is_initialized():
+            hydra.initialize_config_dir(str(CONF), version_base="1.3")
+        composed = hydra.compose("config", [f"hydra.searchpath=[file://{ROOT}]", *WITHOUT_HYDRAS_OWN, *overrides])
+        resolved = OmegaConf.to_container(composed, resolve=True, throw_on_missing=False)
+    except (HydraException, OmegaConfBaseException, yaml.YAMLError) as error:
+        raise UserError(first_lines(error)) from None
+    assert isinstance(resolved, dict)
+    return {str(key): value for key, value in resolved.items() if key != "hydra"}

@@ -1,0 +1,171 @@
+"""Overrides on a command line: what they may say, and the jobs that their lists make."""
+
+import itertools
+import re
+from collections.abc import Iterable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from repro.config.error_lines import meant
+from repro.config.places import CONF, EXPERIMENTS
+from repro.errors import UserError
+
+EXPERIMENT = "+experiments@_global_="  # how Hydra spells experiment=
+# What may be added to a job of an experiment without making it another setting.
+SAME_SETTING = ("scale", "seeds", "record")
+
+
+def experiments() -> list[str]:
+    """Names of all experiments."""
+    return sorted(path.stem for path in EXPERIMENTS.glob("*.yaml"))
+
+
+def expand(overrides: Sequence[str], *, paired: bool = False, lines: bool = True) -> list[tuple[str, ...]]:
+    """The jobs of a sweep, as the overrides of each, without repetition.
+
+    `experiment=NAME` takes the `lines` of that file's `sweep`, whose keys the overrides replace; in a line, and in the
+    overrides, `key=a,b` makes a job a value. `paired` walks the overrides' lists side by side instead of multiplying
+    them. UserError for lists that do not pair, or for an override that is not understood.
+    """
+    overrides = [renamed(override) for override in overrides]
+    given = {_key(override) for override in overrides}
+    jobs = [
+        (*(override for override in line_job if _key(override) not in given), *own)
+        for own in (_pairs(overrides) if paired else _product(overrides))
+        for line in (_sweep_lines(own) if lines else [[]])
+        for line_job in _product(line)
+    ]
+    return list(dict.fromkeys(jobs))
+
+
+def belongs(job: Sequence[str]) -> bool:
+    """Whether a job (its overrides) is one that its experiment asks for, be it at another scale or with more seeds."""
+    return setting(job) in _asked_for(experiment_of(job))
+
+
+def experiment_of(job: Sequence[str]) -> str:
+    """The name of the experiment that a job takes its settings from; "" for none."""
+    return next((o.removeprefix(EXPERIMENT) for o in job if o.startswith(EXPERIMENT)), "")
+
+
+def setting(job: Sequence[str]) -> frozenset[str]:
+    """The overrides of a job that tell its setting, its experiment apart."""
+    return frozenset(o for o in job if _key(o) not in SAME_SETTING and not o.startswith(EXPERIMENT))
+
+
+@cache
+def _asked_for(experiment: str) -> frozenset[frozenset[str]]:
+    return frozenset(setting(job) for job in expand([EXPERIMENT + experiment])) if experiment else frozenset()
+
+
+def _key(override: str) -> str:
+    return override.lstrip("+~").partition("=")[0]
+
+
+def renamed(override: str) -> str:
+    """`experiment=NAME` and `+experiment=NAME` both mean the file experiments/NAME.yaml (NAME,OTHER: each of them)."""
+    key, _, value = override.partition("=")
+    if key not in ("experiment", "+experiment", "+experiments", "+experiments@_global_"):
+        return override
+    for name in value.split(","):
+        if name not in experiments():
+            raise UserError(f"experiment={name}: allowed are {', '.join(experiments())}{meant(name, experiments())}")
+    return EXPERIMENT + value
+
+
+def _sweep_lines(overrides: Sequence[str]) -> list[list[str]]:
+    name = experiment_of(overrides)
+    if not name:
+        return [[]]
+    return [str(line).split() for line in _yaml(EXPERIMENTS / f"{name}.yaml").get("sweep") or [""]]
+
+
+def _product(overrides: Sequence[str]) -> Iterable[tuple[str, ...]]:
+    return itertools.product(*(_values(override) for override in overrides))
+
+
+def _pairs(overrides: Sequence[str]) -> Iterable[tuple[str, ...]]:
+    lists = [_values(override) for override in overrides]
+    lengths = {len(values) for values in lists if len(values) > 1}
+    if len(lengths) > 1:
+        listed = ", ".join(f"{len(values)} in {override}" for values, override in zip(lists, overrides, strict=True))
+        raise UserError(f"paired lists must be of one length: {listed}")
+    count = max(lengths, default=1)
+    return [tuple(values[index % len(values)] for values in lists) for index in range(count)]
+
+
+def _values(override: str) -> list[str]:
+    from hydra.core.override_parser.overrides_parser import OverridesParser
+    from hydra.errors import HydraException
+
+    try:
+        parsed = OverridesParser.create().parse_override(override)
+    except HydraException as error:
+        raise UserError(f"{override}: not understood ({first_lines(error)}); write key=value or key=a,b") from None
+    if not parsed.is_sweep_override():
+        return [override]
+    key = override.partition("=")[0]
+    return [f"{key}={value}" for value in parsed.sweep_string_iterator()]
+
+
+def check(overrides: Sequence[str]) -> None:
+    """UserError for a misspelt group, option or key: Hydra's own advice, to append with +, would mislead."""
+    groups = _groups()
+    top = sorted({*groups, "chain", "device", "seeds", "record", "whole_chain", "hydra", "experiment"})
+    seen: dict[str, str] = {}
+    for override in overrides:
+        key, _, value = override.lstrip("+~").partition("=")
+        if key in seen:
+            raise UserError(f"{key} is given twice: {seen[key]} and {override}; give it once")
+        seen[key] = override
+        head = "experiment" if override.startswith(EXPERIMENT) else re.split(r"[./@]", key)[0]
+        if head not in top:
+            raise UserError(f"{override}: unknown key {head!r}{meant(head, top)}; allowed are {', '.join(top)}")
+        if key in groups and value not in groups[key] and not override.startswith("~"):
+            raise UserError(f"{override}: allowed are {', '.join(groups[key])}{meant(value, groups[key])}")
+        if override.startswith("+") and "." in key:
+            raise UserError(f"{override}: keys cannot be added; leave out the + and use a key that the schema has")
+        if "." in key and head in groups:
+            _check_leaf(override, head, key.split(".")[1:], overrides)
+
+
+def _check_leaf(override: str, group: str, path: Sequence[str], overrides: Sequence[str]) -> None:
+    chosen = [option for option in _groups()[group] if f"{group}={option}" in overrides]
+    allowed: set[str] = set()
+    for option in (CONF / group / f"{name}.yaml" for name in chosen or _groups()[group]):
+        section: Any = _yaml(option)
+        for part in path[:-1]:
+            section = section.get(part, {}) if isinstance(section, dict) else {}
+        allowed |= set(section) if isinstance(section, dict) else set()
+    if path[-1] not in allowed:
+        listed = ", ".join(sorted(allowed)) or "none here"
+        raise UserError(f"{override}: unknown key {path[-1]!r}{meant(path[-1], sorted(allowed))}; allowed are {listed}")
+
+
+def first_lines(error: Exception) -> str:
+    """The useful part of what Hydra says, on one line."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    useful = [line for line in lines if not line.startswith(("full_key", "object_type", "reference_type", "To append"))]
+    told = "; ".join(useful[:3])
+    missing = re.fullmatch(r"Could not override '([\w.]+)'\.?", told)
+    return f"{missing[1]}: unknown key; the chosen option has no such key" if missing else told
+
+
+@cache
+def _groups() -> dict[str, list[str]]:
+    folders = (path for path in CONF.iterdir() if path.is_dir())
+    return {path.name: sorted(option.stem for option in path.glob("*.yaml")) for path in folders}
+
+
+@cache
+def _yaml(path: Path) -> dict[str, Any]:
+    try:
+        content = yaml.safe_load(path.read_text())
+    except yaml.YAMLError as error:
+        raise UserError(f"{path} is no valid YAML: {' '.join(str(error).split())}") from None
+    if not isinstance(content, dict):
+        raise UserError(f"{path} must hold `key: value` lines")
+    return content

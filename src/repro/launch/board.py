@@ -1,0 +1,142 @@
+"""What a sweep shows while it runs: all jobs and the time left, live in a terminal, plain lines elsewhere."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Self
+
+from repro.launch.jobs import Event, Job, JobResult, reason
+from repro.tracking.text import duration
+
+if TYPE_CHECKING:
+    from rich.progress import Progress, TaskID
+
+_PLAIN_PAUSE_S = 30.0
+
+
+class Board:
+    """Pass it to `run_jobs` as `on_progress`, inside its `with` block; it writes to standard error."""
+
+    def __init__(self, jobs: Sequence[Job], workers: int, *, live: bool | None = None) -> None:
+        self.clock = Clock(jobs, workers)
+        self.live = sys.stderr.isatty() if live is None else live
+        self._progress: Progress | None = None
+        self._overall: TaskID | None = None
+        self._bars: dict[int, TaskID] = {}
+        self._spoke = time.monotonic()
+
+    def __enter__(self) -> Self:
+        if self.live:
+            from rich.console import Console
+            from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
+
+            note = TextColumn("{task.fields[note]}")
+            columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), note)
+            self._progress = Progress(*columns, console=Console(stderr=True), transient=True)
+            self._overall = self._progress.add_task("all jobs", total=len(self.clock.jobs), note="")
+            self._progress.start()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        if self._progress is not None:
+            self._progress.stop()
+
+    def __call__(self, event: Event) -> None:
+        """Take one event of a job."""
+        self.clock.take(event)
+        if event.what == "notice":
+            self._say(f"{event.job.name}: {event.text}")
+        elif event.result is not None:
+            self._say_end(event.result)
+        if self._progress is not None:
+            self._redraw(self._progress, event)
+        elif event.what == "progress" and time.monotonic() - self._spoke > _PLAIN_PAUSE_S:
+            self._say(f"{self.clock.text()}; now {event.job.name} {_percent(event.fraction)} {event.text}".rstrip())
+
+    def _say_end(self, result: JobResult) -> None:
+        state = "done" if result.ok else reason(result)
+        count = f"[{len(self.clock.ended)}/{len(self.clock.jobs)}]"
+        if result.ok and self.live:
+            return
+        left = self.clock.text_left()
+        self._say(f"{count} {result.job.name}: {state} ({duration(result.seconds)}){left and '; '}{left}")
+
+    def _say(self, line: str) -> None:
+        self._spoke = time.monotonic()
+        if self._progress is not None:
+            self._progress.console.print(line, markup=False, highlight=False)
+        else:
+            print(line, file=sys.stderr, flush=True)
+
+    def _redraw(self, shown: Progress, event: Event) -> None:
+        if event.what == "started":
+            self._bars[event.index] = shown.add_task(event.job.name, total=1.0, note="")
+        elif event.what == "progress":
+            note = f"{_percent(event.fraction)} {event.text}".strip()
+            shown.update(self._bars[event.index], completed=event.fraction or 0.0, note=note)
+        elif event.what == "ended":
+            shown.remove_task(self._bars.pop(event.index))
+        if self._overall is not None:
+            shown.update(self._overall, completed=len(self.clock.ended), note=self.clock.text())
+
+
+class Clock:
+    """Counts the jobs and estimates the time left from the expected or the mean time of a job."""
+
+    def __init__(self, jobs: Sequence[Job], workers: int) -> None:
+        self.jobs = list(jobs)
+        self.workers = max(1, workers)
+        self.started: dict[int, float] = {}
+        self.fractions: dict[int, float] = {}
+        self.ended: dict[int, JobResult] = {}
+
+    def take(self, event: Event) -> None:
+        """Take one event of a job."""
+        if event.what == "started":
+            self.started[event.index] = time.monotonic()
+        elif event.fraction is not None:
+            self.fractions[event.index] = event.fraction
+        elif event.result is not None:
+            self.ended[event.index] = event.result
+
+    def seconds_left(self) -> float | None:
+        """Seconds until the last job ends; None while nothing is known about how long a job takes."""
+        mean = self._mean_seconds()
+        left = 0.0
+        for index, job in enumerate(self.jobs):
+            if index in self.ended:
+                continue
+            spent = time.monotonic() - self.started[index] if index in self.started else 0.0
+            fraction = self.fractions.get(index, 0.0)
+            whole = spent / fraction if fraction > 0 else job.expected_s if job.expected_s is not None else mean
+            if whole is None:
+                return None
+            left += max(0.0, whole - spent)
+        return left / min(self.workers, max(1, len(self.jobs) - len(self.ended)))
+
+    def text(self) -> str:
+        """Jobs done, failed, and about how long it will take."""
+        failed = sum(not result.ok for result in self.ended.values())
+        parts = [f"{len(self.ended)} of {len(self.jobs)} done", f"{failed} failed" if failed else "", self.text_left()]
+        return ", ".join(part for part in parts if part)
+
+    def text_left(self) -> str:
+        """About how long it will take; "" when that is unknown or nothing is left."""
+        left = self.seconds_left() if len(self.ended) < len(self.jobs) else None
+        return "" if left is None else f"about {duration(left)} left"
+
+    def _mean_seconds(self) -> float | None:
+        times = [result.seconds for result in self.ended.values() if result.ok]
+        running = [
+            (time.monotonic() - self.started[index]) / fraction
+            for index, fraction in self.fractions.items()
+            if index not in self.ended and fraction > 0
+        ]
+        known = times + running
+        return sum(known) / len(known) if known else None
+
+
+def _percent(fraction: float | None) -> str:
+    return "" if fraction is None else f"{fraction:.0%}"

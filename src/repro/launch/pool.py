@@ -1,0 +1,162 @@
+"""The launcher: every job in a fresh process, forked from a server that has loaded the heavy libraries once.
+
+Whatever a job does (raise, os._exit, run out of memory, hang) costs that job alone. Ctrl-C once starts no more jobs and
+asks the running ones to end, which keep their checkpoints; twice kills them. Jobs die with their launcher. Editing a
+module that the server has loaded changes no job of this sweep.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from multiprocessing import connection, forkserver
+from pathlib import Path
+from types import FrameType
+
+from repro.launch import worker
+from repro.launch.jobs import Event, Job, JobResult, SweepInterrupted
+from repro.launch.running import Running
+from repro.tracking import progress
+from repro.tracking.paths import Paths, outputs_root
+
+_TICK_S = 0.2
+_THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+def run_jobs(
+    jobs: Sequence[Job],
+    *,
+    workers: int,
+    timeout_s: float | None = None,
+    preload: Sequence[str] = ("torch",),
+    on_progress: Callable[[Event], None] = lambda event: None,
+    logs: Path | None = None,
+    threads: int = 1,
+) -> list[JobResult]:
+    """Run the jobs, at most `workers` at once, and return how each ended, in their order.
+
+    timeout_s   a job that takes longer is killed
+    preload     modules the server loads before the first job
+    on_progress takes an Event at every change, in the calling thread
+    logs        folder of the jobs' printed output (default: a new one under outputs/logs)
+    threads     threads of the numerical libraries in each job, unless the environment already says
+
+    Raises SweepInterrupted (a KeyboardInterrupt that carries the results) after Ctrl-C.
+    """
+    start_server(preload, threads=threads)
+    if logs is None:
+        logs = Paths(outputs_root()).logs / f"{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}"
+    launcher = _Launcher(list(jobs), max(1, workers), timeout_s, on_progress, logs)
+    with _interrupts(launcher.interrupt):
+        try:
+            launcher.run()
+        finally:
+            launcher.kill_all()
+            # Jobs that printed nothing leave no log; a folder with logs stays.
+            with suppress(OSError):
+                logs.rmdir()
+    results = [launcher.results.get(index) or JobResult(job, "not started") for index, job in enumerate(jobs)]
+    if launcher.interrupts:
+        raise SweepInterrupted(results)
+    return results
+
+
+def start_server(preload: Sequence[str], *, threads: int = 1) -> None:
+    """Start the server that all jobs are forked from; it loads the modules while this process goes on.
+
+    One that runs already stays as it is.
+    """
+    # The libraries read these when they are loaded, which happens in the server.
+    for variable in _THREAD_VARIABLES:
+        os.environ.setdefault(variable, str(threads))
+    multiprocessing.set_forkserver_preload([worker.__name__, *preload, f"{__package__}.preloaded"])
+    # Ctrl-C reaches the launcher alone, also while the server still loads.
+    with _interrupts(signal.SIG_IGN):
+        forkserver.ensure_running()
+
+
+class _Launcher:
+    def __init__(
+        self,
+        jobs: list[Job],
+        workers: int,
+        timeout_s: float | None,
+        on_progress: Callable[[Event], None],
+        logs: Path,
+    ) -> None:
+        self.waiting = list(enumerate(jobs))[::-1]
+        self.workers = workers
+        self.timeout_s = timeout_s
+        self.on_progress = on_progress
+        self.logs = logs
+        self.running: list[Running] = []
+        self.results: dict[int, JobResult] = {}
+        self.interrupts = 0
+        self.announced = False
+
+    def run(self) -> None:
+        """Until every job has ended, or the running ones have after Ctrl-C."""
+        while self.running or (self.waiting and not self.interrupts):
+            while self.waiting and len(self.running) < self.workers and not self.interrupts:
+                self._start(*self.waiting.pop())
+            self._pass_on_interrupts()
+            connection.wait(
+                [watched for job in self.running for watched in (job.pipe, job.process.sentinel)], timeout=_TICK_S
+            )
+            for job in list(self.running):
+                self._attend(job)
+
+    def interrupt(self, number: int, frame: FrameType | None) -> None:
+        """Count a Ctrl-C; the loop acts on it, at a point where nothing is half done."""
+        self.interrupts += 1
+
+    def kill_all(self) -> None:
+        """Kill what still runs."""
+        for job in self.running:
+            job.signal(signal.SIGKILL)
+
+    def _start(self, index: int, job: Job) -> None:
+        self.running.append(Running(index, job, self.logs))
+        self.on_progress(Event("started", index, job))
+
+    def _pass_on_interrupts(self) -> None:
+        if self.interrupts and not self.announced:
+            self.announced = True
+            progress.notice("stopping: running jobs keep their checkpoints and end; Ctrl-C again kills them")
+        for job in self.running:
+            # A job that is not ready could not yet end gracefully.
+            if job.interrupts < self.interrupts and (job.ready or self.interrupts > 1):
+                job.interrupts = self.interrupts
+                job.signal(signal.SIGINT if self.interrupts == 1 else signal.SIGKILL)
+
+    def _attend(self, job: Running) -> None:
+        alive = job.process.is_alive()
+        for event in job.heard():
+            self.on_progress(event)
+        if self.timeout_s is not None and job.seconds > self.timeout_s and not job.has_ended(alive=alive):
+            job.timed_out = True
+            job.signal(signal.SIGKILL)
+            alive = False
+        if job.has_ended(alive=alive):
+            result = job.end(interrupted=self.interrupts > 0)
+            self.running.remove(job)
+            self.results[job.index] = result
+            self.on_progress(Event("ended", job.index, job.job, result=result))
+
+
+@contextmanager
+def _interrupts(handler: Callable[[int, FrameType | None], None] | signal.Handlers) -> Iterator[None]:
+    """Take Ctrl-C over for a while; outside the main thread Python allows no handlers, and it stays as it is."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -1,0 +1,75 @@
+"""Basis selection (III-A.1): which of many candidate terms make up L."""
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from repro.learning.least_squares import regression, solve
+from repro.learning.optimiser import Optimiser
+from repro.learning.result import Checkpoint, Fitted, Progress
+from repro.learning.training_problem import Problem
+
+
+@dataclass(frozen=True)
+class Selection(Optimiser):
+    """Sparse regression on columns of unit norm, after dropping the exact gauge columns.
+
+    method `thresholded`: sequentially thresholded least squares (Brunton et al. 2016), a term stays while its share
+    of the signal is at least `threshold`; `lasso`: coordinate descent (scikit-learn) with weight `penalty`, refitted
+    by least squares on its support when `refit`. A column that is zero on all data (a total
+    derivative dF/dt) cannot be seen in tau: it is dropped and named in the notes.
+    """
+
+    linear_only: ClassVar[bool] = True
+
+    method: Literal["thresholded", "lasso"] = "thresholded"
+    threshold: float = 0.05
+    penalty: float = 1e-2
+    refit: bool = True
+
+    def fit(self, problem: Problem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
+        """Select and fit, member by member; parameters (member, n_parameters) tell the shape only."""
+        solutions, gauge = [], []
+        for member in range(problem.members):
+            matrix, right = regression(problem.member(member), parameters.shape[1])
+            norms = np.linalg.norm(matrix, axis=0)
+            seen = np.flatnonzero(norms > 1e-10 * norms.max())
+            gauge.append(sorted(set(range(len(norms))) - set(seen.tolist())))
+            solution = np.zeros(len(norms))
+            solution[seen] = self._select(matrix[:, seen] / norms[seen], right) / norms[seen]
+            solutions.append(solution)
+            progress((member + 1) / problem.members, f"member {member + 1}")
+        names = problem.model.coefficient_names
+        notes = {"epochs": 0, "gauge_columns": [names[column] for column in gauge[0]]}
+        return Fitted(torch.from_numpy(np.stack(solutions)), [], ["ok"] * problem.members, notes)
+
+    def _select(self, matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+        if self.method == "thresholded":
+            return thresholded_least_squares(matrix, right, self.threshold)
+        from sklearn.linear_model import Lasso
+
+        spread = np.linalg.norm(right)
+        lasso = Lasso(alpha=self.penalty / len(right), fit_intercept=False, max_iter=100_000, tol=1e-8)
+        coefficients = lasso.fit(matrix, right / spread).coef_ * spread
+        if not self.refit:
+            return coefficients
+        kept = np.flatnonzero(coefficients)
+        coefficients[kept] = solve(matrix[:, kept], right, 1e-12)[0]
+        return coefficients
+
+
+def thresholded_least_squares(matrix: np.ndarray, right: np.ndarray, threshold: float) -> np.ndarray:
+    """Least squares on unit columns, drop the terms below threshold |right|, repeat until nothing is dropped."""
+    kept = np.arange(matrix.shape[1])
+    coefficients = np.zeros(matrix.shape[1])
+    while len(kept):
+        solution, _ = solve(matrix[:, kept], right, 1e-12)
+        large = np.abs(solution) >= threshold * np.linalg.norm(right)
+        if large.all():
+            coefficients[kept] = solution
+            break
+        kept = kept[large]
+    return coefficients

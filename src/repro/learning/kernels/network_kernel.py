@@ -1,0 +1,84 @@
+"""A network of features for T (or L), of any size, with the inverse or the forward objective."""
+
+from collections.abc import Iterable
+
+import numpy as np
+import torch
+
+from repro.learning.affine_rows import affine_rows, has_affine_rows
+from repro.learning.kernels import (
+    activations,
+    forward_rows,
+    pairs,
+    passes,
+)
+from repro.learning.kernels import (
+    inverse_rows as rows,
+)
+from repro.learning.kernels import (
+    matrix_products as products,
+)
+from repro.learning.kernels.kernel import Kernel
+from repro.learning.training_problem import Problem, Task
+from repro.models.lagrangian import Lagrangian
+
+NARROW = 24  # units: below this a small block of samples leaves more of the network in the first cache
+
+
+def network_kernel(problem: Problem) -> Kernel | None:
+    """The kernel of a problem whose model is a network without a momentum transform, or None."""
+    model = problem.model
+    if not isinstance(model, Lagrangian) or not has_affine_rows(problem):
+        return None
+    parts = [products, activations, pairs, rows, forward_rows, passes]
+    source, data = [_constants(model), *(part.SOURCE for part in parts)], []
+    for number, task in enumerate(problem.tasks):
+        form, packed = _pack(model, task, number)
+        source.append(form)
+        data.append(packed)
+    return Kernel("".join(source), data)
+
+
+def _constants(model: Lagrangian) -> str:
+    network = model.network
+    assert network is not None
+    constants = {
+        "INPUTS": network.n_in,
+        "LAYERS": len(network.hidden),
+        "WIDTHS": _listed(network.hidden),
+        "POTENTIAL": len(model.potential_features),
+        "COORDINATES": model.n_q,
+        "TANH": int(network.activation == "tanh"),
+        "QUANTITIES": 2,
+        "VECTORS": 3 if max(network.hidden) < NARROW else 6,
+    }
+    return "".join(f"#define {name} {value}\n" for name, value in constants.items())
+
+
+def _pack(model: Lagrangian, task: Task, number: int) -> tuple[str, np.ndarray]:
+    """The C text of a task's `Form`, and its samples (member, sample, column): [z, zdot, the entries that vary]."""
+    affine = affine_rows(model, task)
+    entries = [affine.weight.unsqueeze(-1)]
+    for row in range(affine.right.shape[-1]):
+        several = (affine.slope, affine.curvature, affine.potential)
+        entries += [affine.value[..., row, None], *(part[:, :, row] for part in several), affine.right[..., row, None]]
+    entries.append(affine.bends.flatten(2))
+    columns = [column for part in entries for column in part.double().unbind(-1)]
+    fixed = [int(x) if (x := column[0, 0].item()) in (0.0, 1.0) and (column == x).all() else None for column in columns]
+    places = [place for place, value in enumerate(fixed) if value is None]
+    numbers = [affine.right.shape[-1], affine.bends.shape[2], int(task.objective.mass), int(bool(affine.value.any()))]
+    form = [
+        f"static const int32_t places_{number}[] = {{{_listed([*places, 0])}}};",
+        f"static const double fixed_{number}[] = {{{_listed(value or 0 for value in fixed)}}};",
+        f"static const Form form_{number} = {{{_listed(numbers)}, {len(places)}, places_{number}, fixed_{number}}};",
+        f"#define gradient_{number}(...) network_gradient(__VA_ARGS__, &form_{number})",
+        "",
+    ]
+    read = torch.stack(
+        [*affine.z.double().unbind(-1), *affine.zdot.double().unbind(-1), *(columns[k] for k in places)], -1
+    )
+    return "\n".join(form), read.contiguous().numpy()
+
+
+def _listed(numbers: Iterable[int]) -> str:
+    return ", ".join(map(str, numbers))

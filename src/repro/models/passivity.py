@@ -1,0 +1,73 @@
+"""Theorem 1 as a number: the worst passivity margin of a model over random states."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import casadi
+import numpy as np
+
+from repro.codegen.evaluate import evaluate
+from repro.mechanics.system import Coordinate, System
+from repro.models.model import Model
+
+REACH = 2.0  # m on either side of the start
+
+
+FASTEST = 3.0  # times the spread of the training velocities
+
+
+FORCE = 5.0  # N and N m
+
+
+@dataclass(frozen=True)
+class States:
+    """Random states and inputs at which passivity is asked for; each (state, n_q)."""
+
+    q: np.ndarray
+    qd: np.ndarray
+    tau: np.ndarray
+
+    @classmethod
+    def random(
+        cls, coordinates: Sequence[Coordinate], velocity_scale: np.ndarray, count: int, generator: np.random.Generator
+    ) -> "States":
+        """Uniform over the whole turn of every angle, velocities well beyond those of the data, and all inputs."""
+        reach = np.array([np.pi if coordinate.is_angle else REACH for coordinate in coordinates])
+        draw = generator.uniform(-1, 1, (3, count, len(reach)))
+        return cls(draw[0] * reach, draw[1] * FASTEST * velocity_scale, draw[2] * FORCE)
+
+
+def worst_margin(model: Model, parameters: np.ndarray, states: States, storage: System | None = None) -> np.ndarray:
+    """Largest (dH/dt - y'u) / (|y'u| + |grad H| |xdot|) over the states, (member,); above 0 the model makes energy.
+
+    H and xdot are the model's own, in x = [q; p]; with `storage` H is the true system's, in x = [q; qd].
+    """
+    return np.array([margins(model, weights, states, storage).max() for weights in parameters])
+
+
+def margins(model: Model, weights: np.ndarray, states: States, storage: System | None = None) -> np.ndarray:
+    """The passivity margin at every state, (state,), for one member's weights (n_parameters,)."""
+    rows = evaluate(_balance(model, storage), states.q, states.qd, states.tau, weights)
+    gradient, rate, velocity = np.split(rows, [2 * model.n_q, 4 * model.n_q], axis=-1)
+    supplied = (velocity * states.tau).sum(-1)
+    size = np.linalg.norm(gradient, axis=-1) * np.linalg.norm(rate, axis=-1) + np.abs(supplied)
+    gained = (gradient * rate).sum(-1) - supplied
+    return np.divide(gained, size, out=np.zeros_like(size), where=size > 0)
+
+
+@lru_cache(maxsize=16)
+def _balance(model: Model, storage: System | None) -> casadi.Function:
+    """(q, qd, tau, parameters) -> [grad H | xdot | y]."""
+    q, qd, tau = (casadi.SX.sym(name, model.n_q) for name in ("q", "qd", "tau"))
+    parameters = casadi.SX.sym("parameters", model.n_parameters)
+    if storage is None:
+        form = model.port_form(q, qd, parameters)
+        rate = form.drift + casadi.vertcat(casadi.SX.zeros(model.n_q), tau)
+        rows = casadi.vertcat(form.gradient, rate, form.gradient[model.n_q :])
+    else:
+        components, rates = casadi.vertsplit(q), casadi.vertsplit(qd)
+        energy = casadi.SX(storage.kinetic(components, rates, casadi) + storage.potential(components, casadi))
+        gradient = casadi.vertcat(casadi.gradient(energy, q), casadi.gradient(energy, qd))
+        rows = casadi.vertcat(gradient, qd, model.acceleration(q, qd, tau, parameters), qd)
+    return casadi.Function("balance", [q, qd, tau, parameters], [casadi.densify(rows)], {"cse": True})

@@ -1,0 +1,106 @@
+"""The run card: what was run, in the columns that every table is made from."""
+
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from typing import Any
+
+import yaml
+
+from repro.config.places import CONF
+from repro.config.rules import ANCHOR_ROWS, FREE_MOTION
+from repro.config.schema import Config, File, RandomForce
+from repro.pipeline.as_printed import is_literal
+
+# What is told elsewhere on the card, or changes no result.
+TOLD = ("kind", "hidden", "transform_hidden", "transform_weight", "l1_kinetic", "l1_potential", "passivity_states")
+NOISES = ("tau_noise", "qdd_noise", "q_noise", "qd_noise")
+
+
+def run_card(
+    config: Config, *, n_train: int, n_parameters: int, status: Sequence[str], notes: Mapping[str, Any]
+) -> dict[str, Any]:
+    """The card of a run at its scale; status (a word a member) and notes as the fit left them."""
+    model, objective = config.model, config.objective
+    fitted = model["kind"] not in ANCHOR_ROWS
+    basis = config.basis.name if model["kind"] == "lagrangian" else None
+    linear = basis is not None and import_module(f"repro.models.bases.{basis}").LINEAR
+    kind = "_l1" if objective.l1_kinetic or objective.l1_potential else ""
+    kind += "_from_start" if config.optimiser.get("nearest_to") == "start" else ""
+    return {
+        "system": config.system.name,
+        "reading": config.reading.name,
+        **_of_data(config.data),
+        "damping": config.system.damping,
+        "n_train": n_train,
+        "model": model["kind"],
+        "basis": basis,
+        "options": _options(config) if fitted else None,
+        "hidden": None if linear else _layers(model.get("hidden") or []) or None,
+        "objective": objective.kind if fitted else None,
+        "optimiser": config.optimiser["name"] + kind if fitted else None,
+        "sequence": config.sequence.kind,
+        **_of_free_motion(config),
+        "energies": config.energies.reading,
+        "energy_form": config.sequence.energy_form,
+        "control": config.control.name if config.control.kind != "none" else None,
+        "transform_weight": objective.transform_weight,
+        "transform_hidden": _layers(model.get("transform_hidden") or []),
+        "curriculum": "-".join(str(steps) for steps in config.curriculum.episodes) or None,
+        "epochs": notes.get("epochs", 0),
+        "seeds": config.members,
+        "literal": is_literal(config),
+        "member_status": list(status),
+        "notes": {key: value for key, value in notes.items() if key != "epochs"},
+        "n_parameters": n_parameters,
+    }
+
+
+def _options(config: Config) -> str | None:
+    """Options without a column of their own, where not their setting's: of model, objective, friction, starts."""
+    starts = {key: value for key, value in config.optimiser.items() if key == "starts"}
+    changed = []
+    for setting, chosen in (
+        (f"model/{config.model['kind']}", config.model),
+        (f"objective/{config.objective.kind}", config.objective.model_dump()),
+        (f"optimiser/{config.optimiser['name']}", starts),
+        (f"system/{config.system.name}", {"damping_growth": config.system.damping_growth}),
+    ):
+        usual = yaml.safe_load((CONF / f"{setting}.yaml").read_text())
+        changed += [
+            f"{key}={str(value).lower()}"
+            for key, value in chosen.items()
+            if key not in TOLD and value != usual.get(key, value)
+        ]
+    return ", ".join(changed) or None
+
+
+def _of_free_motion(config: Config) -> dict[str, Any]:
+    sequence = config.sequence
+    used = sequence.kind in FREE_MOTION and config.model["kind"] not in ANCHOR_ROWS
+    first = sequence.kind == "d_h_then_d" and used
+    return {
+        "grid": f"{sequence.grid} of {sequence.starts}" if used else None,
+        "free_epochs": (sequence.free_epochs or config.optimiser.get("epochs")) if first else None,
+    }
+
+
+def _of_data(data: RandomForce | File) -> dict[str, Any]:
+    if isinstance(data, File):
+        unknown = {"regime": "file", "episode_steps": None, "labels": "measured", "noise": False, "reset": None}
+        return unknown | dict.fromkeys(NOISES, 0.0)
+    noises = {name: getattr(data, name) for name in NOISES}
+    return {
+        "regime": data.regime,
+        "episode_steps": data.episode_steps if data.regime == "episodes" else None,
+        "labels": data.labels,
+        "noise": any(noises.values()),
+        **noises,
+        "reset": data.reset,
+    }
+
+
+def _layers(hidden: Sequence[int]) -> str:
+    """10, 2x32 or 10-5: layers times width where all are equal."""
+    if len(hidden) > 1 and len(set(hidden)) == 1:
+        return f"{len(hidden)}x{hidden[0]}"
+    return "-".join(str(units) for units in hidden)

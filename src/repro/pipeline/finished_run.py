@@ -1,0 +1,87 @@
+"""A finished run, opened: what was chosen, its data, its model and the learned weights."""
+
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from repro.errors import UserError
+from repro.pipeline.submodels import model_of
+from repro.tracking.load import Run, load_run
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from repro.data.dataset import Dataset
+    from repro.mechanics.system import System
+    from repro.models.model import Model
+
+
+class OpenedRun(Run):
+    """A stored run with the objects behind it.
+
+    card     what was run, as the tables name it
+    table    "metrics", "curves", "trajectories": data frames
+    """
+
+    @property
+    def card(self) -> dict[str, Any]:
+        """The run card."""
+        return dict(self.record.summary["card"])
+
+    @property
+    def seeds(self) -> list[int]:
+        """The seed of each member."""
+        return list(self.card["seeds"])
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """What the fit was asked for: system, model, basis, objective, optimiser, sequence."""
+        return self._fit.config
+
+    @cached_property
+    def data(self) -> "Dataset":
+        """The dataset D, training part first."""
+        from repro.data.dataset import Dataset
+
+        return Dataset.load(self.upstream["data"].record.folder)
+
+    @cached_property
+    def system(self) -> "System | None":
+        """The true system; None for one's own recordings."""
+        from repro.pipeline.stages.data import true_system
+
+        if self.upstream["data"].config["source"] == "file":
+            return None
+        return true_system(self.settings["system"], self.settings["convention"])
+
+    @cached_property
+    def model(self) -> "Model":
+        """The model; its weights are `parameters`."""
+        return model_of(self._fit)
+
+    @cached_property
+    def parameters(self) -> "Tensor":
+        """The learned weights (member, n_parameters); UserError when the model's code no longer fits them."""
+        from repro.pipeline.stages.fit import load_parameters
+
+        weights = load_parameters(self._fit.record.folder)
+        if weights.shape[1] != self.model.n_parameters:
+            raise UserError(
+                f"{self.id} has {weights.shape[1]} weights a member, its model now takes {self.model.n_parameters}: "
+                f"its code has changed; {self.record.provenance['command']} makes it again"
+            )
+        return weights
+
+    @cached_property
+    def _fit(self) -> Run:
+        return self.upstream["fit"]
+
+
+def open_run(id: str, *, root: Path | None = None) -> Run:
+    """The stage that an id, its start or the digits at its end name; a run comes with model, parameters and data.
+
+    UserError when none or several fit.
+    """
+    found = load_run(id, root=root)
+    return OpenedRun(found.record) if found.record.kind == "runs" else found

@@ -1,0 +1,160 @@
+"""Measure a fitted ensemble and write metrics, trajectories and learning curves as tables."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from torch import Tensor
+
+from repro.codegen.evaluate import evaluate
+from repro.data.dataset import Dataset
+from repro.evaluation.canonical import Gauge, Reading
+from repro.evaluation.coefficients import coefficient_errors
+from repro.evaluation.damping import damping_errors
+from repro.evaluation.energy_drift import energy_curves, energy_errors, free_motion_energies
+from repro.evaluation.metrics import Metric, pointwise
+from repro.evaluation.passivity import passivity
+from repro.evaluation.predictions import Predictions, predict
+from repro.evaluation.rollouts import (
+    Rollout,
+    can_simulate,
+    first_points,
+    one_step_errors,
+    rollout_errors,
+    window_error,
+)
+from repro.mechanics.derive import dynamics_of
+from repro.mechanics.system import System
+from repro.models.damped import without_damping
+from repro.models.lagrangian import Lagrangian
+from repro.models.model import Model
+
+METRICS, TRAJECTORIES = "metrics.parquet", "trajectories.parquet"
+ON_D_H = ("mae_tau", "mae_qdd", "mae_H_legendre", "mae_H_sum", "mae_L_raw", "min_eig_M")
+TRAIN_SAMPLES = 20_000  # of the training part, enough for its mean errors
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted ensemble: weights (member, n_parameters), each member's seed and status, and the seconds of the fit."""
+
+    model: Model
+    parameters: Tensor
+    seeds: Sequence[int]
+    status: Sequence[str]
+    seconds: float
+    notes: Mapping[str, Any]
+
+
+def measure(
+    folder: Path,
+    fit: Fit,
+    data: Dataset,
+    system: System | None,
+    reading: Reading,
+    free: Dataset | None = None,
+    others: Sequence[Metric] = (),
+    horizons: Sequence[float] = (),
+) -> dict[str, Any]:
+    """All metrics on the test part, the equation errors on the training part, and the first test points as curves.
+
+    free: D_H, whose test part is measured too (split `free`); others: metrics that were taken elsewhere; horizons: s of
+    free motion after which the energies of plant and model are compared.
+    """
+    rollout = first_points(fit.model, fit.parameters, data.test) if can_simulate(fit.model) else None
+    metrics = [*_metrics(fit, data, system, reading, rollout), *others]
+    if free is not None:
+        metrics += [
+            m for m in pointwise(fit.model, fit.parameters, free.test, system, "free", reading) if m.name in ON_D_H
+        ]
+    motion = None
+    if system is not None and horizons and rollout is not None:
+        motion = free_motion_energies(fit.model, fit.parameters, system, max(horizons))
+        metrics += energy_errors(motion, horizons, "test")
+    rows = [
+        (seed, metric.split, metric.name, float(value), metric.unit)
+        for metric in metrics
+        for seed, value in zip(fit.seeds, metric.values, strict=True)
+    ]
+    table = pd.DataFrame(rows, columns=["member", "split", "metric", "value", "unit"])
+    table.to_parquet(folder / METRICS, index=False)
+    trajectories = _trajectories(fit, data.test, system, rollout)
+    trajectories += [] if motion is None else energy_curves(motion, fit.seeds)
+    pd.DataFrame(trajectories, columns=["member", "name", "t", "value"]).to_parquet(folder / TRAJECTORIES, index=False)
+    medians = {m.name: float(np.median(m.values)) for m in metrics if m.split == "test" and "[" not in m.name}
+    return {"median": medians}
+
+
+def _metrics(
+    fit: Fit, data: Dataset, system: System | None, reading: Reading, rollout: Rollout | None
+) -> Iterator[Metric]:
+    test, train = data.test, data.train
+    yield from pointwise(fit.model, fit.parameters, test, system, "test", reading)
+    early = min(TRAIN_SAMPLES, train.samples)
+    head = Dataset(
+        q=train.q[:, :early], qd=train.qd[:, :early], qdd=train.qdd[:, :early], tau=train.tau[:, :early],
+        time=train.time[:early], episode=train.episode[:early], n_train=early,
+        coordinates=train.coordinates, time_step=train.time_step,
+    )  # fmt: skip
+    for metric in pointwise(fit.model, fit.parameters, head, None, "train", reading):
+        if metric.name in ("mae_tau", "mae_qdd"):
+            yield metric
+    learned = without_damping(fit.model)
+    if system is not None and isinstance(learned, Lagrangian) and learned.linear:
+        yield from coefficient_errors(learned, fit.parameters[:, : learned.n_parameters], system, "test")
+    if system is not None and fit.model.energetic:
+        yield from damping_errors(fit.model, fit.parameters, test, system, "test")
+    if rollout is not None:
+        yield from rollout_errors(rollout, "test", test)
+        yield from one_step_errors(fit.model, fit.parameters, test, "test")
+        yield from window_error(fit.model, fit.parameters, test, "test")
+        yield from passivity(fit.model, fit.parameters, test, system, "test")
+    each = np.ones(len(fit.seeds))
+    yield Metric("train", "fit_seconds", each * fit.seconds / len(fit.seeds), "s")
+    yield Metric("train", "epochs", each * fit.notes.get("epochs", 0), "1")
+    yield Metric("train", "diverged", np.array([float(status != "ok") for status in fit.status]), "1")
+
+
+def _trajectories(
+    fit: Fit, test: Dataset, system: System | None, rollout: Rollout | None
+) -> list[tuple[int, str, float, float]]:
+    if rollout is None:
+        return []
+    points = len(rollout.time)
+    names = [c.name for c in test.coordinates] + [f"{c.name}d" for c in test.coordinates]
+    episode = np.broadcast_to(test.episode[:points], (test.members, points))
+    columns: dict[str, np.ndarray] = {"force": test.tau[:, :points, 0], "episode": episode}
+    for role, states in (("plant", rollout.plant), ("model", rollout.model), ("euler", rollout.one_step_euler)):
+        columns |= {f"{role}.{name}": states[..., index] for index, name in enumerate(names)}
+    if system is not None and fit.model.energetic:
+        columns |= _energies("plant", _true_energies(system, rollout.plant))
+        columns |= _energies("model", _learned_energies(fit, system, rollout.model))
+    return [
+        (seed, name, float(t), float(value))
+        for name, values in columns.items()
+        for seed, series in zip(fit.seeds, values, strict=True)
+        for t, value in zip(rollout.time, series, strict=True)
+    ]
+
+
+def _energies(role: str, said: Predictions) -> dict[str, np.ndarray]:
+    total = said.kinetic + said.potential
+    return {f"{role}.T": said.kinetic, f"{role}.V": said.potential, f"{role}.H": total}
+
+
+def _true_energies(system: System, states: np.ndarray) -> Predictions:
+    dynamics, n_q = dynamics_of(system), system.n_q
+    q, qd = states[..., :n_q], states[..., n_q:]
+    return Predictions(
+        kinetic=evaluate(dynamics.kinetic, q, qd)[..., 0], potential=evaluate(dynamics.potential, q, qd)[..., 0]
+    )
+
+
+def _learned_energies(fit: Fit, system: System, states: np.ndarray) -> Predictions:
+    q, qd = (np.nan_to_num(part) for part in (states[..., : system.n_q], states[..., system.n_q :]))
+    zero = np.zeros_like(q)
+    said = predict(fit.model, fit.parameters, q, qd, zero, zero)
+    return Gauge(fit.model, fit.parameters, system, "canonical_anchor").apply(said, q, qd)

@@ -1,0 +1,71 @@
+"""What the training data of a linear model can tell: examined member by member, and written beside the metrics."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from repro.data.dataset import Dataset
+from repro.evaluation.identifiability import Identifiability, identifiability
+from repro.evaluation.metrics import Metric
+from repro.learning.least_squares import regression
+from repro.learning.training import Phase
+from repro.learning.training_problem import Problem
+from repro.models.lagrangian import Lagrangian
+from repro.models.model import Model
+
+FILE = "identifiability.parquet"
+SAMPLES = 10_000  # of D and of D_H: enough for a rank, and for a condition number to two digits
+
+
+def applies(model: Model, equation: str) -> bool:
+    """Whether a fit is a linear regression: a basis, and the inverse equation."""
+    return isinstance(model, Lagrangian) and model.linear and equation == "inverse"
+
+
+def shortened(dataset: Dataset) -> Dataset:
+    """The dataset with no more training samples than an examination needs."""
+    return replace(dataset, n_train=min(dataset.n_train, SAMPLES))
+
+
+def examine(model: Model, phases: Sequence[Phase]) -> dict[str, list[Identifiability]]:
+    """What the data of each phase can tell of a linear model, a member each, by the phase's name."""
+    assert isinstance(model, Lagrangian)
+    n_kinetic = len(model.kinetic_features)
+    return {
+        phase.name: [
+            identifiability(_matrix(phase.problem.member(member)), model.coefficient_names, n_kinetic)
+            for member in range(phase.problem.members)
+        ]
+        for phase in phases
+    }
+
+
+def metrics(found: Sequence[Identifiability]) -> Iterator[Metric]:
+    """Rank, number of null directions and condition numbers, a value a member."""
+    for name, values in {
+        "rank": [one.rank for one in found],
+        "null_directions": [len(one.null_directions) for one in found],
+        "condition_raw": [one.condition_raw for one in found],
+        "condition_scaled": [one.condition_scaled for one in found],
+    }.items():
+        yield Metric("train", name, np.array(values, dtype=float), "1")
+
+
+def keep(folder: Path, found: dict[str, list[Identifiability]], seeds: Sequence[int]) -> None:
+    """Write a row a phase, member and direction: its singular value, and its words where it is not seen."""
+    import pandas as pd
+
+    rows = [
+        (seed, phase, order, float(value), one.words[order - one.rank] if order >= one.rank else "")
+        for phase, members in found.items()
+        for seed, one in zip(seeds, members, strict=True)
+        for order, value in enumerate(one.singular_values)
+    ]
+    table = pd.DataFrame(rows, columns=["member", "phase", "order", "value", "direction"])
+    table.to_parquet(folder / FILE, index=False)
+
+
+def _matrix(problem: Problem) -> np.ndarray:
+    return regression(problem, problem.model.n_parameters)[0]

@@ -1,0 +1,166 @@
+"""Fit an ensemble to its data, in the phases that the sequence and the curriculum ask for."""
+
+import importlib
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from repro.codegen.evaluate import evaluate
+from repro.data.dataset import Dataset
+from repro.learning.objective import Objective
+from repro.learning.optimiser import Optimiser
+from repro.learning.result import Checkpoint, Fitted, Progress
+from repro.learning.training import Phase, make_task, train
+from repro.learning.training_problem import Problem, Task
+from repro.learning.watch import InertiaWatch, PassivityWatch, Watch
+from repro.mechanics.derive import dynamics_of
+from repro.mechanics.system import System
+from repro.models.context import Part, Setting
+from repro.models.damped import without_damping
+from repro.models.lagrangian import Lagrangian
+from repro.models.model import Model
+from repro.models.passivity import States
+
+PARAMETERS, CURVES = "parameters.npz", "curves.parquet"
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What to minimise on which data; see conf/objective and conf/sequence for the options."""
+
+    objective: Mapping[str, Any]
+    sequence: Mapping[str, Any]
+    seeds: Sequence[int]
+
+
+def build_model(
+    options: Mapping[str, Any],
+    basis: str,
+    data: Sequence[Dataset],
+    system: System | None,
+    parts: Sequence[Part] = (),
+) -> Model:
+    """The model that the file repro/models/<kind>.py builds; data: the curriculum's datasets, then D itself."""
+    kind = options["kind"]
+    module = importlib.import_module(f"repro.models.{kind}")
+    features = importlib.import_module(f"repro.models.bases.{basis}")
+    final = data[-1].train
+    setting = Setting(features, final.q, final.qd, data[0].train.qd, system, tuple(parts))
+    return module.build(setting, **{key: value for key, value in options.items() if key != "kind"})
+
+
+def fit(
+    model: Model,
+    recipe: Recipe,
+    optimiser: Optimiser,
+    data: Sequence[Dataset],
+    free: Dataset | None,
+    system: System,
+    progress: Progress,
+    checkpoint: Checkpoint,
+) -> tuple[Fitted, float]:
+    """Fit and return the result with the CPU seconds it took; data: the curriculum's datasets, then D itself."""
+    generators = [np.random.default_rng([seed, 1]) for seed in recipe.seeds]
+    parameters = torch.from_numpy(model.initial(generators))
+    if model.known or model.frozen == slice(0, model.n_parameters):
+        return Fitted(parameters, status=["ok"] * len(parameters), notes={"epochs": 0}), 0.0
+    phases = phases_of(model, recipe, data, free, system)
+    started = time.process_time()
+    fitted = train(phases, optimiser, parameters, progress, checkpoint)
+    return fitted, time.process_time() - started
+
+
+def keep(folder: Path, fitted: Fitted, seeds: Sequence[int], seconds: float) -> dict[str, Any]:
+    """Write the weights and the learning curves; return the summary."""
+    import pandas as pd
+
+    np.savez(folder / PARAMETERS, parameters=fitted.parameters.double().numpy(), seeds=np.array(seeds))
+    rows = [
+        (seed, step, name, float(value))
+        for step, name, values in fitted.curves
+        for seed, value in zip(seeds, values, strict=True)
+    ]
+    table = pd.DataFrame(rows, columns=["member", "step", "name", "value"])
+    table = table.astype({"member": "int64", "step": "int64", "name": "object", "value": "float64"})
+    table.to_parquet(folder / CURVES, index=False)
+    return {"status": fitted.status, "seconds": seconds, "notes": fitted.notes}
+
+
+def load_parameters(folder: Path) -> torch.Tensor:
+    """The fitted weights (member, n_parameters)."""
+    with np.load(folder / PARAMETERS) as stored:
+        return torch.from_numpy(stored["parameters"])
+
+
+def phases_of(
+    model: Model, recipe: Recipe, data: Sequence[Dataset], free: Dataset | None, system: System
+) -> list[Phase]:
+    """What is minimised, in turn; data: the curriculum's datasets, then D itself; free: D_H, where asked for."""
+    chosen, sequence = recipe.objective, recipe.sequence
+    objective = Objective(chosen["kind"], chosen["transform_weight"])
+    energetic = replace(objective, energy_weight=sequence["energy_weight"], energy_form=sequence["energy_form"])
+    l1, watches = _l1(model, chosen), _watches(model, chosen.get("passivity_states", 0), data[-1], system)
+
+    def task(dataset: Dataset | None, wanted: Objective) -> Task:
+        if dataset is None:
+            raise ValueError(f"sequence {sequence['kind']} needs D_H")
+        return make_task(model, dataset.train, wanted, error_scale=chosen["error_scale"])
+
+    def problem(*tasks: Task) -> Problem:
+        return Problem(model, tasks, recipe.seeds, l1, watches)
+
+    kind = sequence["kind"]
+    phases = []
+    if kind in ("d_h_only", "d_h_then_d"):
+        phases.append(Phase("D_H", problem(task(free, energetic)), sequence.get("free_epochs")))
+    for number, dataset in enumerate(data if kind != "d_h_only" else ()):
+        tasks = [task(dataset, objective)]
+        if kind == "joint":
+            tasks.append(task(free, energetic))
+        if kind == "anchor":
+            tasks.append(_anchor_task(model, system, recipe.seeds, energetic))
+        name = "D and D_H" if kind == "joint" else "D"
+        name += "" if number == len(data) - 1 else f", stage {number + 1}"
+        phases.append(Phase(name, problem(*tasks)))
+    if chosen["finish"]:
+        equal = [replace(one, sample_weight=None) for one in phases[-1].problem.tasks]
+        phases.append(Phase("equal weights", problem(*equal), share=chosen["finish"]))
+    return phases
+
+
+def _anchor_task(model: Model, system: System, seeds: Sequence[int], objective: Objective) -> Task:
+    """The energy of one state, the upright rest, as in III-A.1 after Greydanus et al. (2019)."""
+    shape = (len(seeds), 1, system.n_q)
+    q, zero = np.broadcast_to(system.upright, shape).copy(), np.zeros(shape)
+    energy = evaluate(dynamics_of(system).hamiltonian, q, zero)[..., 0]
+    state = Dataset(
+        q=q, qd=zero, qdd=zero, tau=zero, time=np.zeros(1), episode=np.zeros(1, dtype=int), n_train=1,
+        coordinates=system.coordinates, time_step=1.0, energy=energy,
+    )  # fmt: skip
+    return make_task(model, state, replace(objective, equation=None, transform_weight=0.0))
+
+
+def _watches(model: Model, count: int, data: Dataset, system: System) -> list[Watch]:
+    watches: list[Watch] = []
+    if model.energetic:
+        watches.append(InertiaWatch.over(model, data.test))
+    if count:
+        velocities = data.train.qd.reshape(-1, data.n_q).std(axis=0)
+        states = States.random(data.coordinates, velocities, count, np.random.default_rng([count, 5]))
+        watches.append(PassivityWatch(model, states, None if model.energetic else system))
+    return watches
+
+
+def _l1(model: Model, objective: Mapping[str, Any]) -> torch.Tensor | None:
+    learned = without_damping(model)
+    if not isinstance(learned, Lagrangian) or not (objective["l1_kinetic"] or objective["l1_potential"]):
+        return None
+    weights = torch.zeros(model.n_parameters, dtype=torch.float64)
+    weights[learned.kinetic_slice] = objective["l1_kinetic"]
+    weights[learned.potential_slice] = objective["l1_potential"]
+    return weights

@@ -1,0 +1,112 @@
+"""Turn an evaluated run's stored tables into a rerun recording."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from repro.mechanics.system import System
+from repro.recording.contents import Curve, Rollout, RunRecording
+from repro.recording.writer import write_recording
+
+FILE = "recording.rrd"
+SHOWN = 3  # members: more make the picture crowded
+
+
+def record(
+    folder: Path,
+    run: str,
+    title: str,
+    card: Mapping[str, Any],
+    trajectories: pd.DataFrame,
+    curves: pd.DataFrame,
+    system: System,
+) -> dict[str, Any]:
+    """Write recording.rrd: the first member's plant and model over the first test points, learning curves of a few."""
+    members = sorted(trajectories["member"].unique())[:SHOWN]
+    tested = {f"seed {members[0]}": tested_by(trajectories, members[0])}
+    learned = {f"seed {member}": curves[curves["member"] == member] for member in members}
+    write_recording(folder / FILE, recording_of(run, title, card, tested, learned, system))
+    return {"member": int(members[0])}
+
+
+def tested_by(trajectories: pd.DataFrame, member: int) -> pd.DataFrame:
+    """One member's signals along the test set, a column each, by time."""
+    along_the_test = ~trajectories["name"].str.startswith("free.")
+    rows = trajectories[(trajectories["member"] == member) & along_the_test]
+    return rows.pivot(index="t", columns="name", values="value").sort_index()
+
+
+def recording_of(
+    run: str,
+    title: str,
+    card: Mapping[str, Any],
+    tested: Mapping[str, pd.DataFrame],
+    learned: Mapping[str, pd.DataFrame],
+    system: System,
+) -> RunRecording:
+    """The plant and one or several models that were tested along the same motion of it.
+
+    tested   label -> signals, as `tested_by` gives them; the first ones' plant, force and restarts are shown
+    learned  label -> rows of curves.parquet
+    """
+    first = next(iter(tested.values()))
+    time = first.index.to_numpy()
+    coordinates = [(c.name, c.unit) for c in system.coordinates]
+    names = [name for name, _ in coordinates] + [f"{name}d" for name, _ in coordinates]
+    plant = _rollout(first, "plant", names, system)
+    return RunRecording(
+        run=run,
+        title=title,
+        card=card,
+        time=time,
+        coordinates=coordinates,
+        plant=plant,
+        models={label: _rollout(table, "model", names, system) for label, table in tested.items()},
+        force=first["force"].to_numpy(),
+        power=_power(first, plant.energies["H"], time, system),
+        curves=_curves(learned),
+    )
+
+
+def _rollout(table: pd.DataFrame, role: str, names: Sequence[str], system: System) -> Rollout:
+    state = table[[f"{role}.{name}" for name in names]].to_numpy()
+    components = [state[:, index] for index in range(system.n_q)]
+    points = [[np.broadcast_to(value, len(state)) for value in point] for point in system.body_points(components, np)]
+    absent = pd.Series(np.nan, index=table.index)
+    energies = {name: table.get(f"{role}.{name}", absent).to_numpy() for name in ("T", "V", "H")}
+    return Rollout(state=state, energies=energies, points=np.moveaxis(np.array(points), 2, 0))
+
+
+def _power(table: pd.DataFrame, energy: np.ndarray, time: np.ndarray, system: System) -> dict[str, np.ndarray]:
+    """Mean powers over each step, zero across the restart of an episode; the force is held, so f dx / dt is exact."""
+    position = table[f"plant.{system.coordinates[0].name}"].to_numpy()
+    steps = np.diff(time)
+    supplied = np.append(table["force"].to_numpy()[:-1] * np.diff(position) / steps, 0.0)
+    stored = np.append(np.diff(energy) / steps, 0.0)
+    restart = np.append(np.diff(table["episode"].to_numpy()) != 0, False)
+    supplied[restart], stored[restart] = 0.0, 0.0
+    return {"supplied": supplied, "dH/dt": stored, "dissipated": supplied - stored}
+
+
+def _curves(learned: Mapping[str, pd.DataFrame]) -> dict[str, Curve]:
+    """Every quantity by name; as logarithms unless some are negative, since the viewer has no logarithmic axis."""
+    result = {}
+    for name in dict.fromkeys(name for rows in learned.values() for name in rows["name"]):
+        lines = {label: rows[rows["name"] == name].groupby("step")["value"].mean() for label, rows in learned.items()}
+        lines = {label: line for label, line in lines.items() if len(line)}
+        together = pd.concat(lines.values())
+        logarithmic = not (together < 0).any()
+        steps = together.index.unique().sort_values()
+        values = {label: _held(line, steps) for label, line in lines.items()}
+        if logarithmic:
+            values = {label: np.log10(np.where(line > 0, line, np.nan)) for label, line in values.items()}
+        result[f"log10 {name}" if logarithmic else name] = Curve(step=steps.to_numpy(), values=values)
+    return result
+
+
+def _held(line: pd.Series, steps: pd.Index) -> np.ndarray:
+    """A curve at the steps of all: between its own it keeps its value, after its last it ends."""
+    return line.reindex(steps).ffill().where(steps <= line.index[-1]).to_numpy()

@@ -1,0 +1,105 @@
+"""A chart of a recording: some lines over one timeline, logged as columns and shown in one view."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from repro.recording.palette import Colour
+
+if TYPE_CHECKING:
+    import rerun as rr
+    import rerun.blueprint as rrb
+
+REFERENCE_WIDTH, WIDTH = 3.0, 1.6
+# How far beyond the reference's own span a view still opens, as a part of that span.
+MOST_BEYOND = 0.6
+PADDING = 0.06
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Lines of one quantity.
+
+    path       entity that holds one vector of all lines a time
+    title      of the view, without the unit
+    quantity   what every line is, e.g. "H"; "" where the labels say it
+    unit       "" for a number without one
+    lines      label -> (steps,) values; a value that is not finite is a gap
+    colours    label -> colour
+    reference  label of the line that the others are compared with: drawn thicker, and the view opens to its range
+    legend     whether the view has one
+    """
+
+    path: str
+    title: str
+    quantity: str
+    unit: str
+    lines: Mapping[str, np.ndarray]
+    colours: Mapping[str, Colour]
+    reference: str = ""
+    legend: bool = True
+
+    @property
+    def names(self) -> list[str]:
+        """What the legend calls each line: quantity, label and unit."""
+        return [with_unit(f"{self.quantity} {label}".strip(), self.unit) for label in self.lines]
+
+    def log(self, recording: rr.RecordingStream, index: rr.TimeColumn) -> None:
+        """Send all lines as one column of vectors on the index's timeline, and their style once."""
+        import rerun as rr
+
+        style = rr.SeriesLines(
+            names=self.names,
+            colors=[self.colours[label] for label in self.lines],
+            widths=[REFERENCE_WIDTH if label == self.reference else WIDTH for label in self.lines],
+        )
+        recording.log(self.path, style, static=True)
+        values = np.stack(list(self.lines.values()), axis=-1)
+        recording.send_columns(self.path, [index], rr.Scalars.columns(scalars=values))
+
+    def view(self) -> rrb.TimeSeriesView:
+        """The view of all lines, its legend in a fixed corner, its time axis shared with every other chart."""
+        import rerun.blueprint as rrb
+
+        opening = self.opening_range()
+        return rrb.TimeSeriesView(
+            origin=f"/{self.path}",
+            name=with_unit(self.title, self.unit),
+            plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=self.legend),
+            axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
+            axis_y=None if opening is None else rrb.ScalarAxis(range=opening),
+        )
+
+    def opening_range(self) -> tuple[float, float] | None:
+        """Lowest and highest value that the view opens to; None leaves it to the viewer.
+
+        The reference is always seen whole, and a line that runs away does not flatten it.
+        """
+        if not self.reference:
+            return None
+        low, high = _range(self.lines[self.reference])
+        lowest, highest = _range(np.concatenate(list(self.lines.values())))
+        beyond = MOST_BEYOND * (high - low)
+        low, high = max(lowest, low - beyond), min(highest, high + beyond)
+        padding = max(PADDING * (high - low), 1e-3, 1e-3 * abs(high))
+        return low - padding, high + padding
+
+
+def part(label: str) -> str:
+    """A label as one part of an entity's path."""
+    return re.sub(r"[^\w.+-]+", "_", label)
+
+
+def with_unit(name: str, unit: str) -> str:
+    """A name with its unit in brackets."""
+    return f"{name} [{unit}]" if unit else name
+
+
+def _range(values: np.ndarray) -> tuple[float, float]:
+    finite = values[np.isfinite(values)]
+    return float(finite.min()), float(finite.max())

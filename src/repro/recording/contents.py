@@ -1,0 +1,98 @@
+"""What a recording shows, as plain arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from repro.recording.chart import part
+
+PLANT = "plant"
+
+
+@dataclass(frozen=True)
+class Rollout:
+    """One trajectory on the recording's time grid; from where it diverged its values may be anything.
+
+    state     (steps, 2 n_q), coordinates then their rates
+    energies  name -> (steps,), J
+    points    (steps, n_points, 2), world positions of the cart and every joint or tip in order, y up, m; rigid links
+    """
+
+    state: np.ndarray
+    energies: Mapping[str, np.ndarray]
+    points: np.ndarray
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One quantity while fitting: step (n,) integers, and member -> (n,) values. The viewer has no logarithmic axis."""
+
+    step: np.ndarray
+    values: Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class RunRecording:
+    """All that the recording of one run shows; raises ValueError naming the array that does not fit.
+
+    run          the run's id, which becomes the recording's id
+    title        what a person calls the run
+    card         plain nested dictionary: settings, provenance, metrics
+    time         (steps,), s, increasing
+    coordinates  (name, unit) of each generalised coordinate
+    plant        the true rollout; it, the force and the power are finite
+    models       label -> the model's rollout
+    force        (steps,), N
+    power        name -> (steps,), W; the first is the one that the others should add up to
+    curves       name -> learning curve
+    obstacle     centre x, centre y (y up) and radius, m
+    predicted    (steps, nodes, 2), where a controller sees the tip going, m; a step without a plan is not finite
+    charts       title -> unit and (steps,) values of further charts, such as what a solver did
+    """
+
+    run: str
+    title: str
+    card: Mapping[str, Any]
+    time: np.ndarray
+    coordinates: Sequence[tuple[str, str]]
+    plant: Rollout
+    models: Mapping[str, Rollout]
+    force: np.ndarray
+    power: Mapping[str, np.ndarray]
+    curves: Mapping[str, Curve] = field(default_factory=dict)
+    obstacle: tuple[float, float, float] | None = None
+    predicted: np.ndarray | None = None
+    charts: Mapping[str, tuple[str, np.ndarray]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        steps = len(self.time)
+        if steps < 2 or not np.all(np.diff(self.time) > 0):
+            raise ValueError("time: at least 2 steps, finite and increasing, are needed")
+        points = self.plant.points.shape[1:]
+        shapes: dict[str, tuple[np.ndarray, tuple[int, ...]]] = {"force": (self.force, (steps,))}
+        shapes |= {f"power {name}": (values, (steps,)) for name, values in self.power.items()}
+        shapes |= {f"chart {name}": (values, (steps,)) for name, (_, values) in self.charts.items()}
+        if self.predicted is not None:
+            shapes["predicted"] = self.predicted, (steps, self.predicted.shape[1], 2)
+        for label, rollout in {PLANT: self.plant, **self.models}.items():
+            shapes[f"state of {label}"] = rollout.state, (steps, 2 * len(self.coordinates))
+            shapes[f"points of {label}"] = rollout.points, (steps, *points)
+            for name in self.plant.energies:
+                if name not in rollout.energies:
+                    raise ValueError(f"energies of {label}: {name} is missing")
+                shapes[f"energy {name} of {label}"] = rollout.energies[name], (steps,)
+        for name, curve in self.curves.items():
+            shapes |= {f"curve {name} of {label}": (v, curve.step.shape) for label, v in curve.values.items()}
+        for what, (array, shape) in shapes.items():
+            if array.shape != shape:
+                raise ValueError(f"{what}: shape {array.shape} instead of {shape}")
+        truth = {"state": self.plant.state, "points": self.plant.points, **self.plant.energies}
+        for what, array in {"force": self.force, **self.power, **truth}.items():
+            if not np.isfinite(array).all():
+                raise ValueError(f"{what} of {PLANT}: not finite")
+        if len({PLANT, *map(part, self.models)}) <= len(self.models):
+            raise ValueError(f"models: labels must differ from one another and from {PLANT!r}: {list(self.models)}")

@@ -1,0 +1,129 @@
+"""Which charts a recording has, and the finished window that it opens to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from repro.recording import palette, scene
+from repro.recording.chart import Chart, part
+from repro.recording.contents import PLANT
+
+if TYPE_CHECKING:
+    import rerun.blueprint as rrb
+
+    from repro.recording.contents import Rollout, RunRecording
+
+CARD = "run_card"
+TIMELINE = "sim_time"
+LEARNING_TIMELINE = "fit_step"
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The charts by their place in the window; a place may be empty."""
+
+    coordinates: Sequence[Chart]
+    rates: Sequence[Chart]
+    energies: Sequence[Chart]
+    inputs: Sequence[Chart]
+    learning: Sequence[Chart]
+    further: Sequence[Chart]
+
+    @property
+    def simulated(self) -> list[Chart]:
+        """All charts over simulated time."""
+        return [*self.coordinates, *self.rates, *self.inputs, *self.energies, *self.further]
+
+
+def layout_of(recording: RunRecording) -> Layout:
+    """The charts of a recording: plant against models in the same colours everywhere."""
+    rollouts = {PLANT: recording.plant, **recording.models}
+    members = [*recording.models, *(label for curve in recording.curves.values() for label in curve.values)]
+    colours = {**palette.colours(members), PLANT: palette.PLANT}
+
+    def compare(path: str, quantity: str, title: str, unit: str, pick: Callable[[Rollout], np.ndarray]) -> Chart:
+        lines = {label: pick(rollout) for label, rollout in rollouts.items()}
+        return Chart(path, title, quantity, unit, lines, colours, reference=PLANT)
+
+    coordinates, rates = [], []
+    for column, (name, unit) in enumerate(recording.coordinates):
+        symbol, rate_column = _symbol(name), column + len(recording.coordinates)
+        coordinates.append(compare(f"state/{part(name)}", symbol, symbol, unit, _column(column)))
+        rate = f"d{symbol}/dt"
+        rates.append(compare(f"state/{part(name)}d", rate, rate, f"{unit}/s", _column(rate_column)))
+    energies = [
+        compare(f"energy/{part(name)}", name, f"Energy {name}", "J", _energy(name)) for name in recording.plant.energies
+    ]
+    force = {"force": recording.force}
+    balance = palette.colours(recording.power, palette.QUANTITIES)
+    first = next(iter(recording.power), "")
+    inputs = [
+        Chart("force", "Force", "", "N", force, {"force": palette.FORCE}, legend=False),
+        Chart("power", "Power balance of the plant", "", "W", recording.power, balance, reference=first),
+    ]
+    learning = [
+        Chart(f"learning/{part(name)}", name, "", "", curve.values, colours) for name, curve in recording.curves.items()
+    ]
+    further = [
+        Chart(f"further/{part(name)}", name, "", unit, {name: values}, {name: palette.MODELS[number]}, legend=False)
+        for number, (name, (unit, values)) in enumerate(recording.charts.items())
+    ]
+    return Layout(
+        coordinates=_one_legend(coordinates),
+        rates=_one_legend(rates),
+        energies=_one_legend(energies),
+        inputs=[chart for chart in inputs if chart.lines],
+        learning=_one_legend(learning),
+        further=further,
+    )
+
+
+def blueprint(layout: Layout, frame: scene.Frame) -> rrb.Blueprint:
+    """Scene and run card on the left, motion in the middle, energies on the right; side panels hidden."""
+    import rerun.blueprint as rrb
+
+    pages: list[rrb.View | rrb.Container] = [rrb.TextDocumentView(origin=f"/{CARD}", name="Run card")]
+    if layout.learning:
+        name = f"Learning curves (choose timeline {LEARNING_TIMELINE} below)"
+        pages.append(rrb.Horizontal(*(chart.view() for chart in layout.learning), name=name))
+    if layout.further:
+        pages.insert(0, _stack(layout.further, "Controller"))
+    left = rrb.Vertical(scene.view(frame), rrb.Tabs(*pages, active_tab=0), row_shares=[5, 4])
+    motion = rrb.Tabs(_stack(layout.coordinates, "Coordinates"), _stack(layout.rates, "Rates"), active_tab=0)
+    shares = [len(layout.coordinates), *(1 for _ in layout.inputs)]
+    middle = rrb.Vertical(motion, *(chart.view() for chart in layout.inputs), row_shares=shares)
+    return rrb.Blueprint(
+        rrb.Horizontal(left, middle, _stack(layout.energies, "Energies"), column_shares=[5, 4, 4]),
+        rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="playing", loop_mode="all"),
+        rrb.SelectionPanel(state="hidden"),
+        rrb.BlueprintPanel(state="hidden"),
+        auto_views=False,
+        auto_layout=False,
+    )
+
+
+def _stack(charts: Sequence[Chart], name: str) -> rrb.Vertical:
+    import rerun.blueprint as rrb
+
+    return rrb.Vertical(*(chart.view() for chart in charts), name=name)
+
+
+def _one_legend(charts: Sequence[Chart]) -> list[Chart]:
+    """The same lines in the same colours need one legend, at the top."""
+    return [replace(chart, legend=number == 0) for number, chart in enumerate(charts)]
+
+
+def _column(number: int) -> Callable[[Rollout], np.ndarray]:
+    return lambda rollout: rollout.state[:, number]
+
+
+def _energy(name: str) -> Callable[[Rollout], np.ndarray]:
+    return lambda rollout: rollout.energies[name]
+
+
+def _symbol(name: str) -> str:
+    return name.replace("theta", "θ")

@@ -1,0 +1,161 @@
+"""Finds the recording of a run and opens it: in a window, in a browser, or as a picture."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from repro.errors import UserError
+from repro.tracking.store import Store
+
+if TYPE_CHECKING:
+    from rerun.experimental import ViewerClient
+
+KIND = "recordings"
+FILENAME = "recording.rrd"
+LOCAL = "127.0.0.1"
+WEB_PORT, DATA_PORT = 9090, 9876
+START_SECONDS = 30.0
+# The viewer answers before its charts have settled and its notices have faded.
+SETTLE_SECONDS = 8.0
+GRAPHICS_HELP = (
+    "a picture needs a Vulkan driver; without a graphics card, install a software one (Debian, Ubuntu: "
+    "apt-get install mesa-vulkan-drivers)"
+)
+
+
+def find_recording(run: str, root: Path) -> Path:
+    """The .rrd file of a path, or of a run's or recording's id under an outputs root, its beginning or last digits."""
+    if run.endswith(".rrd"):
+        path = Path(run)
+        if not path.is_file():
+            raise UserError(f"no file {path}")
+        return path
+    store = Store(root)
+    names = {record.id: (record.id, str(record.identity["upstream"].get("run", ""))) for record in store.records(KIND)}
+    exact = [id for id, both in names.items() if run in both]
+    found = exact or [id for id, both in names.items() if any(_is_short_for(run, name) for name in both)]
+    if len(found) == 1:
+        return store.paths.folder(KIND, found[0]) / FILENAME
+    if found:
+        raise UserError(f"{run!r} fits the ids of {len(found)} recordings; type more of one of them:{_listed(found)}")
+    if not names:
+        raise UserError(f"no recordings in {store.paths.kind(KIND)}; make some with: repro reproduce")
+    raise UserError(f"no recording of a run {run!r} in {store.paths.kind(KIND)}; there are:{_listed(list(names))}")
+
+
+def screenshot(path: Path, picture: Path, at: float | None = None, size: tuple[int, int] = (1600, 900)) -> None:
+    """Write a PNG of the whole window at simulated time `at` (s; the middle if None), drawn without a display.
+
+    Raises UserError when no graphics driver is found.
+    """
+    from repro.recording.layout import TIMELINE
+    from repro.recording.writer import read_recording
+
+    times = [track.at for track in read_recording(path).values() if track.timeline == TIMELINE]
+    moment = times[0][len(times[0]) // 2] if at is None else at
+    port = free_port(DATA_PORT)
+    window = ["--headless", "--window-size", f"{size[0]}x{size[1]}", "--port", str(port)]
+    with _viewer(*window) as process:
+        client = _connect(process, port)
+        client.open([str(path.absolute())])
+        client.set_time(TIMELINE, duration=float(moment), play_state="paused")
+        time.sleep(SETTLE_SECONDS)
+        picture.write_bytes(client.take_screenshot())
+
+
+def command_of(*arguments: str) -> list[str]:
+    """The command line of the viewer itself, not of the wrapper that would leave it running."""
+    name = "rerun.exe" if sys.platform == "win32" else "rerun"
+    return [str(files("rerun_cli").joinpath(name)), *arguments]
+
+
+def environment() -> dict[str, str]:
+    """The viewer's environment: silent, and CI is how it is told to send no usage data nor to ask about it."""
+    return {"RUST_LOG": "error", **os.environ, "CI": "1"}
+
+
+def free_port(first: int) -> int:
+    """The first port from `first` on that nothing on this machine listens on."""
+    for port in range(first, first + 200):
+        with socket.socket() as probe:
+            try:
+                probe.bind((LOCAL, port))
+            except OSError:
+                continue
+            return port
+    raise UserError(f"no free port from {first} to {first + 199}; close some viewers")
+
+
+def open_window(path: Path) -> int:
+    """Open a recording in a window until that is closed; UserError where there is no display."""
+    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise UserError(
+            f"no display here to open a window on; add --web to see it in a browser, --screenshot FILE for a picture, "
+            f"or copy {path} to a machine with a display and type: rerun {path.name}"
+        )
+    with _viewer("--port", "auto", str(path)) as process:
+        return _wait(process)
+
+
+def serve(path: Path) -> int:
+    """Serve a recording to a browser until Ctrl-C."""
+    web, data = free_port(WEB_PORT), free_port(DATA_PORT)
+    ports = ["--web-viewer-port", str(web), "--port", str(data)]
+    with _viewer("--serve-web", *ports, str(path)) as process:
+        print(f"http://{LOCAL}:{web}/?url=rerun%2Bhttp%3A%2F%2F{LOCAL}%3A{data}%2Fproxy")
+        print(f"from another machine, first: ssh -L {web}:{LOCAL}:{web} -L {data}:{LOCAL}:{data} HOST")
+        print("Ctrl-C stops it", flush=True)
+        return _wait(process)
+
+
+@contextmanager
+def _viewer(*arguments: str) -> Iterator[subprocess.Popen[bytes]]:
+    """A viewer that ends with the block."""
+    # Without a display its libraries complain about the missing desktop.
+    errors = subprocess.DEVNULL if "--headless" in arguments else None
+    command = command_of("--bind", LOCAL, "--hide-welcome-screen", *arguments)
+    process = subprocess.Popen(command, env=environment(), stderr=errors)
+    try:
+        yield process
+    finally:
+        process.terminate()
+        process.wait()
+
+
+def _wait(process: subprocess.Popen[bytes]) -> int:
+    """Until the viewer is closed, or stopped by Ctrl-C, which is the ordinary way to end it."""
+    try:
+        return process.wait()
+    except KeyboardInterrupt:
+        return 0
+
+
+def _connect(process: subprocess.Popen[bytes], port: int) -> ViewerClient:
+    from rerun.experimental import ViewerClient
+
+    patience = time.monotonic() + START_SECONDS
+    while time.monotonic() < patience and process.poll() is None:
+        try:
+            return ViewerClient(f"rerun+http://{LOCAL}:{port}/proxy")
+        except ConnectionError:
+            time.sleep(0.1)
+    raise UserError(f"the viewer did not start: {GRAPHICS_HELP}")
+
+
+def _is_short_for(text: str, id: str) -> bool:
+    return id.startswith(text) or id.rpartition("-")[2].startswith(text)
+
+
+def _listed(ids: Sequence[str]) -> str:
+    shown = sorted(ids)[:20]
+    more = f"\n  ... and {len(ids) - len(shown)} more" if len(ids) > len(shown) else ""
+    return "".join(f"\n  {id}" for id in shown) + more

@@ -1,0 +1,137 @@
+"""The recording of a run: one .rrd file that opens to a finished layout."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections import defaultdict
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from repro.errors import UserError
+from repro.recording import palette, scene
+from repro.recording import settings_text as card
+from repro.recording.chart import part
+from repro.recording.contents import RunRecording
+from repro.recording.layout import CARD, LEARNING_TIMELINE, PLANT, TIMELINE, blueprint, layout_of
+from repro.tracking.files import sync
+from repro.tracking.paths import TEMPORARY_SUFFIX
+
+# One for all recordings, so that the viewer treats them as of one kind.
+APPLICATION = "repro"
+
+
+@dataclass(frozen=True)
+class Track:
+    """One chart read back: `at` (rows,) on its timeline (s, or steps), `values` (rows, lines), the lines' `names`."""
+
+    timeline: str
+    at: np.ndarray
+    values: np.ndarray
+    names: tuple[str, ...]
+
+
+def write_recording(path: Path, recording: RunRecording) -> None:
+    """Write the .rrd aside, read it back, rename: a recording that has its name is whole.
+
+    Raises OSError when the file could not be written completely.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f"{path.name}.{os.getpid()}{TEMPORARY_SUFFIX}")
+    try:
+        _write(temporary, recording)
+        _check(temporary, recording)
+        sync(temporary)
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+    sync(path.parent)
+
+
+def read_recording(path: Path) -> dict[str, Track]:
+    """The charts of a recording by entity, e.g. "energy/H"; raises UserError when the file is missing or damaged."""
+    from rerun.chunk import RrdReader
+    from rerun.error_utils import RerunWarning
+
+    try:
+        with warnings.catch_warnings():
+            # A file without its last bytes is only worth a warning to the library.
+            warnings.simplefilter("error", RerunWarning)
+            chunks = RrdReader(path).stream().to_chunks()
+    except (RuntimeError, ValueError, OSError, RerunWarning) as error:
+        raise UserError(f"{path} is not a whole recording ({error}); delete it and record the run again") from error
+    names, batches = {}, defaultdict(list)
+    for chunk in chunks:
+        batch = chunk.to_record_batch()
+        if "SeriesLines:names" in batch.schema.names:
+            names[chunk.entity_path] = tuple(batch["SeriesLines:names"][0].as_py())
+        if "Scalars:scalars" in batch.schema.names:
+            batches[chunk.entity_path].append(batch)
+    return {entity.removeprefix("/"): _track(batches[entity], lines) for entity, lines in names.items()}
+
+
+def _write(path: Path, recording: RunRecording) -> None:
+    import rerun as rr
+
+    layout = layout_of(recording)
+    frame = scene.frame_of(recording.plant.points, recording.obstacle)
+    stream = rr.RecordingStream(APPLICATION, recording_id=recording.run)
+    stream.save(path, default_blueprint=blueprint(layout, frame))
+    stream.send_recording_name(recording.title)
+    entries = {key: _property(value) for key, value in card.flatten(recording.card).items()}
+    stream.send_property("run", rr.AnyValues(**{"title": recording.title, **entries}))
+    text = card.markdown(recording.title, recording.card)
+    stream.log(CARD, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
+
+    time = rr.TimeColumn(TIMELINE, duration=np.rint(recording.time * 1e9).astype("timedelta64[ns]"))
+    for chart in layout.simulated:
+        chart.log(stream, time)
+    for chart, curve in zip(layout.learning, recording.curves.values(), strict=True):
+        chart.log(stream, rr.TimeColumn(LEARNING_TIMELINE, sequence=curve.step))
+
+    scene.log_surroundings(stream, frame, recording.obstacle)
+    if recording.predicted is not None:
+        scene.log_prediction(stream, time, recording.predicted, frame.scale)
+    colours = palette.colours(recording.models)
+    for label, model in recording.models.items():
+        scene.log_body(stream, part(label), time, model.points, scale=frame.scale, colour=colours[label], solid=False)
+    scene.log_body(stream, PLANT, time, recording.plant.points, scale=frame.scale, colour=palette.PLANT, solid=True)
+    scene.log_force(stream, time, recording.force, frame.scale)
+    stream.disconnect()
+
+
+def _check(path: Path, recording: RunRecording) -> None:
+    """The library raises nothing when a write fails, so what lies on the disk is asked."""
+    try:
+        tracks = read_recording(path)
+    except UserError as error:
+        _write_once_more(path)
+        raise OSError(f"the recording was not written completely: {error}") from error
+    expected = {chart.path for chart in layout_of(recording).simulated}
+    if not expected <= tracks.keys() or any(len(tracks[entity].at) != len(recording.time) for entity in expected):
+        raise OSError("the recording was not written completely: rows are missing")
+
+
+def _write_once_more(path: Path) -> None:
+    """Whatever stopped the library, a full disk say, is raised here as the OSError that it is."""
+    with path.open("ab") as stream:
+        stream.write(bytes(1 << 20))
+        stream.flush()
+        os.fsync(stream.fileno())
+
+
+def _property(value: Any) -> Any:
+    return value if isinstance(value, bool | int | float | str) else str(value)
+
+
+def _track(batches: list[Any], names: tuple[str, ...]) -> Track:
+    timeline = next(name for name in (TIMELINE, LEARNING_TIMELINE) if name in batches[0].schema.names)
+    at = np.concatenate([batch[timeline].cast("int64").to_numpy() for batch in batches])
+    flat = np.concatenate([batch["Scalars:scalars"].flatten().to_numpy() for batch in batches])
+    order = np.argsort(at, kind="stable")
+    return Track(
+        timeline, at[order] * 1e-9 if timeline == TIMELINE else at[order], flat.reshape(-1, len(names))[order], names
+    )

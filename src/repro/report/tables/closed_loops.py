@@ -1,0 +1,102 @@
+"""Closed loops by setting and conditions: how many succeed, how near they come to the obstacle, what a step costs."""
+
+from typing import TYPE_CHECKING, Any
+
+from repro.report import writing
+from repro.report.tables.table import Column, Row, Table
+from repro.results.metric_names import written
+from repro.results.results import Results
+from repro.results.schema import as_text, plain
+from repro.results.statistics import share
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+EXPERIMENTS = {
+    "sip_control": "Closed loops of the single pendulum",
+    "dip_control": "Closed loops of the double pendulum",
+    "control_robustness": "Closed loops under mismatch, noise and friction that no model was told of",
+    "control_net_size": "Control steps against the size of the network",
+}
+ALWAYS = ("system", "model", "setting")
+# Named where they differ within an experiment.
+IF_VARIED = (
+    *("basis", "hidden", "objective", "optimiser", "energies", "task", "intervals", "seconds", "mismatch"),
+    *("mismatch_kind", "noise", "disturbance", "delay", "friction"),
+)
+CAPTION = (
+    "Success: every angle within 5 degrees of upright and |x - x_des| < 0.05 m for all of the last 2 s, and no link "
+    "ever in the disc; share with its 95 % Wilson interval. Least clearance over all loops; time from which "
+    "erect, offset and CPU time a step (median, 95th and 99th percentile of a loop's steps) as medians over loops; "
+    "steps a loop that took a second try, followed an old plan, or had no force; solver calls that ran out of CPU time."
+)
+
+
+def control_tables(results: Results) -> list[Table]:
+    """Make the table of every experiment on control that has been run."""
+    tables = [_table(results, name, title) for name, title in EXPERIMENTS.items()]
+    return [table for table in tables if table.rows]
+
+
+def _table(results: Results, experiment: str, title: str) -> Table:
+    loops = results.control[results.control["experiment"] == experiment]
+    varied = [column for column in IF_VARIED if loops[column].map(as_text_of).nunique() > 1]
+    keys = [*ALWAYS, *varied]
+    names = {"task": "start", "seconds": "length [s]", "mismatch_kind": "of"}
+    columns = (
+        *(Column(names.get(key, key)) for key in keys),
+        *(Column(name) for name in ("loops", "success", "contacts", "clearance [m]", "erect from [s]", "offset [m]")),
+        *(Column(name) for name in ("median [ms]", "p95 [ms]", "p99 [ms]", "iterations")),
+        *(Column(name) for name in ("second try", "old plan", "no force", "killed")),
+    )
+    grouped = loops.groupby([loops[key].map(as_text_of) for key in keys], sort=False)
+    rows = tuple(_row(results, keys, group) for _, group in grouped)
+    return Table(experiment, title, CAPTION, columns, rows)
+
+
+def _row(results: Results, keys: list[str], loops: "pd.DataFrame") -> Row:
+    place = {key: as_text_of(loops[key].iloc[0]) for key in keys}
+    found = share(loops["success"].to_numpy(dtype=bool))
+    held = loops["held_from_s"].dropna()
+    data: dict[str, Any] = {
+        "loops": len(loops),
+        "success": found.median,
+        "success_low": found.low,
+        "success_high": found.high,
+        "contacts": int(loops["contact"].sum()),
+        "clearance_min_m": float(loops["clearance_min_m"].min()),
+        "held_from_s": float(held.median()) if len(held) else None,
+        "steady_error_m": _median(loops, "steady_error_m"),
+        **{name: _median(loops, name) for name in ("solve_ms_median", "solve_ms_p95", "solve_ms_p99")},
+        "iterations_median": _median(loops, "iterations_median"),
+        **{f"fallbacks_{level}": _mean(loops, f"fallbacks_{level}") for level in (1, 2, 3)},
+        "killed": int(loops["killed"].sum()),
+    }
+    shown = [name for name in data if name not in ("success_low", "success_high")]
+    runs = tuple(dict.fromkeys(loops["run"]))
+    commands = results.runs[results.runs["run"].isin(runs)]["command"]
+    return Row(
+        cells=(
+            *(written(key, value) for key, value in place.items()),
+            *(writing.interval(found) if name == "success" else writing.number(data[name]) for name in shown),
+        ),
+        data={**place, **data},
+        runs=runs,
+        commands=tuple(command for command in dict.fromkeys(commands) if command),
+        anchor=place["model"] == "truth",
+    )
+
+
+def as_text_of(value: Any) -> str:
+    """Spell one cell, with nothing for what is missing."""
+    return as_text(plain(value))
+
+
+def _mean(loops: "pd.DataFrame", column: str) -> float | None:
+    values = loops[column].dropna()
+    return float(values.mean()) if len(values) else None
+
+
+def _median(loops: "pd.DataFrame", column: str) -> float | None:
+    values = loops[column].dropna()
+    return float(values.median()) if len(values) else None

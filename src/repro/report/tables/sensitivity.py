@@ -1,0 +1,76 @@
+"""The table of sensitivities: each assumption, what was put in its place, and what that did to a verdict."""
+
+from collections.abc import Sequence
+
+from repro.claims.assumption_effects import Comparison
+from repro.claims.assumptions import Assumption
+from repro.claims.verdicts import Verdict
+from repro.report import writing
+from repro.report.tables.table import Column, Row, Table
+from repro.report.tables.verdicts import measured
+
+CAPTION = (
+    "One assumption changed at a time, at scale quick with three members (one to four closed loops for control), so "
+    "both verdicts are previews: they tell what moves, not what holds. Moved: the verdict is another; where the "
+    "intervals are wide, by little."
+)
+MOVED = {True: "moved", False: "no", None: writing.ABSENT}
+
+
+def sensitivity_table(ledger: Sequence[Assumption], compared: Sequence[Comparison]) -> Table:
+    """Make the table, in the order of the assumptions; one that nothing can be run for says why."""
+    rows = []
+    for row in ledger:
+        found = [comparison for comparison in compared if comparison.assumption == row.id]
+        rows += [_compared(comparison) for comparison in found] or [_untried(row)]
+    columns = ("assumption", "ours", "instead", "claim", "measured", "by ours", "instead [95 %]", "verdict", "moved")
+    return Table("sensitivity", "Sensitivities", CAPTION, tuple(Column(title) for title in columns), tuple(rows))
+
+
+def change(comparison: Comparison) -> str:
+    """Write the verdict, or how it moves: matched → worse."""
+    before, after = comparison.ours.verdict, comparison.other.verdict
+    return before if before == after else f"{before} → {after}"
+
+
+def _compared(comparison: Comparison) -> Row:
+    ours, other = comparison.ours, comparison.other
+    return Row(
+        cells=(
+            comparison.assumption,
+            comparison.choice or writing.ABSENT,
+            comparison.alternative,
+            ours.claim.name,
+            measured(ours),
+            writing.interval(ours.estimate),
+            writing.interval(other.estimate),
+            change(comparison),
+            MOVED[comparison.moved],
+        ),
+        data={
+            "assumption": comparison.assumption,
+            "choice": comparison.choice,
+            "alternative": comparison.alternative,
+            "claim": ours.claim.name,
+            "metric": ours.quantity,
+            "unit": ours.unit,
+            "printed": ours.claim.printed,
+            **_data("", ours),
+            **_data("instead_", other),
+            "moved": MOVED[comparison.moved],
+            "note": "",
+        },
+        runs=tuple(dict.fromkeys((*ours.runs, *other.runs))),
+        commands=tuple(dict.fromkeys((*ours.commands, *other.commands))),
+    )
+
+
+def _data(prefix: str, verdict: Verdict) -> dict[str, object]:
+    found = verdict.estimate
+    columns = {"ours": found.median, "ci_low": found.low, "ci_high": found.high, "n": found.n, "failed": found.failed}
+    return {f"{prefix}{name}": value for name, value in {**columns, "verdict": verdict.verdict}.items()}
+
+
+def _untried(row: Assumption) -> Row:
+    cells = (row.id, writing.ABSENT, row.untried, *(writing.ABSENT,) * 6)
+    return Row(cells=cells, data={"assumption": row.id, "moved": writing.ABSENT, "note": row.untried})

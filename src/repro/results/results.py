@@ -1,0 +1,157 @@
+"""The gathered tables: everything that verdicts, tables and figures are made from."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from repro.errors import UserError
+from repro.results.schema import CARD
+from repro.tracking.files import replacing
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+from collections.abc import Iterable
+from dataclasses import fields
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from repro.results.run_setting import Setting
+from repro.results.schema import PANDAS_TYPES, TABLES, plain
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+KEYS = ["setting", "experiment"]
+
+
+@dataclass(frozen=True)
+class Results:
+    """The result tables; columns and types as in `schema`. The sensitivity runs have tables of their own."""
+
+    metrics: "pd.DataFrame"
+    runs: "pd.DataFrame"
+    curves: "pd.DataFrame"
+    trajectories: "pd.DataFrame"
+    bench: "pd.DataFrame"
+    identifiability: "pd.DataFrame"
+    control: "pd.DataFrame"
+    closed_loops: "pd.DataFrame"
+    stages: "pd.DataFrame"
+    sensitivity: "Sensitivity | None" = None
+
+    @property
+    def scale(self) -> str:
+        """The scale these results come from; empty where nothing was run."""
+        scales = sorted(set(self.runs["scale"]))
+        return scales[0] if scales else ""
+
+    @cached_property
+    def settings(self) -> tuple[Setting, ...]:
+        """Every setting of every experiment that has finished runs, in the order of the runs."""
+        runs = self.runs[(self.runs["setting"] != "") & (self.runs["outcome"] == "ok")]
+        places = self.metrics.groupby(KEYS, sort=False).indices
+        found = []
+        for key, group in runs.groupby(KEYS, sort=False):
+            rows = tuple({str(name): plain(value) for name, value in row.items()} for row in group.to_dict("records"))
+            card = {column: rows[0][column] for column in CARD}
+            found.append(Setting(card, rows, self.metrics.iloc[places.get(key, [])]))
+        return tuple(found)
+
+    def __getstate__(self) -> dict[str, Any]:
+        # What is derived from the tables need not travel with them.
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    def save(self, folder: Path) -> None:
+        """Write the tables as Parquet, each atomically."""
+        for name in TABLES:
+            with replacing(folder / f"{name}.parquet") as temporary:
+                getattr(self, name).to_parquet(temporary, compression="zstd", index=False)
+        if self.sensitivity is not None:
+            self.sensitivity.save(folder / "sensitivity")
+
+    @classmethod
+    def load(cls, folder: Path) -> "Results":
+        """Read the tables back; one that is not there is empty. Raises UserError for a damaged or foreign folder."""
+        import pandas as pd
+
+        if not (folder / "metrics.parquet").is_file():
+            message = f"{folder} holds no metrics.parquet; name a folder of results, such as paper/results"
+            raise UserError(message)
+        tables = {}
+        for name in TABLES:
+            path = folder / f"{name}.parquet"
+            try:
+                tables[name] = typed(name, pd.read_parquet(path) if path.is_file() else pd.DataFrame())
+            except (OSError, ValueError) as error:
+                message = f"{path} cannot be read ({error}); make it again with `repro report`"
+                raise UserError(message) from error
+        return cls(**tables, sensitivity=Sensitivity.load(folder / "sensitivity"))
+
+
+def typed(name: str, rows: "pd.DataFrame | Iterable[Mapping[str, Any]]") -> "pd.DataFrame":
+    """Bring rows to the fixed columns and types of one result table; a missing column is empty."""
+    import pandas as pd
+
+    schema = TABLES[name]
+    frame = rows if isinstance(rows, pd.DataFrame) else pd.DataFrame(list(rows))
+    frame = frame.reindex(columns=list(schema))
+    columns = {}
+    for column, kind in schema.items():
+        values = frame[column]
+        if kind is str:
+            values = values.astype("object").where(values.notna(), "")
+        elif kind is list:
+            values = values.map(lambda entry: [] if entry is None or isinstance(entry, float) else list(entry))
+        columns[column] = values.astype(PANDAS_TYPES[kind])  # type: ignore[call-overload]
+    return pd.DataFrame(columns)
+
+
+SENSITIVITY = "sensitivity"  # where its runs are listed, in the place of a scale
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run that takes the place of ours for one claim; `choice` and `alternative` are spelt as overrides."""
+
+    assumption: str
+    choice: str
+    alternative: str
+    claim: str
+    experiment: str
+    run: str
+    instead: str
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """The results of the sensitivity runs, apart from all others, and the cases that they belong to."""
+
+    results: Results
+    cases: tuple[Case, ...]
+
+    def save(self, folder: Path) -> None:
+        """Write tables and cases as Parquet, each atomically."""
+        import pandas as pd
+
+        self.results.save(folder)
+        with replacing(folder / "cases.parquet") as temporary:
+            pd.DataFrame([asdict(case) for case in self.cases]).to_parquet(temporary, compression="zstd", index=False)
+
+    @classmethod
+    def load(cls, folder: Path) -> "Sensitivity | None":
+        """Read them back; None where there are none. Raises UserError for a damaged folder."""
+        import pandas as pd
+
+        path = folder / "cases.parquet"
+        if not path.is_file():
+            return None
+        try:
+            rows = pd.read_parquet(path).to_dict("records")
+            cases = tuple(Case(**{str(key): str(value) for key, value in row.items()}) for row in rows)
+        except (OSError, ValueError, TypeError) as error:
+            message = f"{path} cannot be read ({error}); make it again with `repro report`"
+            raise UserError(message) from error
+        return cls(Results.load(folder), cases)

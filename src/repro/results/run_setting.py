@@ -1,0 +1,111 @@
+"""One setting is a run card; its members are those of all runs that differ in seeds alone."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from repro.results.metric_names import metric_named, written
+from repro.results.schema import as_text
+from repro.results.statistics import Estimate, estimate, share
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One setting with its pooled members: `card` holds the card columns, `runs` its finished rows of the runs table.
+
+    A member that diverged is a result, and counts; a run that died (no memory, no time) is none, and does not.
+    """
+
+    card: Mapping[str, Any]
+    runs: tuple[Mapping[str, Any], ...]
+    metrics: "pd.DataFrame" = field(repr=False)
+
+    @cached_property
+    def members(self) -> Mapping[int, tuple[str, str]]:
+        """Each member once, by its seed, with the run that stands for it and its status there."""
+        found: dict[int, tuple[str, str]] = {}
+        for run in sorted(self.runs, key=lambda run: run["run"]):
+            statuses = run["member_status"]
+            for place, seed in enumerate(run["seeds"] or self._measured_members(run["run"])):
+                status = statuses[place] if place < len(statuses) else "ok"
+                found.setdefault(int(seed), (run["run"], status))
+        return dict(sorted(found.items()))
+
+    @property
+    def n(self) -> int:
+        """Number of members."""
+        return len(self.members)
+
+    @property
+    def failed(self) -> int:
+        """Number of members that diverged."""
+        return sum(status != "ok" for _, status in self.members.values())
+
+    @property
+    def run_ids(self) -> tuple[str, ...]:
+        """The runs behind this setting."""
+        return tuple(run["run"] for run in self.runs)
+
+    @property
+    def command(self) -> str:
+        """What replays it: one command a run."""
+        return " && ".join(run["command"] for run in self.runs if run["command"])
+
+    @property
+    def stale(self) -> bool:
+        """Whether the code has changed since one of the runs."""
+        return any(run["stale"] is True for run in self.runs)
+
+    @property
+    def literal(self) -> bool:
+        """Whether the paper's own protocol was followed to its end."""
+        return self.card.get("literal") is True
+
+    def title(self, *columns: str) -> str:
+        """Name the setting by some card columns, as people write them."""
+        texts = [written(column, as_text(self.card[column])) for column in columns]
+        return ", ".join(text for text in texts if text)
+
+    def values(self, metric: str) -> np.ndarray:
+        """Return the members' values, (member,) by seed; nan for a failed one, empty where none was measured."""
+        if metric == "diverged":
+            return np.array([float(status != "ok") for _, status in self.members.values()])
+        column = self._by_split.get(metric_named(metric).split, {}).get(metric.partition("@")[0])
+        if column is None:
+            return np.full(self.n if self.failed == self.n else 0, np.nan)
+        return np.array(
+            [
+                column.get((run, seed), np.nan) if status == "ok" else np.nan
+                for seed, (run, status) in self.members.items()
+            ]
+        )
+
+    def estimate(self, metric: str) -> Estimate:
+        """Summarise one metric over the members, by the metric's own scale."""
+        kind, values = metric_named(metric), self.values(metric)
+        if kind.scale == "share":
+            return share(np.nan_to_num(values, nan=float(kind.lower_is_better)) > 0.5)
+        return estimate(values, log=kind.scale == "log", failed_is=np.inf if kind.lower_is_better else -np.inf)
+
+    def unit(self, metric: str) -> str:
+        """Return the unit that was stored with a metric."""
+        units = self.metrics.loc[self.metrics["metric"] == metric.partition("@")[0], "unit"]
+        return str(units.iloc[0]) if len(units) else ""
+
+    @cached_property
+    def _by_split(self) -> dict[str, dict[str, dict[tuple[str, int], float]]]:
+        tables: dict[str, dict[str, dict[tuple[str, int], float]]] = {}
+        columns = self.metrics[["split", "metric", "run", "member", "value"]]
+        for split, metric, run, member, value in columns.itertuples(index=False):
+            tables.setdefault(split, {}).setdefault(metric, {})[(run, int(member))] = float(value)
+        return tables
+
+    def _measured_members(self, run: str) -> list[int]:
+        members = self.metrics.loc[self.metrics["run"] == run, "member"]
+        return sorted(int(member) for member in members.unique())

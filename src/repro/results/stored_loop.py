@@ -1,0 +1,70 @@
+"""One stored closed loop, taken out of the tables: what the figures and the animations of control are drawn from."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from repro.results.results import Results
+from repro.results.schema import as_text, plain
+
+
+@dataclass(frozen=True)
+class StoredLoop:
+    """A closed loop at its control steps, up to where it was given up.
+
+    facts     its row of the control table
+    series    name -> (steps,): coordinates, rates, T, V, H, force, clearance
+    points    (steps, n_points, 2), m: the cart, then the end of every link
+    obstacle  centre x, y and radius, m
+    """
+
+    facts: Mapping[str, Any]
+    time: np.ndarray
+    series: Mapping[str, np.ndarray]
+    points: np.ndarray
+    obstacle: tuple[float, float, float] | None
+
+    @property
+    def angles(self) -> list[str]:
+        """Names of the angles."""
+        return [name for name in self.series if name.startswith("theta") and not name.endswith("d")]
+
+    @property
+    def settled(self) -> int:
+        """The step from which it stays erect; the last one where it does not."""
+        held = self.facts["held_from_s"]
+        return len(self.time) - 1 if held is None else int(np.searchsorted(self.time, held))
+
+
+def find_loop(results: Results, experiment: str, choices: Sequence[Mapping[str, Any]]) -> StoredLoop | None:
+    """The first stored loop of the first choice that was run, a choice being columns of the control table."""
+    loops = results.control[results.control["experiment"] == experiment]
+    for choice in choices:
+        fits = np.ones(len(loops), dtype=bool)
+        for column, value in choice.items():
+            fits &= np.array([as_text(plain(cell)) == as_text(value) for cell in loops[column]], dtype=bool)
+        for run in dict.fromkeys(loops[fits]["run"]):
+            stored = results.closed_loops[results.closed_loops["run"] == run]
+            if len(stored):
+                facts = {str(k): plain(v) for k, v in loops[loops["run"] == run].iloc[0].items()}
+                return _loop(facts, stored)
+    return None
+
+
+def _loop(facts: Mapping[str, Any], stored: Any) -> StoredLoop:
+    disc = stored[stored["name"].str.startswith("obstacle.")].set_index("name")["value"]
+    moving = stored[~stored["name"].str.startswith("obstacle.")]
+    table = moving.pivot_table(index="t", columns="name", values="value", sort=False).sort_index()
+    table = table[np.isfinite(table["x"])]
+    ends = [name.removesuffix(".x") for name in table if name.endswith(".x")]
+    cart = np.stack([table["x"], np.zeros(len(table))], axis=1)
+    points = [cart, *(table[[f"{end}.x", f"{end}.y"]].to_numpy() for end in sorted(ends))]
+    return StoredLoop(
+        facts=facts,
+        time=table.index.to_numpy(),
+        series={str(name): table[name].to_numpy() for name in table if "." not in name},
+        points=np.stack(points, axis=1),
+        obstacle=(disc["obstacle.x"], disc["obstacle.y"], disc["obstacle.radius"]) if len(disc) else None,
+    )

@@ -1,0 +1,1 @@
+"""Many runs: planned, listed, run where missing."""

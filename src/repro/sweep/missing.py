@@ -1,0 +1,67 @@
+"""Many runs: plan them, run what is not there yet, list them under their experiment, and report."""
+
+import os
+from collections.abc import Sequence
+
+from repro.config.compose import compose
+from repro.launch import cluster
+from repro.launch.board import Board
+from repro.launch.jobs import Job, JobResult, failure_table
+from repro.launch.pool import run_jobs
+from repro.sweep.planned_job import Planned
+from repro.tracking.files import check_writable
+from repro.tracking.paths import Paths, outputs_root
+from repro.tracking.stage import Stage
+
+CORES = os.cpu_count() or 1
+RUN_JOB = "repro.pipeline.run:run_job"
+# What takes a job longest to load; the server loads it once, while the jobs are planned.
+PRELOAD = ("repro.pipeline.run", "repro.recording.layout", "rerun.blueprint", "pyarrow.dataset")
+
+
+def expected_stages(overrides: Sequence[str]) -> list[Stage]:
+    """The stages of a job by the present defaults and code, the run last (for `repro status`)."""
+    return Planned.of(compose(overrides, Paths(outputs_root()).composed)).pipeline.stages
+
+
+def run_missing(
+    jobs: Sequence[Planned], paths: Paths, workers: int, timeout: float | None = None, where: Sequence[str] = ()
+) -> list[JobResult]:
+    """Run the jobs that have no record yet, each once, the longest first; print those that failed."""
+    missing = list({job.run: job for job in jobs if job.record is None}.values())
+    missing.sort(key=lambda job: -job.expected_seconds)
+    if not missing:
+        return []
+    if not where:
+        _check_devices(missing)
+    check_writable(paths.root)
+    todo = [
+        Job(
+            name=job.label,
+            target=RUN_JOB,
+            arguments={
+                "resolved": job.composed.config.model_dump(),
+                "outputs": str(paths.root),
+                "command": job.composed.command,
+                "overrides": job.composed.overrides,
+            },
+            command=job.composed.command,
+            expected_s=job.expected_seconds,
+        )
+        for job in missing
+    ]
+    if where:
+        results = cluster.launch(todo, where, paths.logs)
+    else:
+        with Board(todo, workers) as board:
+            results = run_jobs(todo, workers=workers, timeout_s=timeout, preload=PRELOAD, on_progress=board)
+    if table := failure_table(results):
+        print(table)
+    return results
+
+
+def _check_devices(jobs: Sequence[Planned]) -> None:
+    for device in {job.composed.config.device for job in jobs} - {"cpu"}:
+        from repro.learning.device.cuda import check_device  # which loads torch
+
+        check_device(device)

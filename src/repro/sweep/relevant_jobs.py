@@ -1,0 +1,45 @@
+"""Which jobs of an experiment answer a claim, told from their settings before any of them runs."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from repro.claims.claims import Claim
+from repro.config.control_schema import NoControl, Predictive
+from repro.config.schema import Config, RandomForce
+from repro.pipeline.card import run_card
+from repro.results.schema import as_text
+from repro.sweep.planned_job import Planned
+
+SELECTORS = ("where", "against", "loops", "other_loops")
+
+
+def answering(claim: Claim, jobs: Sequence[Planned]) -> list[Planned]:
+    """Those jobs of the claim's experiment that its selectors mean, in their order."""
+    given = [claim.predicate[name] for name in SELECTORS if name in claim.predicate]
+    selectors = given or [claim.selector]
+    foreseen = [(job, _foreseen(job.pipeline.config)) for job in jobs]
+    return [job for job, columns in foreseen if any(_agrees(columns, where) for where in selectors)]
+
+
+def _foreseen(config: Config) -> dict[str, Any]:
+    """The columns of the run card and of its closed loops that follow from the configuration at its scale."""
+    samples = config.data.samples * config.data.train_fraction if isinstance(config.data, RandomForce) else 0
+    asked = getattr(config.data, "train_samples", None)
+    n_train = int(samples) if asked is None else min(int(samples), asked)
+    notes = {"epochs": config.optimiser.get("epochs", 0)}
+    columns = run_card(config, n_train=n_train, n_parameters=0, status=(), notes=notes)
+    control, task = config.control, config.task
+    if isinstance(control, NoControl):
+        return columns
+    columns |= {"setting": control.name, "task": task.name, "seconds": task.seconds}
+    columns |= task.model_dump(include={"mismatch", "mismatch_kind", "noise", "disturbance", "delay"})
+    columns["friction"] = "-".join(f"{value:g}" for value in task.damping)
+    if isinstance(control, Predictive):
+        columns |= control.model_dump(include={"adaptive", "discretisation", "solver"})
+        columns["intervals"] = control.intervals + control.later_intervals
+    return columns
+
+
+def _agrees(columns: Mapping[str, Any], where: Mapping[str, Any]) -> bool:
+    wanted = {name: value if isinstance(value, list) else [value] for name, value in where.items()}
+    return all(as_text(columns.get(name)) in map(as_text, values) for name, values in wanted.items())
