@@ -3,9 +3,15 @@
 import numpy as np
 import pandas as pd
 import pytest
+import torch
 
+from repro.data.random_force import random_force
+from repro.mechanics.system import load
+from repro.models.bases import rigid_body
+from repro.models.damped import Damped
+from repro.models.lagrangian import Lagrangian
 from repro.pipeline.stages import record_run as module
-from repro.pipeline.stages.evaluate import TRAJECTORIES, measure
+from repro.pipeline.stages.evaluate import TRAJECTORIES, Fit, measure
 from repro.pipeline.stages.record_run import record
 
 CURVES = pd.DataFrame(
@@ -30,7 +36,8 @@ def test_plant_and_model_are_the_first_members(recorded, data):
     test = data.test
     np.testing.assert_array_equal(recorded.plant.state, np.concatenate([test.q[0], test.qd[0]], axis=-1))
     np.testing.assert_allclose(recorded.models["seed 3"].state, recorded.plant.state, atol=1e-8)
-    np.testing.assert_array_equal(recorded.force, test.tau[0, :, 0])
+    np.testing.assert_array_equal(recorded.forces["x"], test.tau[0, :, 0])
+    assert list(recorded.forces) == ["x"]
 
 
 def test_points_are_the_cart_and_a_tip_at_the_length_of_the_pole(recorded):
@@ -49,6 +56,27 @@ def test_supplied_power_is_stored_or_dissipated(recorded, data):
     for values in power.values():
         assert values[19] == 0 and values[-1] == 0
     assert np.abs(power["supplied"]).max() > 0.1
+
+
+def test_the_power_of_all_inputs_is_stored_or_lost_in_the_damping(tmp_path, monkeypatch):
+    """A damped rod under two forces and a torque: what the recording calls dissipated is its Rayleigh power."""
+    damping = np.array([0.1, 0.2, 0.01])
+    rod = load("rod", damping=damping.tolist())
+    driven = random_force(rod, seeds=[3], samples=2000, episode_steps=150, time_step=0.001, force_limit=0.5)
+    model = Damped(Lagrangian(rigid_body, 3), "diagonal")
+    parameters = torch.tensor([[0.1, 0.002, 1.96, *damping]], dtype=torch.float64)
+    measure(tmp_path, Fit(model, parameters, [3], ["ok"], 1.0, {}), driven, rod, "raw")
+    written = []
+    monkeypatch.setattr(module, "write_recording", lambda path, recording: written.append(recording))
+    record(tmp_path, "run-1", "a title", {}, pd.read_parquet(tmp_path / TRAJECTORIES), CURVES, rod)
+    (shown,) = written
+    assert list(shown.forces) == ["x", "y", "theta"]
+    lost = np.sum(damping * shown.plant.state[:, 3:] ** 2, axis=1)
+    within = np.flatnonzero(np.diff(driven.test.episode[: len(lost)]) == 0)
+    assert len(within) < len(lost) - 1
+    mean = (lost[within] + lost[within + 1]) / 2
+    np.testing.assert_allclose(shown.power["dissipated"][within], mean, atol=1e-4)
+    assert lost.max() > 0.01
 
 
 def test_curves_are_drawn_on_a_logarithmic_scale_without_zeros(recorded):

@@ -5,10 +5,8 @@ from __future__ import annotations
 import importlib
 import itertools
 import os
-import subprocess
-import sys
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -95,15 +93,6 @@ def toy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Toy:
 
 
 @pytest.fixture
-def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    folder = tmp_path / "outputs"
-    monkeypatch.setenv("REPRO_OUTPUTS", str(folder))
-    code.closure.cache_clear()
-    yield folder
-    code.closure.cache_clear()
-
-
-@pytest.fixture
 def store(root: Path) -> Store:
     return Store(root)
 
@@ -112,23 +101,3 @@ def store(root: Path) -> Store:
 def stage(toy: Toy) -> Callable[..., Stage]:
     """stage(**config): a small stage of kind fits."""
     return lambda **config: Stage("fits", "toy fit", config, {}, (f"{toy.name}.data.make",), command="repro run toy")
-
-
-@pytest.fixture
-def start(tmp_path: Path, root: Path) -> Callable[..., subprocess.Popen[str]]:
-    """start(code, jobs=...): a Python process that can import the text `jobs` as the module toyjobs."""
-
-    def run(program: str, jobs: str = "") -> subprocess.Popen[str]:
-        module = tmp_path / "toyjobs.py"
-        if not module.exists():
-            module.write_text(textwrap.dedent(jobs))
-        return subprocess.Popen(
-            [sys.executable, "-c", textwrap.dedent(program)],
-            env={**os.environ, "PYTHONPATH": str(tmp_path), "REPRO_OUTPUTS": str(root)},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            start_new_session=True,
-        )
-
-    return run

@@ -44,9 +44,9 @@ class RunRecording:
     card         plain nested dictionary: settings, provenance, metrics
     time         (steps,), s, increasing
     coordinates  (name, unit) of each generalised coordinate
-    plant        the true rollout; it, the force and the power are finite
+    plant        the true rollout; it, the forces and the power are finite
     models       label -> the model's rollout
-    force        (steps,), N
+    forces       coordinate -> (steps,), the generalised force along each driven one; N along metres, N m about angles
     power        name -> (steps,), W; the first is the one that the others should add up to
     curves       name -> learning curve
     obstacle     centre x, centre y (y up) and radius, m
@@ -61,7 +61,7 @@ class RunRecording:
     coordinates: Sequence[tuple[str, str]]
     plant: Rollout
     models: Mapping[str, Rollout]
-    force: np.ndarray
+    forces: Mapping[str, np.ndarray]
     power: Mapping[str, np.ndarray]
     curves: Mapping[str, Curve] = field(default_factory=dict)
     obstacle: tuple[float, float, float] | None = None
@@ -73,7 +73,8 @@ class RunRecording:
         if steps < 2 or not np.all(np.diff(self.time) > 0):
             raise ValueError("time: at least 2 steps, finite and increasing, are needed")
         points = self.plant.points.shape[1:]
-        shapes: dict[str, tuple[np.ndarray, tuple[int, ...]]] = {"force": (self.force, (steps,))}
+        shapes: dict[str, tuple[np.ndarray, tuple[int, ...]]] = {}
+        shapes |= {f"force along {name}": (values, (steps,)) for name, values in self.forces.items()}
         shapes |= {f"power {name}": (values, (steps,)) for name, values in self.power.items()}
         shapes |= {f"chart {name}": (values, (steps,)) for name, (_, values) in self.charts.items()}
         if self.predicted is not None:
@@ -91,7 +92,8 @@ class RunRecording:
             if array.shape != shape:
                 raise ValueError(f"{what}: shape {array.shape} instead of {shape}")
         truth = {"state": self.plant.state, "points": self.plant.points, **self.plant.energies}
-        for what, array in {"force": self.force, **self.power, **truth}.items():
+        forces = {f"force along {name}": values for name, values in self.forces.items()}
+        for what, array in {**forces, **self.power, **truth}.items():
             if not np.isfinite(array).all():
                 raise ValueError(f"{what} of {PLANT}: not finite")
         if len({PLANT, *map(part, self.models)}) <= len(self.models):

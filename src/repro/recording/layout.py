@@ -58,11 +58,10 @@ def layout_of(recording: RunRecording) -> Layout:
     energies = [
         compare(f"energy/{part(name)}", name, f"Energy {name}", "J", _energy(name)) for name in recording.plant.energies
     ]
-    force = {"force": recording.force}
     balance = palette.colours(recording.power, palette.QUANTITIES)
     first = next(iter(recording.power), "")
     inputs = [
-        Chart("force", "Force", "", "N", force, {"force": palette.FORCE}, legend=False),
+        *_forces(recording),
         Chart("power", "Power balance of the plant", "", "W", recording.power, balance, reference=first),
     ]
     learning = [
@@ -115,6 +114,19 @@ def _stack(charts: Sequence[Chart], name: str) -> rrb.Vertical:
 def _one_legend(charts: Sequence[Chart]) -> list[Chart]:
     """The same lines in the same colours need one legend, at the top."""
     return [replace(chart, legend=number == 0) for number, chart in enumerate(charts)]
+
+
+def _forces(recording: RunRecording) -> list[Chart]:
+    """One chart of the forces, in N, and one of the torques, in N m, where the inputs have any."""
+    charts = []
+    units = dict(recording.coordinates)
+    for quantity, unit, along in (("force", "N", "m"), ("torque", "N m", "rad")):
+        values = {name: force for name, force in recording.forces.items() if units[name] == along}
+        lines = {_symbol(name) if len(values) > 1 else "": force for name, force in values.items()}
+        colours = palette.colours(lines, (palette.FORCE, *palette.MODELS))
+        if lines:
+            charts.append(Chart(quantity, quantity.title(), quantity, unit, lines, colours, legend=len(lines) > 1))
+    return charts
 
 
 def _column(number: int) -> Callable[[Rollout], np.ndarray]:

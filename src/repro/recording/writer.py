@@ -99,7 +99,7 @@ def _write(path: Path, recording: RunRecording) -> None:
     for label, model in recording.models.items():
         scene.log_body(stream, part(label), time, model.points, scale=frame.scale, colour=colours[label], solid=False)
     scene.log_body(stream, PLANT, time, recording.plant.points, scale=frame.scale, colour=palette.PLANT, solid=True)
-    scene.log_force(stream, time, recording.force, frame.scale)
+    scene.log_force(stream, time, next(iter(recording.forces.values())), frame.scale)
     stream.disconnect()
 
 

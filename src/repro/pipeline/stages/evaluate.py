@@ -126,7 +126,8 @@ def _trajectories(
     points = len(rollout.time)
     names = [c.name for c in test.coordinates] + [f"{c.name}d" for c in test.coordinates]
     episode = np.broadcast_to(test.episode[:points], (test.members, points))
-    columns: dict[str, np.ndarray] = {"force": test.tau[:, :points, 0], "episode": episode}
+    columns: dict[str, np.ndarray] = {f"tau[{index}]": test.tau[:, :points, index] for index in range(test.n_q)}
+    columns["episode"] = episode
     for role, states in (("plant", rollout.plant), ("model", rollout.model), ("euler", rollout.one_step_euler)):
         columns |= {f"{role}.{name}": states[..., index] for index, name in enumerate(names)}
     if system is not None and fit.model.energetic:

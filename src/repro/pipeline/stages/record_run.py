@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from repro.evaluation.power_balance import power_balance
 from repro.mechanics.system import System
+from repro.pipeline.stages.drawn_motion import driven_forces, world_points
 from repro.recording.contents import Curve, Rollout, RunRecording
 from repro.recording.writer import write_recording
 
@@ -57,6 +59,9 @@ def recording_of(
     coordinates = [(c.name, c.unit) for c in system.coordinates]
     names = [name for name, _ in coordinates] + [f"{name}d" for name, _ in coordinates]
     plant = _rollout(first, "plant", names, system)
+    tau = first[[f"tau[{index}]" for index in range(system.n_q)]].to_numpy()
+    power = power_balance(plant.state[:, : system.n_q], tau, plant.energies["H"], time)
+    restart = np.append(np.diff(first["episode"].to_numpy()) != 0, False)
     return RunRecording(
         run=run,
         title=title,
@@ -65,30 +70,17 @@ def recording_of(
         coordinates=coordinates,
         plant=plant,
         models={label: _rollout(table, "model", names, system) for label, table in tested.items()},
-        force=first["force"].to_numpy(),
-        power=_power(first, plant.energies["H"], time, system),
+        forces=driven_forces(system, tau),
+        power={name: np.where(restart, 0.0, values) for name, values in power.items()},
         curves=_curves(learned),
     )
 
 
 def _rollout(table: pd.DataFrame, role: str, names: Sequence[str], system: System) -> Rollout:
     state = table[[f"{role}.{name}" for name in names]].to_numpy()
-    components = [state[:, index] for index in range(system.n_q)]
-    points = [[np.broadcast_to(value, len(state)) for value in point] for point in system.body_points(components, np)]
     absent = pd.Series(np.nan, index=table.index)
     energies = {name: table.get(f"{role}.{name}", absent).to_numpy() for name in ("T", "V", "H")}
-    return Rollout(state=state, energies=energies, points=np.moveaxis(np.array(points), 2, 0))
-
-
-def _power(table: pd.DataFrame, energy: np.ndarray, time: np.ndarray, system: System) -> dict[str, np.ndarray]:
-    """Mean powers over each step, zero across the restart of an episode; the force is held, so f dx / dt is exact."""
-    position = table[f"plant.{system.coordinates[0].name}"].to_numpy()
-    steps = np.diff(time)
-    supplied = np.append(table["force"].to_numpy()[:-1] * np.diff(position) / steps, 0.0)
-    stored = np.append(np.diff(energy) / steps, 0.0)
-    restart = np.append(np.diff(table["episode"].to_numpy()) != 0, False)
-    supplied[restart], stored[restart] = 0.0, 0.0
-    return {"supplied": supplied, "dH/dt": stored, "dissipated": supplied - stored}
+    return Rollout(state=state, energies=energies, points=world_points(system, state))
 
 
 def _curves(learned: Mapping[str, pd.DataFrame]) -> dict[str, Curve]:

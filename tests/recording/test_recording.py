@@ -11,6 +11,7 @@ from repro.errors import UserError
 from repro.recording import palette
 from repro.recording.chart import Chart
 from repro.recording.contents import Curve, Rollout, RunRecording
+from repro.recording.layout import layout_of
 from repro.recording.settings_text import markdown
 from repro.recording.viewer import command_of, environment
 from repro.recording.writer import read_recording, write_recording
@@ -42,7 +43,7 @@ def example(steps: int = 50, models: int = 2) -> RunRecording:
         coordinates=(("x", "m"), ("theta", "rad")),
         plant=swing(time, 0.5),
         models=rollouts,
-        force=np.sin(7.0 * time),
+        forces={"x": np.sin(7.0 * time)},
         power={"supplied": np.cos(time), "dH/dt": np.cos(time) / 3},
         curves={"log10 loss": Curve(epochs, {label: -np.log10(1.0 + epochs) for label in rollouts})},
         obstacle=(0.6, 0.4, 0.1),
@@ -79,7 +80,7 @@ def test_every_value_returns_to_the_last_bit_and_every_time_to_a_nanosecond(writ
     expected = {f"energy/{name}": [rollout.energies[name] for rollout in rollouts] for name in "TVH"}
     for column_number, entity in enumerate(("state/x", "state/theta", "state/xd", "state/thetad")):
         expected[entity] = [rollout.state[:, column_number] for rollout in rollouts]
-    expected |= {"force": [recording.force], "power": list(recording.power.values())}
+    expected |= {"force": [recording.forces["x"]], "power": list(recording.power.values())}
     for entity, lines in expected.items():
         assert np.array_equal(tracks[entity].values, np.stack(lines, axis=-1)), entity
         assert np.abs(tracks[entity].at - recording.time).max() < 1e-9
@@ -94,6 +95,16 @@ def test_lines_are_named_with_their_unit(written):
     assert tracks["energy/H"].names == ("H plant [J]", "H seed 1 [J]", "H seed 2 [J]")
     assert tracks["state/thetad"].names[0] == "dθ/dt plant [rad/s]"
     assert tracks["force"].names == ("force [N]",)
+
+
+def test_every_input_has_a_line_in_the_chart_of_its_unit():
+    forces = {name: np.linspace(0.0, slope, 50) for name, slope in (("x", 1.0), ("y", 2.0), ("theta", 3.0))}
+    still = Rollout(np.zeros((50, 6)), {"H": np.zeros(50)}, np.zeros((50, 2, 2)))
+    coordinates = (("x", "m"), ("y", "m"), ("theta", "rad"))
+    recording = replace(example(), coordinates=coordinates, plant=still, models={}, curves={}, forces=forces)
+    charts = {chart.path: chart.names for chart in layout_of(recording).inputs}
+    assert charts["force"] == ["force x [N]", "force y [N]"]
+    assert charts["torque"] == ["torque [N m]"]
 
 
 def test_the_file_names_its_run_holds_its_layout_and_is_sound(written):
@@ -161,8 +172,8 @@ def test_a_view_opens_to_the_reference_however_far_another_line_runs():
         ({"time": np.array([])}, "time: at least 2 steps"),
         ({"time": np.zeros(50)}, "increasing"),
         ({"time": np.full(50, np.nan)}, "increasing"),
-        ({"force": np.zeros(49)}, r"force: shape \(49,\) instead of \(50,\)"),
-        ({"force": np.full(50, np.nan)}, "force of plant: not finite"),
+        ({"forces": {"x": np.zeros(49)}}, r"force along x: shape \(49,\) instead of \(50,\)"),
+        ({"forces": {"x": np.full(50, np.nan)}}, "force along x of plant: not finite"),
         ({"power": {"supplied": np.full(50, np.inf)}}, "supplied of plant: not finite"),
         ({"power": {"supplied": np.zeros(7)}}, "power supplied: shape"),
         ({"coordinates": (("x", "m"),)}, r"state of plant: shape \(50, 4\) instead of \(50, 2\)"),

@@ -1,0 +1,47 @@
+"""Fixtures of several rooms: a fresh outputs folder, and processes of their own that use it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import textwrap
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from repro.tracking import code
+
+
+@pytest.fixture
+def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    folder = tmp_path / "outputs"
+    monkeypatch.setenv("REPRO_OUTPUTS", str(folder))
+    code.closure.cache_clear()
+    yield folder
+    code.closure.cache_clear()
+
+
+@pytest.fixture
+def start(tmp_path: Path, root: Path) -> Callable[..., subprocess.Popen[str]]:
+    """start(code, jobs=...): a Python process that can import the text `jobs` as the module toyjobs."""
+
+    def run(program: str, jobs: str = "") -> subprocess.Popen[str]:
+        module = tmp_path / "toyjobs.py"
+        if not module.exists():
+            module.write_text(textwrap.dedent(jobs))
+        return subprocess.Popen(
+            [sys.executable, "-c", textwrap.dedent(program)],
+            env={
+                **os.environ,
+                "PYTHONPATH": f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}",
+                "REPRO_OUTPUTS": str(root),
+            },
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            start_new_session=True,
+        )
+
+    return run
