@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.control.adaptation import Identification, Prior
 from repro.control.conditions import measured, random_starts
 from repro.control.momentum_balance import MomentumBalance, forces, information, momenta

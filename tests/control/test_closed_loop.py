@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.control.closed_loop import run_loop
 from repro.control.conditions import Conditions, hanging_start, random_starts
 from repro.control.decision import Decision

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.data.free_motion import free_motion
 from repro.errors import UserError
 from repro.mechanics.derive import dynamics_of

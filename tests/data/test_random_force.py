@@ -3,7 +3,7 @@ import time
 import numpy as np
 import pytest
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
 from repro.errors import UserError

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 import torch
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.data.random_force import random_force
 from repro.mechanics.derive import derive
 from repro.mechanics.system import load
 from repro.models.bases import t1
 from repro.models.lagrangian import Lagrangian
-from repro.models.model import Energies, Model
+from repro.models.model import EnergyExpressions, Model
 from repro.models.terms import Terms
 
 TRUE_T1 = [0.4, 0.025, 0.1, 0.98]
@@ -47,11 +47,11 @@ class Written(Model):
             kinetic=p["kinetic"][..., 0], potential=p["potential"][..., 0],
         )  # fmt: skip
 
-    def pull(self, parameters, prepared, cotangents):
+    def vjp(self, parameters, prepared, cotangents):
         return torch.zeros(0)
 
     def energies(self, q, qd, parameters):
-        return Energies(casadi.SX(self.kinetic(q, qd)), casadi.SX(self.potential(q)))
+        return EnergyExpressions(casadi.SX(self.kinetic(q, qd)), casadi.SX(self.potential(q)))
 
 
 def _kinetic(q, qd):

@@ -4,7 +4,7 @@ import casadi
 import numpy as np
 import pytest
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.evaluation.canonical import Gauge
 from repro.evaluation.predictions import predict
 from repro.mechanics.derive import dynamics_of

@@ -10,7 +10,7 @@ from repro.learning.least_squares import LeastSquares
 from repro.learning.objective import Objective
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
 from repro.models.bases import t1
 from repro.models.damped import Damped
@@ -37,7 +37,7 @@ def _errors(model, parameters, data, system):
 @pytest.mark.parametrize("shape", ["diagonal", "full"])
 def test_friction_is_identified_in_closed_form(shape, data, damped):
     model = Damped(Lagrangian(t1, 2), shape)
-    problem = Problem(model, [make_task(model, data.train, Objective())], [0, 1])
+    problem = TrainingProblem(model, [make_task(model, data.train, Objective())], [0, 1])
     start = torch.zeros(2, model.n_parameters, dtype=torch.float64)
     fitted = LeastSquares().fit(problem, start, silent, NoCheckpoint())
     errors = _errors(model, fitted.parameters, data, damped)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from repro.codegen.array_evaluation import evaluate
 from repro.codegen.c_library import has_compiler
-from repro.codegen.evaluate import evaluate
 from repro.evaluation import discrete_gradient
 from repro.evaluation.discrete_gradient import integrate, phase_space
 from repro.evaluation.rollouts import acceleration

@@ -9,7 +9,7 @@ from repro.evaluation.identifiability import identifiability
 from repro.learning.least_squares import regression
 from repro.learning.objective import Objective
 from repro.learning.training import make_task
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
 from repro.models.bases import fxf, fxf_gauge, library, t1
 from repro.models.lagrangian import Lagrangian
@@ -36,7 +36,7 @@ def free(dip):
 
 def _examined(basis, *tasks):
     model = Lagrangian(basis, tasks[0][0].n_q)
-    problem = Problem(model, [make_task(model, data.train, objective) for data, objective in tasks], [0])
+    problem = TrainingProblem(model, [make_task(model, data.train, objective) for data, objective in tasks], [0])
     matrix, _ = regression(problem, model.n_parameters)
     return identifiability(matrix, model.coefficient_names, len(model.kinetic_features))
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
 from repro.evaluation import rollouts

@@ -11,7 +11,7 @@ from repro.data.free_motion import free_motion
 from repro.data.random_force import random_force
 from repro.learning.objective import Objective
 from repro.learning.training import make_task
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
 from repro.models.bases import t1
 
@@ -95,7 +95,7 @@ def spoilt(data):
 
 def _problem(model, data, objective=None, **options):
     task = make_task(model, data.train, objective or Objective(), **options)
-    return Problem(model, [task], list(range(data.members)))
+    return TrainingProblem(model, [task], list(range(data.members)))
 
 
 def _start(model, members=3, seed=0):

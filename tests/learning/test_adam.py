@@ -12,7 +12,7 @@ from repro.learning.adam import Adam
 from repro.learning.objective import Objective
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 from repro.models.bases import t2
 from repro.models.lagrangian import Lagrangian
 
@@ -130,7 +130,7 @@ def test_l1_pulls_coefficients_that_the_data_do_not_hold(data, free, start):
     parameters = start(model)
     sizes = [
         Adam(epochs=150, batch_size=200)
-        .fit(Problem(model, [task], [0, 1, 2], l1), parameters, silent, NoCheckpoint())
+        .fit(TrainingProblem(model, [task], [0, 1, 2], l1), parameters, silent, NoCheckpoint())
         .parameters[:, model.potential_slice]
         .abs()
         .max()

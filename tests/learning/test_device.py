@@ -17,7 +17,7 @@ from repro.learning.device.indices import KeptIndices
 from repro.learning.objective import Objective
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import Phase, make_task, train
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 from repro.models.bases import t1, t2
 from repro.models.blackbox import BlackBox
 from repro.models.damped import Damped
@@ -68,7 +68,7 @@ def test_known_energies_and_the_cosine_schedule_too(data, free, start, monkeypat
     model = Lagrangian(t2, 2, hidden=(6,))
     tasks = [make_task(model, data.train, Objective(), error_scale=5.0)]
     tasks.append(make_task(model, free.train, Objective(energy_weight=0.5)))
-    problem = Problem(model, tasks, [0, 1, 2], l1=torch.full((model.n_parameters,), 1e-3, dtype=torch.float64))
+    problem = TrainingProblem(model, tasks, [0, 1, 2], l1=torch.full((model.n_parameters,), 1e-3, dtype=torch.float64))
     monkeypatch.setattr(order, "drawn", _hosts_order)
     settings = {"epochs": 4, "schedule": "cosine"}
     ours = _on_the_device(**settings).fit(problem, start(model), silent, NoCheckpoint())

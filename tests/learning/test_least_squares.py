@@ -11,7 +11,7 @@ from repro.learning.least_squares import LeastSquares, regression, solve
 from repro.learning.objective import Objective
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 from repro.models.bases import library, t1
 from repro.models.lagrangian import Lagrangian
 
@@ -40,11 +40,11 @@ def test_known_energies_of_free_motion_leave_one_combination_open(form, data, fr
     """From rest p_x stays 0, so xd = -k thetad cos(theta): T tells k a - b only. Forces decide the rest."""
     model, k = Lagrangian(t1, 2), true_t1[2] / (2 * true_t1[0])
     energy = make_task(model, free.train, Objective(None, energy_weight=2.0, energy_form=form))
-    alone = _fit(Problem(model, [energy], [0, 1, 2])).parameters.numpy()
+    alone = _fit(TrainingProblem(model, [energy], [0, 1, 2])).parameters.numpy()
     np.testing.assert_allclose(alone[:, [1, 3]], np.tile(true_t1[[1, 3]], (3, 1)), atol=1e-6)
     np.testing.assert_allclose(k * alone[:, 0] - alone[:, 2], k * true_t1[0] - true_t1[2], atol=1e-6)
     assert np.abs(alone[:, 0] - true_t1[0]).min() > 0.1
-    joint = _fit(Problem(model, [make_task(model, data.train, Objective()), energy], [0, 1, 2]))
+    joint = _fit(TrainingProblem(model, [make_task(model, data.train, Objective()), energy], [0, 1, 2]))
     np.testing.assert_allclose(joint.parameters.numpy(), np.tile(true_t1, (3, 1)), atol=1e-9)
 
 

@@ -10,7 +10,7 @@ from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.objective import Objective
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 from repro.models.bases import t1, t2
 from repro.models.lagrangian import Lagrangian
 from repro.models.structured import Structured
@@ -63,7 +63,7 @@ def episodes(system):
 
 def _test_error(model, data, system, optimiser):
     parameters = torch.from_numpy(model.initial([np.random.default_rng([seed, 1]) for seed in (0, 1)]))
-    problem = Problem(model, [make_task(model, data.train, Objective())], [0, 1])
+    problem = TrainingProblem(model, [make_task(model, data.train, Objective())], [0, 1])
     fitted = optimiser.fit(problem, parameters, silent, NoCheckpoint())
     metrics = {m.name: m.values for m in pointwise(model, fitted.parameters, data.test, system, "test", "raw")}
     return metrics["mae_tau"]

@@ -16,7 +16,7 @@ from repro.learning.native import NativeProblem, can_compile, native
 from repro.learning.objective import Objective
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 from repro.models.bases import raw, t1, t2
 from repro.models.blackbox import BlackBox
 from repro.models.lagrangian import Lagrangian
@@ -69,7 +69,7 @@ def _problem(model, objectives, data, free):
     scale = 20.0 if len(objectives) == 1 else None  # sample weights
     tasks = [make_task(model, d.train, o, error_scale=scale) for d, o in zip(chosen, objectives, strict=True)]
     l1 = torch.linspace(0, 0.1, model.n_parameters, dtype=torch.float64) if model.n_parameters == 4 else None
-    return Problem(model, tasks, [0, 1, 2], l1)
+    return TrainingProblem(model, tasks, [0, 1, 2], l1)
 
 
 def _close(ours, expected):

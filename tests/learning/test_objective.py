@@ -4,10 +4,10 @@ import casadi
 import numpy as np
 import torch
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.learning.objective import Objective
 from repro.learning.training import make_task
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.derive import derive
 from repro.models.bases import t2
 from repro.models.lagrangian import Lagrangian
@@ -35,7 +35,7 @@ def test_the_forward_gradient_is_the_inverse_one_with_the_adjoint(data, start):
     """d/dw |e|^2 = d/dw lambda . tau_hat(q, qd, qdd_hat; w), lambda = -2 M^-1 e, at the predicted acceleration."""
     parameters, part = start(MODEL), data.train
     task = make_task(MODEL, part, Objective("forward"))
-    problem = Problem(MODEL, [task], [0, 1, 2])
+    problem = TrainingProblem(MODEL, [task], [0, 1, 2])
     weights = parameters.clone().requires_grad_()
     (expected,) = torch.autograd.grad(problem.loss(weights).sum(), weights)
     terms = _evaluated(task, parameters)

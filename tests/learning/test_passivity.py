@@ -4,21 +4,21 @@ import numpy as np
 import pytest
 import torch
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.learning.adam import Adam
 from repro.learning.lbfgs import LBFGS
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.objective import Objective
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 from repro.learning.watch import PassivityWatch
 from repro.mechanics.derive import dynamics_of
 from repro.models.bases import t1
 from repro.models.blackbox import BlackBox
 from repro.models.damped import Damped
 from repro.models.lagrangian import Lagrangian
-from repro.models.passivity import States, margins, worst_margin
+from repro.models.passivity_margin import States, margins, worst_margin
 from repro.models.port_hamiltonian import PortHamiltonian
 from repro.models.structured import Structured
 
@@ -123,7 +123,7 @@ def test_the_margin_is_watched_at_every_step(optimiser, data, states):
     model = _model("canonical", "state")
     seeds = [0, 1, 2]
     start = torch.from_numpy(model.initial([np.random.default_rng(seed) for seed in seeds]))
-    problem = Problem(
+    problem = TrainingProblem(
         model, [make_task(model, data.train, Objective("port"))], seeds, watches=[PassivityWatch(model, states)]
     )
     fitted = optimiser.fit(problem, start, silent, NoCheckpoint())
@@ -137,6 +137,6 @@ def test_the_margin_is_watched_at_every_step(optimiser, data, states):
 def test_nothing_is_watched_unless_asked_for(data):
     model = _model("canonical", "none")
     start = torch.from_numpy(model.initial([np.random.default_rng(seed) for seed in range(3)]))
-    problem = Problem(model, [make_task(model, data.train, Objective("port"))], [0, 1, 2])
+    problem = TrainingProblem(model, [make_task(model, data.train, Objective("port"))], [0, 1, 2])
     fitted = LevenbergMarquardt(iterations=2).fit(problem, start, silent, NoCheckpoint())
     assert {name for _, name, _ in fitted.curves} == {"loss"}

@@ -8,7 +8,7 @@ import torch
 
 from repro.learning.objective import Objective
 from repro.learning.training import make_task
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 from repro.models.bases import t1, t2
 from repro.models.lagrangian import Lagrangian
 
@@ -21,7 +21,7 @@ def problem(data, free):
         make_task(MODEL, data.train, Objective(), error_scale=15.0),
         make_task(MODEL, free.train, Objective(None, energy_weight=0.5)),
     ]
-    return Problem(MODEL, tasks, [0, 1, 2], torch.linspace(0, 1, MODEL.n_parameters, dtype=torch.float64))
+    return TrainingProblem(MODEL, tasks, [0, 1, 2], torch.linspace(0, 1, MODEL.n_parameters, dtype=torch.float64))
 
 
 def test_the_loss_is_the_weighted_mean_of_squares(data, start, make_problem):
@@ -36,7 +36,7 @@ def test_the_loss_is_the_weighted_mean_of_squares(data, start, make_problem):
 
 
 def test_linearised_rows_square_to_the_loss_and_their_jacobian_to_its_gradient(problem, start):
-    without = Problem(problem.model, problem.tasks, problem.seeds)
+    without = TrainingProblem(problem.model, problem.tasks, problem.seeds)
     parameters = start(MODEL).requires_grad_()
     loss = without.loss(parameters)
     (gradient,) = torch.autograd.grad(loss.sum(), parameters)
@@ -47,7 +47,7 @@ def test_linearised_rows_square_to_the_loss_and_their_jacobian_to_its_gradient(p
 
 def test_the_l1_terms_are_added_once(problem, start):
     parameters = start(MODEL)
-    without = Problem(problem.model, problem.tasks, problem.seeds)
+    without = TrainingProblem(problem.model, problem.tasks, problem.seeds)
     expected = without.loss(parameters) + parameters.abs() @ problem.l1
     torch.testing.assert_close(problem.loss(parameters), expected)
 

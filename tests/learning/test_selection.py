@@ -13,7 +13,7 @@ from repro.learning.basis_selection import Selection, thresholded_least_squares
 from repro.learning.objective import Objective
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
 from repro.models.bases import library
 from repro.models.lagrangian import Lagrangian
@@ -29,7 +29,7 @@ def _settings(name):
 
 
 def _selected(data, model, optimiser, system, seeds=DRAWS):
-    problem = Problem(model, [make_task(model, data.train, Objective())], seeds)
+    problem = TrainingProblem(model, [make_task(model, data.train, Objective())], seeds)
     start = torch.zeros(len(seeds), model.n_parameters, dtype=torch.float64)
     fitted = optimiser.fit(problem, start, silent, NoCheckpoint())
     errors = {m.name: m.values for m in coefficient_errors(model, fitted.parameters, system, "test")}

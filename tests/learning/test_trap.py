@@ -11,7 +11,7 @@ from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.objective import Objective
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
 from repro.models.structured import Structured
 
@@ -29,7 +29,7 @@ def double_pendulum():
 def _metrics(double_pendulum, model, optimiser, error_scale):
     system, data = double_pendulum
     parameters = torch.from_numpy(model.initial([np.random.default_rng([seed, 1]) for seed in SEEDS]))
-    problem = Problem(model, [make_task(model, data.train, Objective(), error_scale=error_scale)], SEEDS)
+    problem = TrainingProblem(model, [make_task(model, data.train, Objective(), error_scale=error_scale)], SEEDS)
     fitted = optimiser.fit(problem, parameters, silent, NoCheckpoint())
     return {m.name: m.values for m in pointwise(model, fitted.parameters, data.test, system, "test", "raw")}
 

@@ -2,7 +2,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from repro.codegen.evaluate import BLOCK, evaluate
+from repro.codegen.array_evaluation import BLOCK, evaluate
 from repro.mechanics.derive import Dynamics, derive, dynamics_of, euler_lagrange
 from repro.mechanics.system import READINGS, load, names
 

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from repro.codegen import c_library
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.codegen.straight_line import BINARY, PART, UNARY
 from repro.errors import UserError
 from repro.mechanics import c_engine
 from repro.mechanics import compile as engines
 from repro.mechanics.derive import dynamics_of
-from repro.mechanics.pace import ANGLE, MOST
 from repro.mechanics.simulate import simulate
+from repro.mechanics.substeps import ANGLE, MOST
 from repro.mechanics.system import load
 
 both_engines = pytest.mark.parametrize("engine", ["c", "numba"])

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.errors import UserError
 from repro.mechanics.chain import Chain
 from repro.mechanics.derive import dynamics_of

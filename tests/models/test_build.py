@@ -8,7 +8,7 @@ import pytest
 import torch
 import yaml
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.data.random_force import random_force
 from repro.errors import UserError
 from repro.mechanics.derive import dynamics_of

@@ -8,7 +8,7 @@ import pytest
 import torch
 from torch.func import grad, hessian, vmap
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import load
 from repro.models.bases import engineered, raw

@@ -4,7 +4,7 @@ import casadi
 import numpy as np
 import pytest
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.errors import UserError
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import load
@@ -131,10 +131,10 @@ def test_parts_start_from_what_they_bring_along():
     model = Interconnection([Joined(Lagrangian(t1, 2), lambda q: q[:2]), Joined(rest, lambda q: q)], 3, given)
     start = model.initial([np.random.default_rng(seed) for seed in range(2)])
     np.testing.assert_array_equal(start[:, :4], given)
-    assert model.frozen == slice(0, 4)
-    assert Interconnection(model.parts, 3, given, frozen=False).frozen == slice(0, 0)
+    assert model.fixed == slice(0, 4)
+    assert Interconnection(model.parts, 3, given, frozen=False).fixed == slice(0, 0)
     assert len(model.coefficient_names) == model.n_parameters
-    assert model.brought == slice(0, 4)
+    assert model.upstream == slice(0, 4)
 
 
 def _setting(*models):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import torch
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.mechanics.derive import derive
 
 

@@ -9,7 +9,7 @@ from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.objective import Objective
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
 from repro.models import neural_potential
 from repro.models.bases import t1
@@ -56,7 +56,7 @@ def test_a_spring_is_learned_with_the_mass_and_the_damper():
     data = random_force(LINK, seeds=[0], samples=400, episode_steps=50, reset="random")
     setting = Setting(t1, data.q, data.qd, data.train.qd, LINK)
     model = neural_potential.build(setting, hidden=[4], potential_hidden=[8], damping="diagonal")
-    problem = Problem(model, [make_task(model, data.train, Objective("inverse"))], [0])
+    problem = TrainingProblem(model, [make_task(model, data.train, Objective("inverse"))], [0])
     start = torch.from_numpy(model.initial([np.random.default_rng(0)]))
     found = LevenbergMarquardt(iterations=150).fit(problem, start, silent, NoCheckpoint())
     link = ChainLink.learned(model, found.parameters[0].numpy())

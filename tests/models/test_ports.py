@@ -4,7 +4,7 @@ import casadi
 import numpy as np
 import pytest
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.mechanics.system import load
 from repro.models.bases import spring
 from repro.models.damped import Damped

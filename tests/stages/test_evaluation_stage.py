@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 import torch
 
-from repro.evaluation.metrics import Metric
+from repro.evaluation.metrics import MetricValues
 from repro.models.bases import t1
 from repro.models.blackbox import BlackBox
 from repro.models.degenerate import Degenerate
@@ -91,7 +91,7 @@ def test_unknown_systems_and_short_data_are_measured_as_far_as_possible(tmp_path
 
 
 def test_known_energies_are_measured_too_and_other_metrics_kept(tmp_path, exact, data, free, system):
-    extra = Metric("train", "rank", np.array([4.0, 3.0]), "1")
+    extra = MetricValues("train", "rank", np.array([4.0, 3.0]), "1")
     measure(tmp_path, exact, data, system, "raw", free, [extra])
     metrics = _tables(tmp_path)[0].set_index(["split", "metric", "member"])["value"]
     on_free = metrics["free"]

@@ -13,7 +13,7 @@ from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
 from repro.learning.objective import Objective
 from repro.learning.training import make_task
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
 from repro.models.bases import raw
 from repro.models.lagrangian import Lagrangian
@@ -37,10 +37,10 @@ class Case:
         """Number of members."""
         return len(self.parameters)
 
-    def problem(self, equation: Equation) -> Problem:
+    def problem(self, equation: Equation) -> TrainingProblem:
         """The training problem in our engine."""
         task = make_task(self.model, self.dataset, Objective(equation))
-        return Problem(self.model, [task], range(self.members))
+        return TrainingProblem(self.model, [task], range(self.members))
 
     def measured(self, name: str) -> Tensor:
         """One measured quantity, (member, sample, n_q)."""

@@ -16,7 +16,7 @@ from repro.learning.least_squares import regression
 from repro.learning.objective import Objective
 from repro.learning.streaming import streamed_solve
 from repro.learning.training import make_task
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 from repro.models.bases import t1
 from repro.models.lagrangian import Lagrangian
 
@@ -50,7 +50,7 @@ def streamed(samples: int) -> np.ndarray:
     def blocks() -> Iterator[tuple[np.ndarray, np.ndarray]]:
         for number, start in enumerate(range(0, samples, BLOCK)):
             dataset = pendulum([number], min(BLOCK, samples - start))
-            problem = Problem(model, [make_task(model, dataset, Objective())], [number])
+            problem = TrainingProblem(model, [make_task(model, dataset, Objective())], [number])
             yield regression(problem, model.n_parameters)
 
     return streamed_solve(blocks(), 1e-12)[0]

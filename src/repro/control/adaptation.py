@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.control.momentum_balance import MomentumBalance, forces, friction_slopes, information, momenta
 from repro.models.model import Model
 

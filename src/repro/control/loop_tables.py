@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.control.closed_loop import SUBSTEPS, ClosedLoop
 from repro.control.optimal_control_problem import Obstacle
 from repro.mechanics.derive import dynamics_of

@@ -9,7 +9,7 @@ import casadi as ca
 from repro.control.matrix_network import MatrixNetwork, is_wide
 from repro.mechanics.system import System
 from repro.models.lagrangian import Lagrangian
-from repro.models.model import Energies, Model
+from repro.models.model import EnergyExpressions, Model
 
 
 @dataclass(frozen=True)
@@ -29,14 +29,14 @@ class PredictiveModel:
         """Number of generalised coordinates."""
         return self.system.n_q
 
-    def energies(self, q: ca.SX, qd: ca.SX, weights: ca.SX) -> Energies:
+    def energies(self, q: ca.SX, qd: ca.SX, weights: ca.SX) -> EnergyExpressions:
         """T and V, in J, in the gauge of the cost."""
         said = self.model.energies(q, qd, weights)
         if not self.canonical:
             return said
         zero = ca.SX.zeros(self.n_q)
         rest, false_momentum = ca.substitute([said.kinetic, ca.gradient(said.kinetic, qd)], [qd], [zero])
-        return Energies(said.kinetic - rest - ca.dot(false_momentum, qd), said.potential - rest)
+        return EnergyExpressions(said.kinetic - rest - ca.dot(false_momentum, qd), said.potential - rest)
 
     @cached_property
     def energy(self) -> ca.Function:

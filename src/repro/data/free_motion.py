@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.data.checks import check_choice, check_positive, check_seeds, training_size
 from repro.data.dataset import Dataset
 from repro.errors import UserError

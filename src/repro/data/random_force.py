@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.data.checks import check_choice, check_not_negative, check_positive, check_seeds, training_size
 from repro.data.dataset import Dataset
 from repro.data.differentiation import difference

@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 from torch import Tensor
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.evaluation.predictions import Predictions, predict
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System

@@ -9,8 +9,8 @@ import casadi
 import numpy as np
 from torch import Tensor
 
-from repro.codegen.evaluate import evaluate
-from repro.evaluation.metrics import Metric
+from repro.codegen.array_evaluation import evaluate
+from repro.evaluation.metrics import MetricValues
 from repro.mechanics.system import System
 from repro.models.link_chain import ChainLink, link_chain
 from repro.models.model import Model
@@ -32,7 +32,7 @@ class Motion:
 
 def chain_errors(
     model: Model, parameters: Tensor, system: System, links: Sequence[int], split: str
-) -> Iterator[Metric]:
+) -> Iterator[MetricValues]:
     """For each number of links: relative errors of state and energy after 10 s, and seconds.
 
     The true chain, of the same structure with the true constants, is simulated with the same steps. Seconds: building
@@ -45,9 +45,9 @@ def chain_errors(
         motions = [simulate_chain(link, start) for link in learned]
         gap = np.array([np.linalg.norm(m.states[-1] - plant.states[-1]) for m in motions])
         energy = np.array([abs(m.energy[-1] - plant.energy[-1]) for m in motions])
-        yield Metric(split, f"chain_error_{number}", gap / np.linalg.norm(plant.states[-1]), "1")
-        yield Metric(split, f"chain_energy_error_{number}", energy / plant.energy[0], "1")
-        yield Metric(split, f"chain_seconds_{number}", np.array([m.seconds for m in motions]), "s")
+        yield MetricValues(split, f"chain_error_{number}", gap / np.linalg.norm(plant.states[-1]), "1")
+        yield MetricValues(split, f"chain_energy_error_{number}", energy / plant.energy[0], "1")
+        yield MetricValues(split, f"chain_seconds_{number}", np.array([m.seconds for m in motions]), "s")
 
 
 def simulate_chain(link: ChainLink, start: np.ndarray) -> Motion:

@@ -6,8 +6,8 @@ import numpy as np
 from scipy.linalg import null_space
 from torch import Tensor
 
-from repro.codegen.evaluate import evaluate
-from repro.evaluation.metrics import Metric
+from repro.codegen.array_evaluation import evaluate
+from repro.evaluation.metrics import MetricValues
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
 from repro.models.features import FeatureMap
@@ -37,7 +37,7 @@ def true_coefficients(model: Lagrangian, system: System) -> np.ndarray | None:
     return np.concatenate(parts)
 
 
-def coefficient_errors(model: Lagrangian, parameters: Tensor, system: System, split: str) -> Iterator[Metric]:
+def coefficient_errors(model: Lagrangian, parameters: Tensor, system: System, split: str) -> Iterator[MetricValues]:
     """Largest coefficient error, and whether exactly the true terms are non-zero.
 
     In a redundant basis an error counts after what the identities between its terms undo, and there is no one support.
@@ -49,15 +49,15 @@ def coefficient_errors(model: Lagrangian, parameters: Tensor, system: System, sp
     identities = _identities(model, system)
     error = ours - true
     error = error - error @ identities.T @ identities
-    yield Metric(split, "coefficient_error", np.abs(error).max(1), "kg, kg m, kg m^2, J")
+    yield MetricValues(split, "coefficient_error", np.abs(error).max(1), "kg, kg m, kg m^2, J")
     if len(identities):
         return
     kept, wanted = np.abs(ours) > SMALL * np.abs(true).max(), true != 0
     false_terms = (kept & ~wanted).sum(1).astype(float)
     missing = (~kept & wanted).sum(1).astype(float)
-    yield Metric(split, "false_terms", false_terms, "1")
-    yield Metric(split, "missing_terms", missing, "1")
-    yield Metric(split, "support_exact", ((false_terms == 0) & (missing == 0)).astype(float), "1")
+    yield MetricValues(split, "false_terms", false_terms, "1")
+    yield MetricValues(split, "missing_terms", missing, "1")
+    yield MetricValues(split, "support_exact", ((false_terms == 0) & (missing == 0)).astype(float), "1")
 
 
 def _identities(model: Lagrangian, system: System) -> np.ndarray:

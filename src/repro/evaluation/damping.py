@@ -7,16 +7,18 @@ import casadi
 import numpy as np
 from torch import Tensor
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
-from repro.evaluation.metrics import Metric
+from repro.evaluation.metrics import MetricValues
 from repro.mechanics.system import System
 from repro.models.model import Model
 
 STATES = 2000  # test samples over which C is averaged
 
 
-def damping_errors(model: Model, parameters: Tensor, part: Dataset, system: System, split: str) -> Iterator[Metric]:
+def damping_errors(
+    model: Model, parameters: Tensor, part: Dataset, system: System, split: str
+) -> Iterator[MetricValues]:
     """Relative errors of C over the test states, whole (Frobenius) and a joint each, and its least eigenvalue.
 
     Nothing for a model without friction, or a system without damping. The coefficient of a joint is C along the motion
@@ -30,14 +32,14 @@ def damping_errors(model: Model, parameters: Tensor, part: Dataset, system: Syst
     learned = np.stack([evaluate(_learned(model), *member) for member in members]).reshape(shape)
     true = evaluate(_true(system), q, qd).reshape(shape)
     error = np.linalg.norm(learned - true, axis=(-2, -1)).mean(1) / np.linalg.norm(true, axis=(-2, -1)).mean(1)
-    yield Metric(split, "damping_error", error, "1")
+    yield MetricValues(split, "damping_error", error, "1")
     joints = _joint_motions(system)
     ours, theirs = (np.einsum("ic,mnij,jc->mnc", joints, matrix, joints) for matrix in (learned, true))
     for joint in np.flatnonzero(system.damping):
         gap = np.abs(ours[..., joint] - theirs[..., joint]).mean(1) / theirs[..., joint].mean(1)
-        yield Metric(split, f"damping_error[{joint}]", gap, "1")
+        yield MetricValues(split, f"damping_error[{joint}]", gap, "1")
     symmetric = (learned + learned.swapaxes(-2, -1)) / 2
-    yield Metric(split, "min_eig_C", np.linalg.eigvalsh(symmetric).min((1, 2)), "N s/m, N m s")
+    yield MetricValues(split, "min_eig_C", np.linalg.eigvalsh(symmetric).min((1, 2)), "N s/m, N m s")
 
 
 def _joint_motions(system: System) -> np.ndarray:

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import casadi
 import numpy as np
 
+from repro.codegen.array_evaluation import evaluate
 from repro.codegen.c_library import has_compiler
-from repro.codegen.evaluate import evaluate
 from repro.evaluation.implicit_engine import FixedPoint
 from repro.mechanics.derive import solve_symmetric
 from repro.models.model import Model

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from torch import Tensor
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.evaluation.discrete_gradient import NotQuadraticError, integrate, phase_space
-from repro.evaluation.metrics import Metric
+from repro.evaluation.metrics import MetricValues
 from repro.evaluation.rollouts import acceleration
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
@@ -58,13 +58,13 @@ def random_starts(system: System) -> np.ndarray:
     return np.concatenate([draw[0] * np.where(turns, np.pi, 0.0), draw[1] * np.where(turns, RATE, SPEED)], axis=1)
 
 
-def energy_errors(motion: FreeMotion, horizons: Sequence[float], split: str) -> Iterator[Metric]:
+def energy_errors(motion: FreeMotion, horizons: Sequence[float], split: str) -> Iterator[MetricValues]:
     """Mean over the starts of the largest energy error so far, a metric a horizon; and of all of them the worst."""
     largest = np.maximum.accumulate(motion.gap, axis=-1)
     for horizon in horizons:
         index = round(horizon / TIME_STEP)
-        yield Metric(split, f"energy_error_{horizon:g}s", largest[..., index].mean(1), "J")
-    yield Metric(split, "energy_error_worst", largest[..., -1].max(1), "J")
+        yield MetricValues(split, f"energy_error_{horizon:g}s", largest[..., index].mean(1), "J")
+    yield MetricValues(split, "energy_error_worst", largest[..., -1].max(1), "J")
 
 
 def energy_curves(motion: FreeMotion, seeds: Sequence[int]) -> Iterator[tuple[int, str, float, float]]:

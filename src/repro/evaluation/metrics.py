@@ -19,7 +19,7 @@ SMALLEST_INERTIA = 1e-3  # kg, kg m^2; below it a mass matrix has lost a directi
 
 
 @dataclass(frozen=True)
-class Metric:
+class MetricValues:
     """One named error: values (member,) with its unit and the split it was taken on."""
 
     split: str
@@ -30,28 +30,28 @@ class Metric:
 
 def pointwise(
     model: Model, parameters: Tensor, part: Dataset, system: System | None, split: str, reading: Reading
-) -> Iterator[Metric]:
+) -> Iterator[MetricValues]:
     """All errors that need single samples only; the true energies are compared where the true system is known."""
     arrays = (part.q, part.qd, part.qdd, part.tau)
     said = predict(model, parameters, *arrays)
     yield from _equation_errors(said, part, split)
     if said.mass is not None and model.energetic:
-        yield Metric(split, "min_eig_M", least_eigenvalue(said.mass), "kg, kg m^2")
+        yield MetricValues(split, "min_eig_M", least_eigenvalue(said.mass), "kg, kg m^2")
     if said.transformed_momentum is not None:
         gap = np.abs(said.transformed_momentum - said.momentum).mean((1, 2))
-        yield Metric(split, "momentum_transform", gap, MOMENTUM)
+        yield MetricValues(split, "momentum_transform", gap, MOMENTUM)
     if system is not None and model.energetic:
         true = truth(system, *arrays)
         yield from _energy_errors(said, true, part.qd, split)
-        yield Metric(split, "trapped", _trapped(said, true, part.qd), "1")
+        yield MetricValues(split, "trapped", _trapped(said, true, part.qd), "1")
         yield from _gravity(model, parameters, system, part.q, split)
         yield from _gauge_errors(said, true, part, Gauge(model, parameters, system, reading), split)
         if said.transformed_momentum is not None:
             error = np.abs(said.transformed_momentum - true.momentum).mean((1, 2))
-            yield Metric(split, "mae_p_transformed", error, MOMENTUM)
+            yield MetricValues(split, "mae_p_transformed", error, MOMENTUM)
 
 
-def _equation_errors(said: Predictions, part: Dataset, split: str) -> Iterator[Metric]:
+def _equation_errors(said: Predictions, part: Dataset, split: str) -> Iterator[MetricValues]:
     for name, ours, measured, unit in (
         ("tau", said.tau, part.tau, FORCE),
         ("qdd", said.qdd, part.qdd, ACCELERATION),
@@ -59,24 +59,24 @@ def _equation_errors(said: Predictions, part: Dataset, split: str) -> Iterator[M
         if ours is None:
             continue
         error = _finite_or_infinite(np.abs(ours - measured))
-        yield Metric(split, f"mae_{name}", error.mean((1, 2)), unit)
+        yield MetricValues(split, f"mae_{name}", error.mean((1, 2)), unit)
         for component, coordinate in enumerate(part.coordinates):
             own_unit = _component_unit(name, coordinate.is_angle)
-            yield Metric(split, f"mae_{name}[{component}]", error[..., component].mean(1), own_unit)
-        yield Metric(split, f"median_ae_{name}", np.median(error, axis=(1, 2)), unit)
+            yield MetricValues(split, f"mae_{name}[{component}]", error[..., component].mean(1), own_unit)
+        yield MetricValues(split, f"median_ae_{name}", np.median(error, axis=(1, 2)), unit)
         with np.errstate(divide="ignore"):
             skill = 1 - error.mean((1, 2)) / np.abs(measured).mean((1, 2))
-        yield Metric(split, f"skill_{name}", skill, "1")
+        yield MetricValues(split, f"skill_{name}", skill, "1")
 
 
-def _energy_errors(said: Predictions, true: Predictions, qd: np.ndarray, split: str) -> Iterator[Metric]:
+def _energy_errors(said: Predictions, true: Predictions, qd: np.ndarray, split: str) -> Iterator[MetricValues]:
     lagrangian = np.abs(said.lagrangian - true.lagrangian).mean(1)
-    yield Metric(split, "mae_L_raw", lagrangian, "J")
-    yield Metric(split, "mae_L_relative", lagrangian / np.abs(true.lagrangian).mean(1), "1")
+    yield MetricValues(split, "mae_L_raw", lagrangian, "J")
+    yield MetricValues(split, "mae_L_relative", lagrangian / np.abs(true.lagrangian).mean(1), "1")
     absolute = np.abs(said.hamiltonian(qd) - true.hamiltonian(qd)).mean(1)
-    yield Metric(split, "mae_H_legendre", absolute, "J")
-    yield Metric(split, "mae_H_centred", _centred_energy_error(said, true, qd), "J")
-    yield Metric(split, "mae_p", np.abs(said.momentum - true.momentum).mean((1, 2)), MOMENTUM)
+    yield MetricValues(split, "mae_H_legendre", absolute, "J")
+    yield MetricValues(split, "mae_H_centred", _centred_energy_error(said, true, qd), "J")
+    yield MetricValues(split, "mae_p", np.abs(said.momentum - true.momentum).mean((1, 2)), MOMENTUM)
 
 
 def _centred_energy_error(said: Predictions, true: Predictions, qd: np.ndarray) -> np.ndarray:
@@ -92,7 +92,7 @@ def _trapped(said: Predictions, true: Predictions, qd: np.ndarray) -> np.ndarray
     return trapped.astype(float)
 
 
-def _gravity(model: Model, parameters: Tensor, system: System, q: np.ndarray, split: str) -> Iterator[Metric]:
+def _gravity(model: Model, parameters: Tensor, system: System, q: np.ndarray, split: str) -> Iterator[MetricValues]:
     """Learned weight of each cos(angle) over the true one, both fitted to the energy at rest, which has no gauge."""
     if not system.angles:
         return
@@ -103,9 +103,9 @@ def _gravity(model: Model, parameters: Tensor, system: System, q: np.ndarray, sp
         for said in (predict(model, parameters, *at_rest), truth(system, *at_rest))
     )
     ratio = learned / true
-    yield Metric(split, "gravity", ratio.mean(1), "1")
+    yield MetricValues(split, "gravity", ratio.mean(1), "1")
     for index, angle in enumerate(system.angles):
-        yield Metric(split, f"gravity[{angle}]", ratio[:, index], "1")
+        yield MetricValues(split, f"gravity[{angle}]", ratio[:, index], "1")
 
 
 def _cosine_weights(angles: np.ndarray, energy: np.ndarray) -> np.ndarray:
@@ -115,16 +115,18 @@ def _cosine_weights(angles: np.ndarray, energy: np.ndarray) -> np.ndarray:
     return np.stack([np.linalg.lstsq(c, e, rcond=None)[0] for c, e in zip(columns, usable, strict=True)])[:, :-1]
 
 
-def _gauge_errors(said: Predictions, true: Predictions, part: Dataset, gauge: Gauge, split: str) -> Iterator[Metric]:
+def _gauge_errors(
+    said: Predictions, true: Predictions, part: Dataset, gauge: Gauge, split: str
+) -> Iterator[MetricValues]:
     read = gauge.apply(said, part.q, part.qd)
     energy = true.kinetic + true.potential
-    yield Metric(split, "mae_H_sum", np.abs(read.kinetic + read.potential - energy).mean(1), "J")
-    yield Metric(split, "mae_T", np.abs(read.kinetic - true.kinetic).mean(1), "J")
-    yield Metric(split, "mae_V", np.abs(read.potential - true.potential).mean(1), "J")
-    yield Metric(split, "min_T", read.kinetic.min(1), "J")
+    yield MetricValues(split, "mae_H_sum", np.abs(read.kinetic + read.potential - energy).mean(1), "J")
+    yield MetricValues(split, "mae_T", np.abs(read.kinetic - true.kinetic).mean(1), "J")
+    yield MetricValues(split, "mae_V", np.abs(read.potential - true.potential).mean(1), "J")
+    yield MetricValues(split, "min_T", read.kinetic.min(1), "J")
     canonical = Gauge(gauge.model, gauge.parameters, gauge.system, "canonical_anchor").apply(said, part.q, part.qd)
-    yield Metric(split, "mae_L_canonical", np.abs(canonical.lagrangian - true.lagrangian).mean(1), "J")
-    yield Metric(split, "gyroscopic_remainder", gauge.remainder(part.q), MOMENTUM)
+    yield MetricValues(split, "mae_L_canonical", np.abs(canonical.lagrangian - true.lagrangian).mean(1), "J")
+    yield MetricValues(split, "gyroscopic_remainder", gauge.remainder(part.q), MOMENTUM)
 
 
 def _component_unit(name: str, is_angle: bool) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
 from repro.models.model import Model

@@ -10,7 +10,7 @@ import numpy as np
 from torch import Tensor
 
 from repro.data.dataset import Dataset
-from repro.evaluation.metrics import Metric
+from repro.evaluation.metrics import MetricValues
 from repro.evaluation.predictions import predict
 from repro.mechanics.simulate import simulate
 from repro.models.model import Model
@@ -22,7 +22,7 @@ WINDOWS = 20
 
 
 @dataclass(frozen=True)
-class Rollout:
+class ModelRollout:
     """Model states along the first test points: (member, point, 2 n_q), restarted from the data at every episode."""
 
     time: np.ndarray
@@ -45,7 +45,7 @@ def acceleration(model: Model) -> casadi.Function:
     return casadi.Function("acceleration", [q, qd, tau, parameters], [casadi.densify(qdd)], {"cse": True})
 
 
-def first_points(model: Model, parameters: Tensor, part: Dataset) -> Rollout:
+def first_points(model: Model, parameters: Tensor, part: Dataset) -> ModelRollout:
     """Roll the model out over the first test points, as in Fig. 4."""
     points = min(POINTS, part.samples)
     plant = np.concatenate([part.q, part.qd], axis=-1)[:, :points]
@@ -59,10 +59,10 @@ def first_points(model: Model, parameters: Tensor, part: Dataset) -> Rollout:
     n_q = part.n_q
     euler[:, inside + 1, :n_q] = plant[:, inside, :n_q] + part.time_step * plant[:, inside, n_q:]
     euler[:, inside + 1, n_q:] = plant[:, inside, n_q:] + part.time_step * said.qdd[:, inside]
-    return Rollout(part.time[:points] - part.time[0], plant, states, euler)
+    return ModelRollout(part.time[:points] - part.time[0], plant, states, euler)
 
 
-def rollout_errors(rollout: Rollout, split: str, part: Dataset) -> Iterator[Metric]:
+def rollout_errors(rollout: ModelRollout, split: str, part: Dataset) -> Iterator[MetricValues]:
     """Mean errors of velocities over the first test points: open loop, and one explicit Euler step (C5)."""
     for component, coordinate in enumerate(part.coordinates):
         column = part.n_q + component
@@ -70,10 +70,10 @@ def rollout_errors(rollout: Rollout, split: str, part: Dataset) -> Iterator[Metr
         for name, states in (("rollout_qd", rollout.model), ("onestep_euler_qd", rollout.one_step_euler)):
             error = np.abs(states[..., column] - rollout.plant[..., column])
             values = np.where(np.isfinite(error), error, np.inf).mean(1)
-            yield Metric(split, f"{name}[{component}]", values, unit)
+            yield MetricValues(split, f"{name}[{component}]", values, unit)
 
 
-def one_step_errors(model: Model, parameters: Tensor, part: Dataset, split: str) -> Iterator[Metric]:
+def one_step_errors(model: Model, parameters: Tensor, part: Dataset, split: str) -> Iterator[MetricValues]:
     """Mean errors of velocities after one sample time of the model's exact flow, over the first test points."""
     inside = np.flatnonzero(np.diff(part.episode[: min(POINTS, part.samples)]) == 0)
     if not len(inside):
@@ -87,10 +87,10 @@ def one_step_errors(model: Model, parameters: Tensor, part: Dataset, split: str)
     error = np.where(np.isfinite(error), error, np.inf)
     for component, coordinate in enumerate(part.coordinates):
         unit = "rad/s" if coordinate.is_angle else "m/s"
-        yield Metric(split, f"onestep_exact_qd[{component}]", error[..., part.n_q + component].mean(1), unit)
+        yield MetricValues(split, f"onestep_exact_qd[{component}]", error[..., part.n_q + component].mean(1), unit)
 
 
-def window_error(model: Model, parameters: Tensor, part: Dataset, split: str) -> Iterator[Metric]:
+def window_error(model: Model, parameters: Tensor, part: Dataset, split: str) -> Iterator[MetricValues]:
     """Relative error over 2 s windows, as Finzi et al. (2020): the geometric mean of |z - z'| / (|z| + |z'|).
 
     z = (x - x0, cos theta, sin theta, qd).
@@ -110,7 +110,7 @@ def window_error(model: Model, parameters: Tensor, part: Dataset, split: str) ->
     distance = np.linalg.norm(z - z_hat, axis=-1)
     relative = distance / (np.linalg.norm(z, axis=-1) + np.linalg.norm(z_hat, axis=-1))
     relative = np.where(np.isfinite(relative), np.maximum(relative, 1e-16), 1.0)
-    yield Metric(split, "rollout_error", np.exp(np.log(relative).mean((1, 2))), "1")
+    yield MetricValues(split, "rollout_error", np.exp(np.log(relative).mean((1, 2))), "1")
 
 
 def _simulate(model: Model, weights: np.ndarray, initial: np.ndarray, tau: np.ndarray, part: Dataset) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from repro.data.dataset import Dataset
 from repro.evaluation.chains import SECONDS, TIME_STEP, random_start, simulate_chain
-from repro.evaluation.metrics import Metric
+from repro.evaluation.metrics import MetricValues
 from repro.mechanics.system import System
 from repro.models.link_chain import ChainLink
 
@@ -26,7 +26,7 @@ class Samples:
 
 def whole_chain_errors(
     data: Dataset, seeds: Sequence[int], system: System, noise: float, links: Sequence[int], split: str
-) -> Iterator[Metric]:
+) -> Iterator[MetricValues]:
     """For each number of links: relative error of the state after 10 s, and seconds of learning and simulating.
 
     The training samples are as many as those of the one link, with the same spread and the same noise (N) on every
@@ -43,8 +43,8 @@ def whole_chain_errors(
             state = follow(learn(samples), start, truth.mass)
             seconds.append(time.process_time() - begun)
             gaps.append(np.linalg.norm(state - final) / np.linalg.norm(final))
-        yield Metric(split, f"whole_chain_error_{number}", np.nan_to_num(np.array(gaps), nan=np.inf), "1")
-        yield Metric(split, f"whole_chain_seconds_{number}", np.array(seconds), "s")
+        yield MetricValues(split, f"whole_chain_error_{number}", np.nan_to_num(np.array(gaps), nan=np.inf), "1")
+        yield MetricValues(split, f"whole_chain_seconds_{number}", np.array(seconds), "s")
 
 
 def draw(

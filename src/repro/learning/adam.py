@@ -12,7 +12,7 @@ from torch import Tensor
 from repro.learning.native import NativeProblem, native
 from repro.learning.optimiser import Optimiser
 from repro.learning.result import Checkpoint, Fitted, Progress
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 
 BETA_1, BETA_2 = 0.9, 0.999
 
@@ -37,7 +37,7 @@ class Adam(Optimiser):
     engine: Literal["auto", "torch"] = "auto"
     precision: Literal["float64", "float32"] = "float64"
 
-    def fit(self, problem: Problem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
+    def fit(self, problem: TrainingProblem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Train from `parameters` (member, n_parameters)."""
         dtype = torch.float64 if self.precision == "float64" else torch.float32
         compiled = native(problem) if self.engine == "auto" and dtype == torch.float64 else None
@@ -97,7 +97,7 @@ class Adam(Optimiser):
             )
         return losses
 
-    def _torch_epoch(self, problem: Problem, state: dict, rates: np.ndarray, epoch: int) -> Tensor:
+    def _torch_epoch(self, problem: TrainingProblem, state: dict, rates: np.ndarray, epoch: int) -> Tensor:
         order = torch.from_numpy(np.stack([_shuffled(seed, problem.samples, epoch) for seed in problem.seeds]))
         losses = torch.zeros(problem.members, dtype=state["parameters"].dtype)
         for batch, rate in enumerate(rates):

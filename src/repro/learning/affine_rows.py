@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from repro.learning.training_problem import Problem, Task
+from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.models.lagrangian import Lagrangian
 
 
@@ -30,7 +30,7 @@ class AffineRows:
     weight: Tensor
 
 
-def has_affine_rows(problem: Problem) -> bool:
+def has_affine_rows(problem: TrainingProblem) -> bool:
     """Whether the rows of every task are made in this way: without a momentum transform."""
     model, objectives = problem.model, [task.objective for task in problem.tasks]
     if not isinstance(model, Lagrangian) or model.network is None or model.transform is not None:
@@ -38,7 +38,7 @@ def has_affine_rows(problem: Problem) -> bool:
     return all(o.equation in ("inverse", "forward", None) and not o.transform_weight for o in objectives)
 
 
-def affine_rows(model: Lagrangian, task: Task) -> AffineRows:
+def affine_rows(model: Lagrangian, task: TrainingTask) -> AffineRows:
     """The rows of one task, in the order of `Objective.rows`, and what the mass matrix needs."""
     n_q, objective, measured = model.n_q, task.objective, task.measured
     kinetic = task.prepared["kinetic"]

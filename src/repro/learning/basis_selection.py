@@ -10,7 +10,7 @@ from torch import Tensor
 from repro.learning.least_squares import regression, solve
 from repro.learning.optimiser import Optimiser
 from repro.learning.result import Checkpoint, Fitted, Progress
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Selection(Optimiser):
     penalty: float = 1e-2
     refit: bool = True
 
-    def fit(self, problem: Problem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
+    def fit(self, problem: TrainingProblem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Select and fit, member by member; parameters (member, n_parameters) tell the shape only."""
         solutions, gauge = [], []
         for member in range(problem.members):

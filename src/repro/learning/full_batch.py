@@ -13,7 +13,7 @@ from torch import Tensor
 from repro.learning.members import MemberProblem
 from repro.learning.optimiser import Optimiser
 from repro.learning.result import Checkpoint, Curve, Fitted, Progress
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 
 Solution = tuple[np.ndarray, list[float], str]  # weights (n_parameters,), loss after each iteration, status
 
@@ -33,7 +33,7 @@ class FullBatch(Optimiser):
     def solve(self, problem: MemberProblem, start: np.ndarray, progress: Progress) -> Solution:
         """Fit one member from the weights `start` (n_parameters,); `problem.look` at a step's weights is followed."""
 
-    def fit(self, problem: Problem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
+    def fit(self, problem: TrainingProblem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Train from `parameters` (member, n_parameters); the result is float64."""
         reduced = problem.subsample(self.samples)
         state = checkpoint.load() or {"done": []}

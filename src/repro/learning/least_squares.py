@@ -10,7 +10,7 @@ from torch import Tensor
 
 from repro.learning.optimiser import Optimiser
 from repro.learning.result import Checkpoint, Fitted, Progress
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 
 
 @dataclass(frozen=True)
@@ -26,16 +26,16 @@ class LeastSquares(Optimiser):
     cutoff: float = 1e-8
     nearest_to: Literal["zero", "start"] = "zero"
 
-    def fit(self, problem: Problem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
+    def fit(self, problem: TrainingProblem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Solve each member's problem; the start `parameters` (member, n_parameters) tell at least the shape."""
         solutions, ranks = [], []
         for member, start in enumerate(parameters.double().numpy()):
             matrix, right = regression(problem.member(member), parameters.shape[1])
             origin = start.copy() if self.nearest_to == "start" else np.zeros_like(start)
-            origin[problem.model.frozen] = start[problem.model.frozen]
-            matrix[:, problem.model.frozen], right = 0.0, right - matrix @ origin
+            origin[problem.model.fixed] = start[problem.model.fixed]
+            matrix[:, problem.model.fixed], right = 0.0, right - matrix @ origin
             solution, rank = solve(matrix, right, self.cutoff)
-            solution[problem.model.frozen] = 0.0  # but for rounding it is so already
+            solution[problem.model.fixed] = 0.0  # but for rounding it is so already
             solutions.append(origin + solution)
             ranks.append(rank)
             progress((member + 1) / problem.members, f"member {member + 1}")
@@ -46,7 +46,7 @@ class LeastSquares(Optimiser):
         return replace(self, nearest_to="start")
 
 
-def regression(problem: Problem, n_parameters: int) -> tuple[np.ndarray, np.ndarray]:
+def regression(problem: TrainingProblem, n_parameters: int) -> tuple[np.ndarray, np.ndarray]:
     """Matrix (n_rows, n_parameters) and right-hand side (n_rows,) of a one-member problem linear in its parameters."""
     rows, jacobian = problem.linearise(torch.zeros(1, n_parameters, dtype=torch.float64))
     return jacobian[0].numpy(), -rows[0].numpy()

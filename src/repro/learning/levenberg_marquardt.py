@@ -44,7 +44,7 @@ class LevenbergMarquardt(FullBatch):
         (seed,) = problem.problem.seeds
         model = problem.problem.model
         others = model.initial([np.random.default_rng([seed, 2, k]) for k in range(self.starts - 1)])
-        others[:, model.brought] = start[model.brought]
+        others[:, model.upstream] = start[model.upstream]
         short = replace(self, iterations=self.scouting)
         tries = [short._descend(problem, candidate, silent) for candidate in (start, *others)]
         return min(tries, key=lambda result: result[1][-1] if np.isfinite(result[1][-1]) else np.inf)[0]

@@ -8,7 +8,7 @@ import torch
 
 from repro.learning.kernels.generated import GeneratedRows, generated_rows
 from repro.learning.native import NativeProblem, can_compile, native
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 
 SOMETIMES = 10  # steps, for what is not watched always
 
@@ -17,7 +17,7 @@ SOMETIMES = 10  # steps, for what is not watched always
 class MemberProblem:
     """The problem of one member as functions of its weights (n_parameters,)."""
 
-    problem: Problem  # of this member alone
+    problem: TrainingProblem  # of this member alone
     seen: dict[str, dict[int, float]] = field(default_factory=dict)  # by the problem's watches: name -> step -> value
 
     def look(self, step: int, parameters: np.ndarray) -> None:
@@ -38,15 +38,15 @@ class MemberProblem:
         return generated_rows(self.problem) if can_compile() else None
 
     def loss_and_gradient(self, parameters: np.ndarray) -> tuple[float, np.ndarray]:
-        """The loss and its gradient (n_parameters,), 0 at frozen weights; not finite where the model is singular."""
+        """The loss and its gradient (n_parameters,), 0 at fixed weights; not finite where the model is singular."""
         loss, gradient = self._loss_and_gradient(parameters)
-        gradient[self.problem.model.frozen] = 0.0
+        gradient[self.problem.model.fixed] = 0.0
         return loss, gradient
 
     def linearise(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Residual rows (n_rows,) and their Jacobian (n_rows, n_parameters), 0 at frozen weights."""
+        """Residual rows (n_rows,) and their Jacobian (n_rows, n_parameters), 0 at fixed weights."""
         rows, jacobian = self._linearise(parameters)
-        jacobian[:, self.problem.model.frozen] = 0.0
+        jacobian[:, self.problem.model.fixed] = 0.0
         return rows, jacobian
 
     def _loss_and_gradient(self, parameters: np.ndarray) -> tuple[float, np.ndarray]:

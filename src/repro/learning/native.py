@@ -11,7 +11,7 @@ from repro.learning.kernels.generated import generated_kernel
 from repro.learning.kernels.kernel import FLAGS, Kernel, address
 from repro.learning.kernels.network_kernel import network_kernel
 from repro.learning.kernels.positions import position_kernel
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 
 _TRAINING = """
 #include <stdlib.h>
@@ -52,7 +52,7 @@ double adam_epoch(const double **data, const int64_t *counts, const int64_t *ord
 class NativeProblem:
     """A problem's datasets packed for a kernel; one member at a time."""
 
-    def __init__(self, problem: Problem, kernel: Kernel) -> None:
+    def __init__(self, problem: TrainingProblem, kernel: Kernel) -> None:
         self.n_parameters, self.data = problem.model.n_parameters, kernel.data
         self.counts = np.array([data.shape[1] for data in self.data], dtype=np.int64)
         self.l1 = np.zeros(self.n_parameters) if problem.l1 is None else problem.l1.double().numpy()
@@ -89,7 +89,7 @@ class NativeProblem:
         return (ctypes.c_void_p * len(self.data))(*(data[member].ctypes.data for data in self.data))
 
 
-def native(problem: Problem) -> NativeProblem | None:
+def native(problem: TrainingProblem) -> NativeProblem | None:
     """The problem in compiled code, or None where there is no compiler or no kernel for the model."""
     if not can_compile():
         return None

@@ -6,7 +6,7 @@ from typing import ClassVar
 from torch import Tensor
 
 from repro.learning.result import Checkpoint, Fitted, Progress
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 
 
 class Optimiser(ABC):
@@ -15,7 +15,7 @@ class Optimiser(ABC):
     linear_only: ClassVar[bool] = False  # needs a model that is linear in its parameters, and the inverse equation
 
     @abstractmethod
-    def fit(self, problem: Problem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
+    def fit(self, problem: TrainingProblem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Start from `parameters` (member, n_parameters) and return the fitted ones."""
 
     def lasting(self, epochs: int) -> "Optimiser":

@@ -10,7 +10,7 @@ from repro.data.dataset import Dataset
 from repro.learning.objective import Objective
 from repro.learning.optimiser import Optimiser
 from repro.learning.result import Checkpoint, Fitted, NoCheckpoint, Progress, silent
-from repro.learning.training_problem import Problem, Task
+from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.models.model import Model
 
 
@@ -22,7 +22,7 @@ class Phase:
     """
 
     name: str
-    problem: Problem
+    problem: TrainingProblem
     epochs: int | None = None
     share: float = 1.0
 
@@ -58,7 +58,7 @@ def make_task(
     objective: Objective,
     dtype: torch.dtype = torch.float64,
     error_scale: float | None = None,
-) -> Task:
+) -> TrainingTask:
     """Prepare a dataset's samples for a model.
 
     error_scale s (m/s^2 and rad/s^2 together) weighs each sample by 1 / (1 + |qdd|^2 / s^2): where the motion is
@@ -71,7 +71,7 @@ def make_task(
     weight = None
     if error_scale is not None:
         weight = torch.from_numpy(1 / (1 + (dataset.qdd**2).sum(-1) / error_scale**2)).to(dtype)
-    return Task(
+    return TrainingTask(
         objective,
         {name: torch.from_numpy(array).to(dtype) for name, array in prepared.items()},
         {name: torch.from_numpy(array).to(dtype) for name, array in measured.items()},

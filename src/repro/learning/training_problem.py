@@ -14,7 +14,7 @@ from repro.models.terms import Terms
 
 
 @dataclass(frozen=True)
-class Task:
+class TrainingTask:
     """A prepared dataset and what is asked of the model there; every tensor is (member, sample, ...)."""
 
     objective: Objective
@@ -27,27 +27,27 @@ class Task:
         """Number of samples a member."""
         return self.measured["qd"].shape[1]
 
-    def select(self, index: Tensor) -> "Task":
+    def select(self, index: Tensor) -> "TrainingTask":
         """The samples `index` (member, batch) of each member."""
         members = torch.arange(len(index)).unsqueeze(1)
         pick = {
             name: {k: v[members, index] for k, v in getattr(self, name).items()} for name in ("prepared", "measured")
         }
         weight = None if self.sample_weight is None else self.sample_weight[members, index]
-        return Task(self.objective, **pick, sample_weight=weight)
+        return TrainingTask(self.objective, **pick, sample_weight=weight)
 
-    def member(self, index: int) -> "Task":
+    def member(self, index: int) -> "TrainingTask":
         """The same task for one member alone."""
         one = slice(index, index + 1)
         parts = {name: {k: v[one] for k, v in getattr(self, name).items()} for name in ("prepared", "measured")}
-        return Task(
+        return TrainingTask(
             self.objective, **parts, sample_weight=None if self.sample_weight is None else self.sample_weight[one]
         )
 
-    def cast(self, dtype: torch.dtype) -> "Task":
+    def cast(self, dtype: torch.dtype) -> "TrainingTask":
         """The same task in another floating-point type."""
         parts = {name: {k: v.to(dtype) for k, v in getattr(self, name).items()} for name in ("prepared", "measured")}
-        return Task(
+        return TrainingTask(
             self.objective, **parts, sample_weight=None if self.sample_weight is None else self.sample_weight.to(dtype)
         )
 
@@ -60,7 +60,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Problem:
+class TrainingProblem:
     """Minimise, for every member, the sum of its tasks' mean squared rows + l1 |coefficients|.
 
     l1: (n_parameters,) weights of the absolute values; seeds: one a member, for the batch order; watches: what to
@@ -68,7 +68,7 @@ class Problem:
     """
 
     model: Model
-    tasks: Sequence[Task]
+    tasks: Sequence[TrainingTask]
     seeds: Sequence[int]
     l1: Tensor | None = None
     watches: Sequence[Watch] = ()
@@ -94,7 +94,7 @@ class Problem:
             total = total + parameters.abs() @ self.l1
         return total
 
-    def member(self, index: int) -> "Problem":
+    def member(self, index: int) -> "TrainingProblem":
         """The problem of one member alone."""
         tasks, watches = [task.member(index) for task in self.tasks], [watch.member(index) for watch in self.watches]
         return replace(self, tasks=tasks, seeds=[self.seeds[index]], watches=watches)
@@ -108,12 +108,12 @@ class Problem:
             jacobians.append(jacobian.flatten(1, 2))
         return torch.cat(values, dim=1), torch.cat(jacobians, dim=1)
 
-    def cast(self, dtype: torch.dtype) -> "Problem":
+    def cast(self, dtype: torch.dtype) -> "TrainingProblem":
         """The same problem in another floating-point type."""
         l1 = None if self.l1 is None else self.l1.to(dtype)
         return replace(self, tasks=[task.cast(dtype) for task in self.tasks], l1=l1)
 
-    def subsample(self, samples: int | None) -> "Problem":
+    def subsample(self, samples: int | None) -> "TrainingProblem":
         """The same problem with at most `samples` random samples in the first task (drawn by each member's seed)."""
         if samples is None or samples >= self.samples:
             return self

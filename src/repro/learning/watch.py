@@ -10,7 +10,7 @@ from torch import Tensor
 from repro.data.dataset import Dataset
 from repro.mechanics.system import System
 from repro.models.model import Model, Prepared
-from repro.models.passivity import States, worst_margin
+from repro.models.passivity_margin import States, worst_margin
 from repro.models.terms import least_eigenvalue
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from repro.codegen import c_maths
 from repro.codegen.c_library import load_library
 from repro.codegen.straight_line import INPUTS, OUTPUT
-from repro.mechanics.pace import Pace
+from repro.mechanics.substeps import SubstepRule
 
 _RUNGE_KUTTA = """
 #define N_X (2 * N_Q)
@@ -66,7 +66,7 @@ void simulate(int64_t batch, int64_t steps, double time_step, const double *tau,
 """
 
 
-class Integrator:
+class CompiledIntegrator:
     """One compiled acceleration; see `simulate` for what the arguments mean."""
 
     def __init__(self, statements: Sequence[str], n_work: int, n_q: int) -> None:
@@ -77,19 +77,19 @@ class Integrator:
         self._simulate.argtypes = [whole, whole, real, array, array, whole, array, whole, real, real, real, array]
         self._simulate.restype = None
 
-    def __call__(self, pace: Pace, tau: np.ndarray, parameters: np.ndarray, states: np.ndarray) -> None:
+    def __call__(self, rule: SubstepRule, tau: np.ndarray, parameters: np.ndarray, states: np.ndarray) -> None:
         """Fill states[:, 1:] from states[:, 0]; every array is contiguous."""
-        angles = np.array(pace.angles, dtype=np.int64)
+        angles = np.array(rule.angles, dtype=np.int64)
         self._simulate(
             *tau.shape[:2],
-            pace.time_step,
+            rule.time_step,
             tau.ctypes.data,
             parameters.ctypes.data,
             parameters.shape[1] if len(parameters) > 1 else 0,
             angles.ctypes.data,
             len(angles),
-            pace.least,
-            pace.most,
-            pace.per_rate,
+            rule.least,
+            rule.most,
+            rule.per_rate,
             states.ctypes.data,
         )

@@ -11,7 +11,7 @@ from repro.codegen.c_library import CompilerError
 from repro.codegen.straight_line import statements
 from repro.errors import UserError
 from repro.mechanics import c_engine
-from repro.mechanics.pace import Pace
+from repro.mechanics.substeps import SubstepRule
 
 ENGINES = ("auto", "c", "numba")
 
@@ -19,15 +19,15 @@ ENGINES = ("auto", "c", "numba")
 class Integrator(Protocol):
     """A compiled acceleration that fills states (batch, steps + 1, 2 n_q) from states[:, 0]."""
 
-    def __call__(self, pace: Pace, tau: np.ndarray, parameters: np.ndarray, states: np.ndarray) -> None:
-        """Integrate at that pace; tau (batch, steps, n_q), parameters (1 or batch, n_p)."""
+    def __call__(self, rule: SubstepRule, tau: np.ndarray, parameters: np.ndarray, states: np.ndarray) -> None:
+        """Integrate with these sub-steps; tau (batch, steps, n_q), parameters (1 or batch, n_p)."""
 
 
 @lru_cache(maxsize=1)
 def active_engine() -> str:
     """Return what engine="auto" means on this machine: "c", or "numba" where nothing compiles C."""
     try:
-        c_engine.Integrator(["qdd[0] = tau[0]"], 0, 1)
+        c_engine.CompiledIntegrator(["qdd[0] = tau[0]"], 0, 1)
     except (CompilerError, OSError) as error:
         logging.getLogger("repro").warning("simulating with numba, more slowly: %s", error)
         return "numba"
@@ -42,8 +42,8 @@ def compiled(acceleration: ca.Function, engine: str = "auto") -> Integrator:
     if (active_engine() if engine == "auto" else engine) == "numba":
         from repro.mechanics import numba_engine
 
-        return numba_engine.Integrator(acceleration)
+        return numba_engine.InterpretedIntegrator(acceleration)
     try:
-        return c_engine.Integrator(*statements(acceleration), acceleration.numel_out(0))
+        return c_engine.CompiledIntegrator(*statements(acceleration), acceleration.numel_out(0))
     except CompilerError as error:
         raise UserError(f"engine 'c' cannot be used ({error}): choose 'numba' or 'auto'") from error

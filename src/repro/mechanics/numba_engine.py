@@ -11,7 +11,7 @@ import numba
 import numpy as np
 
 from repro.codegen.straight_line import untranslated
-from repro.mechanics.pace import Pace
+from repro.mechanics.substeps import SubstepRule
 
 # own numbers: what numba keeps on disk must not depend on the numbers of one CasADi version
 Operation = IntEnum(
@@ -25,18 +25,18 @@ _NUMBERS = {getattr(ca, f"OP_{operation.name}"): operation.value for operation i
 _jit = numba.njit(error_model="numpy", cache=True)
 
 
-class Integrator:
+class InterpretedIntegrator:
     """The instructions of one acceleration; see `simulate` for what the arguments mean."""
 
     def __init__(self, acceleration: ca.Function) -> None:
         self._instructions, self._constants = _tape(acceleration)
         self._work = acceleration.sz_w()
 
-    def __call__(self, pace: Pace, tau: np.ndarray, parameters: np.ndarray, states: np.ndarray) -> None:
+    def __call__(self, rule: SubstepRule, tau: np.ndarray, parameters: np.ndarray, states: np.ndarray) -> None:
         """Fill states[:, 1:] from states[:, 0]."""
-        rule = (float(pace.time_step), float(pace.least), float(pace.most), float(pace.per_rate))
-        angles = np.array(pace.angles, dtype=np.int64)
-        _simulate(self._instructions, self._constants, self._work, rule, angles, tau, parameters, states)
+        bounds = (float(rule.time_step), float(rule.least), float(rule.most), float(rule.per_rate))
+        angles = np.array(rule.angles, dtype=np.int64)
+        _simulate(self._instructions, self._constants, self._work, bounds, angles, tau, parameters, states)
 
 
 def _tape(function: ca.Function) -> tuple[np.ndarray, np.ndarray]:

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 
 from repro.mechanics.compile import compiled
-from repro.mechanics.pace import Pace
+from repro.mechanics.substeps import SubstepRule
 
 
 def simulate(
@@ -25,7 +25,7 @@ def simulate(
     initial: (batch, 2 n_q) = [q, qd]; tau: (batch, steps, n_q); parameters: (n_p,), or (batch, n_p) for one set each.
     Returns states (batch, steps + 1, 2 n_q); row k is the state at the start of step k.
     Without `substeps` each step has as many as the speed of `angles` (positions of coordinates; all by default) asks
-    for, see `Pace`. A trajectory that is no longer finite, or too fast to be followed, is NaN from there on.
+    for, see `SubstepRule`. A trajectory that is no longer finite, or too fast to be followed, is NaN from there on.
     ValueError for shapes that do not fit, UserError for an engine that is unknown or not there.
     """
     n_q = acceleration.numel_out(0)
@@ -40,6 +40,6 @@ def simulate(
     states = np.empty((len(tau), tau.shape[1] + 1, 2 * n_q))
     states[:, 0] = initial
     everywhere = range(n_q) if angles is None else angles
-    pace = Pace.tied_to(time_step, everywhere) if substeps is None else Pace.fixed(time_step, substeps)
-    compiled(acceleration, engine)(pace, tau, weights, states)
+    rule = SubstepRule.for_angles(time_step, everywhere) if substeps is None else SubstepRule.fixed(time_step, substeps)
+    compiled(acceleration, engine)(rule, tau, weights, states)
     return states

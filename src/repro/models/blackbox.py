@@ -9,7 +9,7 @@ from torch import Tensor
 from repro.models import position
 from repro.models.context import Setting
 from repro.models.features import FeatureMap
-from repro.models.model import Energies, Model, Prepared
+from repro.models.model import EnergyExpressions, Model, Prepared
 from repro.models.network import Activation, Network
 from repro.models.terms import Terms
 
@@ -47,11 +47,11 @@ class BlackBox(Model):
         """Only the acceleration is defined."""
         return Terms(acceleration=outputs[0][..., 0, :])
 
-    def pull(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
+    def vjp(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
         """Gradients with respect to all weights, (member, row, sample, n_parameters)."""
         return self.network.jacobian(parameters, prepared["inputs"], cotangents[0])
 
-    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:
+    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
         """A black box has no energies: a call is a programming error."""
         raise NotImplementedError("a black-box model has no Lagrangian")
 

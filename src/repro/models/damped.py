@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from repro.models.model import Energies, Model, Prepared
+from repro.models.model import EnergyExpressions, Model, Prepared
 from repro.models.terms import Terms
 
 Damping = Literal["none", "diagonal", "full"]
@@ -61,12 +61,12 @@ class Damped(Model):
         terms = self.model.terms(outputs[:-1], prepared)
         return replace(terms, tau=terms.tau + outputs[-1])
 
-    def pull(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
+    def vjp(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
         """Gradients with respect to all weights, (member, row, sample, n_parameters)."""
-        model = self.model.pull(parameters[:, self.model_slice], prepared, cotangents[:-1])
+        model = self.model.vjp(parameters[:, self.model_slice], prepared, cotangents[:-1])
         return torch.cat([model, torch.einsum("mrnc,mnck->mrnk", cotangents[-1], prepared["damping"])], dim=-1)
 
-    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:
+    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
         """The model's T and V."""
         return self.model.energies(q, qd, parameters[self.model_slice])
 

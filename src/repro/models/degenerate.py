@@ -7,11 +7,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.errors import UserError
 from repro.mechanics.system import System
 from repro.models.context import Setting
-from repro.models.model import Energies, Model, Prepared
+from repro.models.model import EnergyExpressions, Model, Prepared
 from repro.models.terms import Terms
 
 
@@ -52,16 +52,16 @@ class Degenerate(Model):
         kinetic = kinetic.squeeze(-1)
         return Terms(tau=tau, momentum=momentum, kinetic=kinetic, potential=torch.zeros_like(kinetic))
 
-    def pull(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
+    def vjp(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
         """No weights, no gradients."""
         return torch.zeros(0)
 
-    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:
+    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
         """T = p_x^2 / (2 m), V = 0."""
         kinetic = casadi.SX(self._kinetic(casadi.vertsplit(q), casadi.vertsplit(qd), casadi))
         cart_momentum = casadi.gradient(kinetic, qd)[0]
         total_mass = casadi.jacobian(cart_momentum, qd)[0]
-        return Energies(cart_momentum**2 / (2 * total_mass), casadi.SX(0))
+        return EnergyExpressions(cart_momentum**2 / (2 * total_mass), casadi.SX(0))
 
 
 def build(setting: Setting) -> Degenerate:

@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.models.model import Model, Prepared
 from repro.models.terms import Terms, symmetric
 
@@ -47,7 +47,7 @@ class ExpressionModel(Model):
             port_error=port_error,
         )
 
-    def pull(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
+    def vjp(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
         """Gradients with respect to all weights, (member, row, sample, n_parameters)."""
         arrays = _arrays(parameters, prepared["samples"], cotangents[0])
         members = [
@@ -67,7 +67,7 @@ class ExpressionModel(Model):
         sample, parameters, stack = self._symbols()
         cotangent = casadi.SX.sym("cotangent", stack.numel())
         gradient = casadi.jtimes(stack, parameters, cotangent, True)
-        return casadi.Function("pull", [sample, cotangent, parameters], [casadi.densify(gradient)], {"cse": True})
+        return casadi.Function("vjp", [sample, cotangent, parameters], [casadi.densify(gradient)], {"cse": True})
 
     def _symbols(self) -> tuple[casadi.SX, casadi.SX, casadi.SX]:
         q, qd, qdd, tau = (casadi.SX.sym(name, self.n_q) for name in INPUTS)
@@ -98,7 +98,7 @@ class _Evaluated(torch.autograd.Function):
     def backward(ctx: Any, *cotangents: Tensor) -> Any:
         parameters, samples = ctx.saved_tensors
         rows = cotangents[0].unsqueeze(1)
-        return ctx.model.pull(parameters, {"samples": samples}, [rows]).sum((1, 2)), None, None
+        return ctx.model.vjp(parameters, {"samples": samples}, [rows]).sum((1, 2)), None, None
 
 
 def _arrays(*tensors: Tensor) -> list[np.ndarray]:

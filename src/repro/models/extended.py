@@ -5,7 +5,7 @@ from typing import Literal
 import casadi
 import numpy as np
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.errors import UserError
 from repro.models.context import Part, Setting
 from repro.models.interconnection import Interconnection, Joined

@@ -8,7 +8,7 @@ from typing import Any
 import casadi
 import numpy as np
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.mechanics.derive import euler_lagrange
 
 FeatureText = Callable[[Sequence[Any], Sequence[Any], Any], Mapping[str, Any]]

@@ -13,7 +13,7 @@ from repro.models.context import Setting
 from repro.models.expression import ExpressionModel
 from repro.models.interconnection import Interconnection, Joined
 from repro.models.lagrangian import Lagrangian
-from repro.models.model import Energies, Model
+from repro.models.model import EnergyExpressions, Model
 
 Rod = Literal["part", "rigid_body", "mass"]
 
@@ -33,7 +33,7 @@ class Hinged(Interconnection):
         length: float,
         centre: float,
         up: float = 1.0,
-        given: np.ndarray | None = None,
+        trained: np.ndarray | None = None,
         frozen: bool = True,
     ) -> None:
         def place(q: casadi.SX) -> casadi.SX:
@@ -47,7 +47,7 @@ class Hinged(Interconnection):
                 up * (length * casadi.cos(first) + centre * casadi.cos(second)) - height,
             )
 
-        super().__init__([Joined(cart, lambda q: q[:2]), Joined(rod, place)], 3, given, frozen)
+        super().__init__([Joined(cart, lambda q: q[:2]), Joined(rod, place)], 3, trained, frozen)
         self.place, self.gap = place, gap
 
     def acceleration(self, q: casadi.SX, qd: casadi.SX, tau: casadi.SX, parameters: casadi.SX) -> casadi.SX:
@@ -100,10 +100,10 @@ class RodOfUnknownMass(ExpressionModel):
         """No mass."""
         return np.zeros((len(generators), 1))
 
-    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:
+    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
         """T and V of the rod."""
         kinetic = 0.5 * (qd[0] ** 2 + qd[1] ** 2) + 0.5 * self.unit.inertia * qd[2] ** 2
-        return Energies(parameters[0] * kinetic, parameters[0] * self.gravity * q[1])
+        return EnergyExpressions(parameters[0] * kinetic, parameters[0] * self.gravity * q[1])
 
 
 def _motion(model: Model, q: casadi.SX, qd: casadi.SX, weights: casadi.SX) -> tuple[casadi.SX, casadi.SX]:
@@ -143,7 +143,7 @@ def build(
     else:
         second = Lagrangian(rigid_body, 3)
     up = 1.0 if setting.system is None else setting.system.up
-    given = np.concatenate([part.parameters for part in setting.parts], axis=1)
+    trained = np.concatenate([part.parameters for part in setting.parts], axis=1)
     return Hinged(
-        setting.parts[0].model, second, length=length, centre=rod_length / 2, up=up, given=given, frozen=frozen
+        setting.parts[0].model, second, length=length, centre=rod_length / 2, up=up, trained=trained, frozen=frozen
     )

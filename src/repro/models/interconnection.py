@@ -8,7 +8,7 @@ import casadi
 import numpy as np
 
 from repro.models.expression import ExpressionModel
-from repro.models.model import Energies, Model
+from repro.models.model import EnergyExpressions, Model
 
 Place = Callable[[casadi.SX], casadi.SX]
 
@@ -29,16 +29,18 @@ class Interconnection(ExpressionModel):
 
         T = sum T_i(q_i, A_i qd),   V = sum V_i(q_i),   friction = sum A_i' friction_i(q_i, A_i qd).
 
-    parameters: those of the parts, in order. `given` (member, n_given) are weights that the first parts bring along;
-    a fit starts from them, and leaves them alone where they are `frozen`.
+    parameters: those of the parts, in order. `trained` (member, n_trained) are upstream weights of the first parts;
+    a fit starts from them, and does not change them where they are `frozen`.
     """
 
-    def __init__(self, parts: Sequence[Joined], n_q: int, given: np.ndarray | None = None, frozen: bool = True) -> None:
+    def __init__(
+        self, parts: Sequence[Joined], n_q: int, trained: np.ndarray | None = None, frozen: bool = True
+    ) -> None:
         self.parts, self.n_q = tuple(parts), n_q
-        self.given = given
-        if given is not None:
-            self.brought = slice(0, given.shape[1])
-            self.frozen = self.brought if frozen else slice(0, 0)
+        self.trained = trained
+        if trained is not None:
+            self.upstream = slice(0, trained.shape[1])
+            self.fixed = self.upstream if frozen else slice(0, 0)
         ends = np.cumsum([0, *(part.model.n_parameters for part in self.parts)]).tolist()
         self.slices = [slice(start, stop) for start, stop in pairwise(ends)]
 
@@ -55,18 +57,18 @@ class Interconnection(ExpressionModel):
     def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
         """What the parts bring along, and the start of the others; for another number of members all is drawn."""
         drawn = np.concatenate([part.model.initial(generators) for part in self.parts], axis=1)
-        if self.given is not None and len(self.given) == len(generators):
-            drawn[:, self.brought] = self.given
+        if self.trained is not None and len(self.trained) == len(generators):
+            drawn[:, self.upstream] = self.trained
         return drawn
 
-    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:
+    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
         """The sums of the parts' T and V."""
         kinetic, potential = casadi.SX(0), casadi.SX(0)
         for part, weights in zip(self.parts, self.slices, strict=True):
             place = part.place(q)
             said = part.model.energies(place, casadi.jtimes(place, q, qd), parameters[weights])
             kinetic, potential = kinetic + said.kinetic, potential + said.potential
-        return Energies(kinetic, potential)
+        return EnergyExpressions(kinetic, potential)
 
     def friction(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
         """The parts' friction, brought back to the coordinates of the whole."""

@@ -12,7 +12,7 @@ from torch import Tensor
 from repro.models.context import Setting
 from repro.models.damped import Damping, with_damping
 from repro.models.features import FeatureMap
-from repro.models.model import Energies, Model, Prepared
+from repro.models.model import EnergyExpressions, Model, Prepared
 from repro.models.momentum import MomentumTransform
 from repro.models.network import Activation, Network
 from repro.models.terms import Terms, symmetric
@@ -108,7 +108,7 @@ class Lagrangian(Model):
         return outputs
 
     def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:
-        """Energies, momentum and the inverse model (7b)."""
+        """EnergyExpressions, momentum and the inverse model (7b)."""
         n_q = self.n_q
         kinetic, potential = outputs[0], outputs[1]
         transformed = None
@@ -123,7 +123,7 @@ class Lagrangian(Model):
             transformed_momentum=transformed,
         )
 
-    def pull(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
+    def vjp(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
         """Gradients with respect to all weights, (member, row, sample, n_parameters)."""
         n_rows = cotangents[0].shape[-1]
         jets = prepared["kinetic"][:, :, :n_rows]
@@ -139,7 +139,7 @@ class Lagrangian(Model):
             parts.append(self.transform.network.jacobian(weights, prepared["transform"], cotangents[2]))
         return torch.cat(parts, dim=-1)
 
-    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:
+    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
         """T and V as CasADi expressions."""
         z = self.kinetic_features.expression(q, qd)
         weights = parameters[self.kinetic_slice]
@@ -147,7 +147,7 @@ class Lagrangian(Model):
         potential = casadi.SX(0)
         if len(self.potential_features):
             potential = casadi.dot(parameters[self.potential_slice], self.potential_features.expression(q, qd))
-        return Energies(kinetic, potential)
+        return EnergyExpressions(kinetic, potential)
 
     def transformed_momentum(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
         """p_tran = M_hat(q) qd, eq. (8), as a CasADi expression; only with a momentum transform."""

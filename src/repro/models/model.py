@@ -16,7 +16,7 @@ Prepared = dict[str, Tensor]
 
 
 @dataclass(frozen=True)
-class Energies:
+class EnergyExpressions:
     """CasADi expressions of a learned Lagrangian's parts, in J."""
 
     kinetic: casadi.SX
@@ -41,9 +41,8 @@ class Model(ABC):
     n_q: int
     inverse = True  # predicts tau: the inverse objective applies
     energetic = True  # has a Lagrangian
-    frozen = slice(0, 0)  # weights that a fit leaves as they are
-    brought = slice(0, 0)  # weights that are not drawn at random, and that every start has in common
-    known = False  # all weights are given: there is nothing to fit
+    fixed = slice(0, 0)  # weights that a fit does not change
+    upstream = slice(0, 0)  # weights that come from trained sub-models, the same for every random start
 
     @property
     @abstractmethod
@@ -72,11 +71,11 @@ class Model(ABC):
         """The physics made of the outputs."""
 
     @abstractmethod
-    def pull(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
+    def vjp(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
         """Gradients (member, row, sample, n_parameters) from cotangents (member, row, sample, ...) of the outputs."""
 
     @abstractmethod
-    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:
+    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
         """The learned T and V as CasADi expressions of columns q, qd (n_q,) and one member's parameters."""
 
     def friction(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
@@ -137,4 +136,4 @@ class Model(ABC):
         ]
         cotangents = [torch.stack(parts, dim=1) for parts in zip(*per_row, strict=True)]
         with torch.no_grad():
-            return values.detach(), self.pull(parameters, prepared, cotangents)
+            return values.detach(), self.vjp(parameters, prepared, cotangents)

@@ -8,7 +8,7 @@ import numpy as np
 from repro.models.context import Setting
 from repro.models.damped import Damping, with_damping
 from repro.models.expression import ExpressionModel
-from repro.models.model import Energies, Model
+from repro.models.model import EnergyExpressions, Model
 from repro.models.network import Activation, Network
 
 
@@ -53,13 +53,13 @@ class NeuralPotential(ExpressionModel):
         factors[:, end - self.factor.n_out : end] = np.eye(self.n_q, self.rank).ravel()
         return np.concatenate([factors, self.potential.initial(generators)], axis=1)
 
-    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:
+    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
         """T and V as CasADi expressions."""
         at_rest = self._potential(casadi.SX.zeros(self.n_q), parameters)
         turns = casadi.vertcat(casadi.SX(0, 1), *self._turns(q))
         entries = self.factor.expression(parameters[self.factor_slice], turns)
         u = casadi.reshape(entries, self.rank, self.n_q) @ (qd / casadi.DM(self.velocity_scale))
-        return Energies(0.5 * casadi.dot(u, u), self._potential(q, parameters) - at_rest)
+        return EnergyExpressions(0.5 * casadi.dot(u, u), self._potential(q, parameters) - at_rest)
 
     def _potential(self, q: casadi.SX, parameters: casadi.SX) -> casadi.SX:
         moves = [q[i] / self.position_scale[i] for i in range(self.n_q) if i not in self.angles]

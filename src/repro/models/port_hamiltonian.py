@@ -11,7 +11,7 @@ from repro.models.context import Setting
 from repro.models.expression import ExpressionModel
 from repro.models.features import FeatureMap
 from repro.models.lagrangian import Lagrangian
-from repro.models.model import Energies, Model, PortForm
+from repro.models.model import EnergyExpressions, Model, PortForm
 from repro.models.momentum import MomentumTransform
 from repro.models.network import Activation
 from repro.models.port_matrices import Factored, Skew
@@ -76,11 +76,11 @@ class PortHamiltonian(ExpressionModel):
         parts = (*self._parts, self.transform)
         return np.concatenate([part.initial(generators) for part in parts if part is not None], axis=1)
 
-    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:
+    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
         """T with its floor, and V."""
         energies = self.energy.energies(q, qd, parameters[self.energy_slice])
         least = 0.5 * self.floor * casadi.sumsqr(qd / casadi.DM(self.velocity_scale))
-        return Energies(energies.kinetic + least, energies.potential)
+        return EnergyExpressions(energies.kinetic + least, energies.potential)
 
     def friction(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
         """What eq. (12b) adds to the forces of L: C qd where J is canonical."""

@@ -12,7 +12,7 @@ from repro.models import position
 from repro.models.context import Setting
 from repro.models.damped import Damping, with_damping
 from repro.models.features import FeatureMap
-from repro.models.model import Energies, Model, Prepared
+from repro.models.model import EnergyExpressions, Model, Prepared
 from repro.models.network import Activation, Network
 from repro.models.terms import Terms
 
@@ -109,13 +109,13 @@ class Structured(Model):
             mass=torch.einsum("mnir,mnjr->mnij", c, c) / (scale.unsqueeze(-1) * scale.unsqueeze(-2)),
         )
 
-    def pull(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
+    def vjp(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
         """Gradients with respect to all weights, (member, row, sample, n_parameters)."""
         weights = parameters[:, self.network_slice]
         network = self.network.jacobian(weights, prepared["position"], cotangents[0])
         return torch.cat([network, torch.einsum("mrnj,mnji->mrni", cotangents[1], prepared["potential"])], dim=-1)
 
-    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:
+    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
         """T and V as CasADi expressions."""
         output = self.network.expression(parameters[self.network_slice], self.features.expression(q, qd))
         entries = casadi.SX(self.n_q * self.rank, 1)
@@ -123,7 +123,7 @@ class Structured(Model):
         factor = casadi.reshape(entries, self.rank, self.n_q)
         u = factor @ (qd / casadi.DM(self.velocity_scale))
         potential = casadi.dot(parameters[self.potential_slice], self.potential_features.expression(q, qd))
-        return Energies(0.5 * casadi.dot(u, u), potential)
+        return EnergyExpressions(0.5 * casadi.dot(u, u), potential)
 
     def _factor(self, entries: Tensor) -> Tensor:
         """Return C and its derivatives (..., n_q, rank) from the network's outputs (..., n_entries)."""

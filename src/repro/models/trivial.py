@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from repro.models.context import Setting
-from repro.models.model import Energies, Model, Prepared
+from repro.models.model import EnergyExpressions, Model, Prepared
 from repro.models.terms import Terms
 
 
@@ -38,13 +38,13 @@ class Trivial(Model):
         scalar = zeros[..., 0]
         return Terms(tau=zeros, momentum=zeros, kinetic=scalar, potential=scalar, acceleration=zeros)
 
-    def pull(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
+    def vjp(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
         """No weights, no gradients."""
         return torch.zeros(0)
 
-    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> Energies:
+    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
         """No energy."""
-        return Energies(casadi.SX(0), casadi.SX(0))
+        return EnergyExpressions(casadi.SX(0), casadi.SX(0))
 
 
 def build(setting: Setting) -> Trivial:

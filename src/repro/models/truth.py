@@ -7,7 +7,7 @@ from typing import Any, Literal, cast
 import casadi
 import numpy as np
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.errors import UserError
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
@@ -45,10 +45,9 @@ class ChainTerms:
 class Truth(Lagrangian):
     """A Lagrangian in the terms of a chain of links, its coefficients those of the true system; nothing is fitted."""
 
-    known = True
-
     def __init__(self, system: System) -> None:
         super().__init__(cast(ModuleType, ChainTerms), system.n_q)
+        self.fixed = slice(0, self.n_parameters)
         self.coefficients = _coefficients(system, self.kinetic_features, self.potential_features)
 
     def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
@@ -59,10 +58,9 @@ class Truth(Lagrangian):
 class DampedTruth(Damped):
     """The true system with the friction of its joints as further coefficients."""
 
-    known = True
-
     def __init__(self, system: System) -> None:
         super().__init__(Truth(system), "diagonal")
+        self.fixed = slice(0, self.n_parameters)
         self.friction_of_joints = np.array(system.damping)
 
     def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:

@@ -15,7 +15,7 @@ from repro.config.schema import RandomForce
 from repro.data.dataset import Dataset
 from repro.evaluation.chains import chain_errors
 from repro.evaluation.identifiability import Identifiability
-from repro.evaluation.metrics import Metric
+from repro.evaluation.metrics import MetricValues
 from repro.evaluation.rollouts import can_simulate
 from repro.evaluation.whole_chain import whole_chain_errors
 from repro.learning.adam import Adam
@@ -196,26 +196,26 @@ class Work:
         )
         return measured | {"card": card, "simulated": can_simulate(self.model)}
 
-    def _found(self, identified: dict[str, list[Identifiability]]) -> Iterator[Metric]:
+    def _found(self, identified: dict[str, list[Identifiability]]) -> Iterator[MetricValues]:
         if identified:
             yield from identifiability.metrics([*identified.values()][-1])
 
-    def _chained(self, parameters: Tensor) -> Iterator[Metric]:
+    def _chained(self, parameters: Tensor) -> Iterator[MetricValues]:
         if self.config.chain:
             yield from chain_errors(self.model, parameters, self.system, self.config.chain, "test")
 
-    def _chained_whole(self) -> Iterator[Metric]:
+    def _chained_whole(self) -> Iterator[MetricValues]:
         config = self.config
         if config.whole_chain and isinstance(config.data, RandomForce):
             yield from whole_chain_errors(
                 self.data("data"), config.members, self.system, config.data.tau_noise, config.whole_chain, "test"
             )
 
-    def _watched(self, fitted: Record) -> Iterator[Metric]:
+    def _watched(self, fitted: Record) -> Iterator[MetricValues]:
         curves = pd.read_parquet(fitted.path(fit.CURVES))
         margins = curves[curves["name"] == "passivity_margin"].groupby("member")["value"].max()
         if len(margins):
-            yield Metric("train", "passivity_margin_worst", margins.reindex(self.config.members).to_numpy(), "1")
+            yield MetricValues("train", "passivity_margin_worst", margins.reindex(self.config.members).to_numpy(), "1")
 
     def identified(self) -> dict[str, list[Identifiability]]:
         """What the data can tell of a linear model, by the phase of its training; empty for other models."""

@@ -11,7 +11,7 @@ from repro.learning.device import order
 from repro.learning.device.cuda import check_device
 from repro.learning.device.device_problem import DeviceProblem
 from repro.learning.result import Checkpoint, Fitted, Progress
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class DeviceAdam(Adam):
         settings = {field.name: getattr(adam, field.name) for field in fields(adam)}
         return cls(**settings | {"engine": "torch", "device": device})
 
-    def fit(self, problem: Problem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
+    def fit(self, problem: TrainingProblem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Train from `parameters` (member, n_parameters), on the host like the result; UserError without the device.
 
         Notes: the device, and why the steps are no CUDA graph, where they should be.
@@ -40,7 +40,7 @@ class DeviceAdam(Adam):
         notes = {"device": self.device, "not_captured": resident.steps.not_captured}
         return replace(fitted, notes=fitted.notes | notes)
 
-    def _torch_epoch(self, problem: Problem, state: dict, rates: np.ndarray, epoch: int) -> Tensor:
+    def _torch_epoch(self, problem: TrainingProblem, state: dict, rates: np.ndarray, epoch: int) -> Tensor:
         assert isinstance(problem, DeviceProblem)
         drawn = order.drawn(problem.seeds, problem.samples, epoch, problem.device)
         return problem.steps.epoch(state, drawn, rates, self.batch_size, self.epsilon)

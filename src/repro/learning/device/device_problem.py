@@ -8,18 +8,18 @@ from torch import Tensor
 
 from repro.learning.device.indices import KeptIndices
 from repro.learning.device.steps import Steps
-from repro.learning.training_problem import Problem, Task
+from repro.learning.training_problem import TrainingProblem, TrainingTask
 
 
 @dataclass(frozen=True)
-class DeviceProblem(Problem):
+class DeviceProblem(TrainingProblem):
     """The same problem, with all members' samples on `device`: the weights and indices of its loss are there too."""
 
     device: torch.device = field(kw_only=True)
     _indices: KeptIndices = field(default_factory=KeptIndices)
 
     @classmethod
-    def of(cls, problem: Problem, device: torch.device, dtype: torch.dtype) -> "DeviceProblem":
+    def of(cls, problem: TrainingProblem, device: torch.device, dtype: torch.dtype) -> "DeviceProblem":
         """The problem with its tensors moved, in this floating-point type."""
         same = problem.cast(dtype)
         l1 = None if same.l1 is None else same.l1.to(device)
@@ -31,7 +31,7 @@ class DeviceProblem(Problem):
         """Of all its numbers."""
         return self.tasks[0].measured["qd"].dtype
 
-    def cast(self, dtype: torch.dtype) -> Problem:
+    def cast(self, dtype: torch.dtype) -> TrainingProblem:
         """As that of a problem; itself where it has this type already."""
         return self if dtype == self.dtype else super().cast(dtype)
 
@@ -46,7 +46,7 @@ class DeviceProblem(Problem):
             return super().loss(parameters, index)
 
 
-def _moved(task: Task, device: torch.device) -> Task:
+def _moved(task: TrainingTask, device: torch.device) -> TrainingTask:
     parts = {name: {k: v.to(device) for k, v in getattr(task, name).items()} for name in ("prepared", "measured")}
     weight = None if task.sample_weight is None else task.sample_weight.to(device)
-    return Task(task.objective, **parts, sample_weight=weight)
+    return TrainingTask(task.objective, **parts, sample_weight=weight)

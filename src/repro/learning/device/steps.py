@@ -9,7 +9,7 @@ from torch import Tensor
 
 from repro.learning.adam import BETA_1, BETA_2
 from repro.learning.device.cuda import Replay, captured
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 
 STATE = ("parameters", "first", "second")
 
@@ -20,7 +20,7 @@ class Steps:
     not_captured: why the steps are no graph, where they could not be made one.
     """
 
-    def __init__(self, problem: Problem, device: torch.device) -> None:
+    def __init__(self, problem: TrainingProblem, device: torch.device) -> None:
         self.problem, self.device = problem, device
         self.not_captured: str | None = None
         shape, dtype = (problem.members, problem.model.n_parameters), problem.tasks[0].measured["qd"].dtype

@@ -15,7 +15,7 @@ from repro.codegen.lanes import FUNCTIONS, LANES, vectorised
 from repro.learning.kernels.kernel import FLAGS, Kernel, address
 from repro.learning.objective import Objective
 from repro.learning.symbolic import COLUMNS, residual, symbols
-from repro.learning.training_problem import Problem, Task
+from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.models.model import Model
 
 INPUTS = (*COLUMNS, "parameters")
@@ -73,7 +73,7 @@ void rows_{number}(const double *data, int64_t count, const double *parameters, 
 """
 
 
-def generated_kernel(problem: Problem) -> Kernel | None:
+def generated_kernel(problem: TrainingProblem) -> Kernel | None:
     """The kernel of a small problem, or None."""
     if not _small(problem):
         return None
@@ -87,12 +87,12 @@ def generated_kernel(problem: Problem) -> Kernel | None:
 class GeneratedRows:
     """The residual rows of a small problem and their Jacobian; one member at a time."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: TrainingProblem) -> None:
         self.model = problem.model
         self.tasks = [(pack(task), *_rows_library(problem.model, task.objective)) for task in problem.tasks]
 
     def linearise(self, member: int, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """All residual rows (n_rows,) and their Jacobian (n_rows, n_parameters), weighted as in `Problem.linearise`."""
+        """All residual rows (n_rows,) and their Jacobian (n_rows, n_parameters), weighted as `TrainingProblem.linearise`."""
         values, jacobians = [], []
         for data, library, n_rows in self.tasks:
             result = np.empty((data.shape[1], n_rows, 1 + self.model.n_parameters))
@@ -103,12 +103,12 @@ class GeneratedRows:
         return np.concatenate(values), np.concatenate(jacobians)
 
 
-def generated_rows(problem: Problem) -> GeneratedRows | None:
+def generated_rows(problem: TrainingProblem) -> GeneratedRows | None:
     """The rows of a small problem, or None."""
     return GeneratedRows(problem) if _small(problem) else None
 
 
-def _small(problem: Problem) -> bool:
+def _small(problem: TrainingProblem) -> bool:
     if problem.model.n_parameters > MOST_PARAMETERS:
         return False
     sizes = [len(_gradient_statements(problem.model, task.objective)[0]) for task in problem.tasks]
@@ -150,7 +150,7 @@ def _body(n_q: int, lines: Sequence[str], n_work: int) -> dict:
     }
 
 
-def pack(task: Task) -> np.ndarray:
+def pack(task: TrainingTask) -> np.ndarray:
     """Samples (member, sample, column) in the order of COLUMNS."""
     measured = task.measured
     members, samples, _ = measured["q"].shape

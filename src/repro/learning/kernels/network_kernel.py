@@ -19,13 +19,13 @@ from repro.learning.kernels import (
     matrix_products as products,
 )
 from repro.learning.kernels.kernel import Kernel
-from repro.learning.training_problem import Problem, Task
+from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.models.lagrangian import Lagrangian
 
 NARROW = 24  # units: below this a small block of samples leaves more of the network in the first cache
 
 
-def network_kernel(problem: Problem) -> Kernel | None:
+def network_kernel(problem: TrainingProblem) -> Kernel | None:
     """The kernel of a problem whose model is a network without a momentum transform, or None."""
     model = problem.model
     if not isinstance(model, Lagrangian) or not has_affine_rows(problem):
@@ -55,7 +55,7 @@ def _constants(model: Lagrangian) -> str:
     return "".join(f"#define {name} {value}\n" for name, value in constants.items())
 
 
-def _pack(model: Lagrangian, task: Task, number: int) -> tuple[str, np.ndarray]:
+def _pack(model: Lagrangian, task: TrainingTask, number: int) -> tuple[str, np.ndarray]:
     """The C text of a task's `Form`, and its samples (member, sample, column): [z, zdot, the entries that vary]."""
     affine = affine_rows(model, task)
     entries = [affine.weight.unsqueeze(-1)]

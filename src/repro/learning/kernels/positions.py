@@ -18,7 +18,7 @@ from repro.learning.kernels.generated import pack
 from repro.learning.kernels.kernel import Kernel
 from repro.learning.objective import Objective
 from repro.learning.symbolic import COLUMNS, residual, symbols
-from repro.learning.training_problem import Problem, Task
+from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.models.structured import Structured
 
 _PHYSICS = """
@@ -38,7 +38,7 @@ static void physics_{number}(const vec *columns, const vec *jets, const double *
 """
 
 
-def position_kernel(problem: Problem) -> Kernel | None:
+def position_kernel(problem: TrainingProblem) -> Kernel | None:
     """The kernel of a problem with a structured mass matrix, or None."""
     model = problem.model
     if not isinstance(model, Structured) or any(task.objective.transform_weight for task in problem.tasks):
@@ -125,7 +125,7 @@ def _physics(model: Structured, objective: Objective, moving: tuple[int, ...], n
     )
 
 
-def _pack(task: Task, moving: tuple[int, ...]) -> np.ndarray:
+def _pack(task: TrainingTask, moving: tuple[int, ...]) -> np.ndarray:
     """Samples (member, sample, column): the jets by unit and quantity, then COLUMNS."""
     jets_of = task.prepared["position"][:, :, [0, *(2 + c for c in moving)]].double()
     return np.concatenate([jets_of.transpose(2, 3).flatten(2).numpy(), pack(task)], axis=-1)

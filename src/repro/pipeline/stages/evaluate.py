@@ -9,17 +9,17 @@ import numpy as np
 import pandas as pd
 from torch import Tensor
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
 from repro.evaluation.canonical import Gauge, Reading
 from repro.evaluation.coefficients import coefficient_errors
 from repro.evaluation.damping import damping_errors
 from repro.evaluation.energy_drift import energy_curves, energy_errors, free_motion_energies
-from repro.evaluation.metrics import Metric, pointwise
-from repro.evaluation.passivity import passivity
+from repro.evaluation.metrics import MetricValues, pointwise
+from repro.evaluation.passivity_metrics import passivity
 from repro.evaluation.predictions import Predictions, predict
 from repro.evaluation.rollouts import (
-    Rollout,
+    ModelRollout,
     can_simulate,
     first_points,
     one_step_errors,
@@ -56,7 +56,7 @@ def measure(
     system: System | None,
     reading: Reading,
     free: Dataset | None = None,
-    others: Sequence[Metric] = (),
+    others: Sequence[MetricValues] = (),
     horizons: Sequence[float] = (),
 ) -> dict[str, Any]:
     """All metrics on the test part, the equation errors on the training part, and the first test points as curves.
@@ -89,8 +89,8 @@ def measure(
 
 
 def _metrics(
-    fit: Fit, data: Dataset, system: System | None, reading: Reading, rollout: Rollout | None
-) -> Iterator[Metric]:
+    fit: Fit, data: Dataset, system: System | None, reading: Reading, rollout: ModelRollout | None
+) -> Iterator[MetricValues]:
     test, train = data.test, data.train
     yield from pointwise(fit.model, fit.parameters, test, system, "test", reading)
     early = min(TRAIN_SAMPLES, train.samples)
@@ -113,13 +113,13 @@ def _metrics(
         yield from window_error(fit.model, fit.parameters, test, "test")
         yield from passivity(fit.model, fit.parameters, test, system, "test")
     each = np.ones(len(fit.seeds))
-    yield Metric("train", "fit_seconds", each * fit.seconds / len(fit.seeds), "s")
-    yield Metric("train", "epochs", each * fit.notes.get("epochs", 0), "1")
-    yield Metric("train", "diverged", np.array([float(status != "ok") for status in fit.status]), "1")
+    yield MetricValues("train", "fit_seconds", each * fit.seconds / len(fit.seeds), "s")
+    yield MetricValues("train", "epochs", each * fit.notes.get("epochs", 0), "1")
+    yield MetricValues("train", "diverged", np.array([float(status != "ok") for status in fit.status]), "1")
 
 
 def _trajectories(
-    fit: Fit, test: Dataset, system: System | None, rollout: Rollout | None
+    fit: Fit, test: Dataset, system: System | None, rollout: ModelRollout | None
 ) -> list[tuple[int, str, float, float]]:
     if rollout is None:
         return []

@@ -8,10 +8,10 @@ import numpy as np
 
 from repro.data.dataset import Dataset
 from repro.evaluation.identifiability import Identifiability, identifiability
-from repro.evaluation.metrics import Metric
+from repro.evaluation.metrics import MetricValues
 from repro.learning.least_squares import regression
 from repro.learning.training import Phase
-from repro.learning.training_problem import Problem
+from repro.learning.training_problem import TrainingProblem
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
 
@@ -42,7 +42,7 @@ def examine(model: Model, phases: Sequence[Phase]) -> dict[str, list[Identifiabi
     }
 
 
-def metrics(found: Sequence[Identifiability]) -> Iterator[Metric]:
+def metrics(found: Sequence[Identifiability]) -> Iterator[MetricValues]:
     """Rank, number of null directions and condition numbers, a value a member."""
     for name, values in {
         "rank": [one.rank for one in found],
@@ -50,7 +50,7 @@ def metrics(found: Sequence[Identifiability]) -> Iterator[Metric]:
         "condition_raw": [one.condition_raw for one in found],
         "condition_scaled": [one.condition_scaled for one in found],
     }.items():
-        yield Metric("train", name, np.array(values, dtype=float), "1")
+        yield MetricValues("train", name, np.array(values, dtype=float), "1")
 
 
 def keep(folder: Path, found: dict[str, list[Identifiability]], seeds: Sequence[int]) -> None:
@@ -67,5 +67,5 @@ def keep(folder: Path, found: dict[str, list[Identifiability]], seeds: Sequence[
     table.to_parquet(folder / FILE, index=False)
 
 
-def _matrix(problem: Problem) -> np.ndarray:
+def _matrix(problem: TrainingProblem) -> np.ndarray:
     return regression(problem, problem.model.n_parameters)[0]

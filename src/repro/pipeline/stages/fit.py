@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import torch
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
 from repro.learning.objective import Objective
 from repro.learning.optimiser import Optimiser
 from repro.learning.result import Checkpoint, Fitted, Progress
 from repro.learning.training import Phase, make_task, train
-from repro.learning.training_problem import Problem, Task
+from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.learning.watch import InertiaWatch, PassivityWatch, Watch
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
@@ -24,7 +24,7 @@ from repro.models.context import Part, Setting
 from repro.models.damped import without_damping
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
-from repro.models.passivity import States
+from repro.models.passivity_margin import States
 
 PARAMETERS, CURVES = "parameters.npz", "curves.parquet"
 
@@ -67,7 +67,7 @@ def fit(
     """Fit and return the result with the CPU seconds it took; data: the curriculum's datasets, then D itself."""
     generators = [np.random.default_rng([seed, 1]) for seed in recipe.seeds]
     parameters = torch.from_numpy(model.initial(generators))
-    if model.known or model.frozen == slice(0, model.n_parameters):
+    if model.fixed == slice(0, model.n_parameters):
         return Fitted(parameters, status=["ok"] * len(parameters), notes={"epochs": 0}), 0.0
     phases = phases_of(model, recipe, data, free, system)
     started = time.process_time()
@@ -106,13 +106,13 @@ def phases_of(
     energetic = replace(objective, energy_weight=sequence["energy_weight"], energy_form=sequence["energy_form"])
     l1, watches = _l1(model, chosen), _watches(model, chosen.get("passivity_states", 0), data[-1], system)
 
-    def task(dataset: Dataset | None, wanted: Objective) -> Task:
+    def task(dataset: Dataset | None, wanted: Objective) -> TrainingTask:
         if dataset is None:
             raise ValueError(f"sequence {sequence['kind']} needs D_H")
         return make_task(model, dataset.train, wanted, error_scale=chosen["error_scale"])
 
-    def problem(*tasks: Task) -> Problem:
-        return Problem(model, tasks, recipe.seeds, l1, watches)
+    def problem(*tasks: TrainingTask) -> TrainingProblem:
+        return TrainingProblem(model, tasks, recipe.seeds, l1, watches)
 
     kind = sequence["kind"]
     phases = []
@@ -133,7 +133,7 @@ def phases_of(
     return phases
 
 
-def _anchor_task(model: Model, system: System, seeds: Sequence[int], objective: Objective) -> Task:
+def _anchor_task(model: Model, system: System, seeds: Sequence[int], objective: Objective) -> TrainingTask:
     """The energy of one state, the upright rest, as in III-A.1 after Greydanus et al. (2019)."""
     shape = (len(seeds), 1, system.n_q)
     q, zero = np.broadcast_to(system.upright, shape).copy(), np.zeros(shape)

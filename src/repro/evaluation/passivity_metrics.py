@@ -6,15 +6,17 @@ import numpy as np
 from torch import Tensor
 
 from repro.data.dataset import Dataset
-from repro.evaluation.metrics import Metric
+from repro.evaluation.metrics import MetricValues
 from repro.mechanics.system import System
 from repro.models.model import Model
-from repro.models.passivity import States, margins, worst_margin
+from repro.models.passivity_margin import States, margins, worst_margin
 
 STATES = 2000
 
 
-def passivity(model: Model, parameters: Tensor, part: Dataset, system: System | None, split: str) -> Iterator[Metric]:
+def passivity(
+    model: Model, parameters: Tensor, part: Dataset, system: System | None, split: str
+) -> Iterator[MetricValues]:
     """The worst margin over random states by the model's own energy and by the plant's, and how often the latter fails.
 
     Nothing where the model's equations are singular.
@@ -23,9 +25,9 @@ def passivity(model: Model, parameters: Tensor, part: Dataset, system: System | 
     states = States.random(part.coordinates, velocities, STATES, np.random.default_rng(9))
     weights = parameters.double().numpy()
     if model.energetic:
-        yield Metric(split, "passivity_margin", worst_margin(model, weights, states), "1")
+        yield MetricValues(split, "passivity_margin", worst_margin(model, weights, states), "1")
     if system is not None:
         by_plant = np.stack([margins(model, member, states, system) for member in weights])
         by_plant = np.where(np.isfinite(by_plant), by_plant, np.inf)
-        yield Metric(split, "passivity_margin_plant", by_plant.max(1), "1")
-        yield Metric(split, "gains_energy", (by_plant > 1e-9).mean(1), "1")
+        yield MetricValues(split, "passivity_margin_plant", by_plant.max(1), "1")
+        yield MetricValues(split, "gains_energy", (by_plant > 1e-9).mean(1), "1")

@@ -7,7 +7,7 @@ from functools import lru_cache
 import casadi
 import numpy as np
 
-from repro.codegen.evaluate import evaluate
+from repro.codegen.array_evaluation import evaluate
 from repro.mechanics.system import Coordinate, System
 from repro.models.model import Model
 
