@@ -270,10 +270,10 @@ def test_without_a_compiler_numba_takes_over_with_one_notice(caplog: pytest.LogC
 
 def test_compiled_code_is_kept_and_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    c_engine.Integrator(["qdd[0] = 2.0 * tau[0]"], 0, 1)
+    c_engine.CompiledIntegrator(["qdd[0] = 2.0 * tau[0]"], 0, 1)
     (library,) = (tmp_path / "repro").iterdir()
     made = library.stat().st_mtime_ns
-    c_engine.Integrator(["qdd[0] = 2.0 * tau[0]"], 0, 1)
+    c_engine.CompiledIntegrator(["qdd[0] = 2.0 * tau[0]"], 0, 1)
     assert [(path, path.stat().st_mtime_ns) for path in (tmp_path / "repro").iterdir()] == [(library, made)]
 
 

@@ -92,7 +92,7 @@ class GeneratedRows:
         self.tasks = [(pack(task), *_rows_library(problem.model, task.objective)) for task in problem.tasks]
 
     def linearise(self, member: int, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """All residual rows (n_rows,) and their Jacobian (n_rows, n_parameters), weighted as `TrainingProblem.linearise`."""
+        """Residual rows (n_rows,) and their Jacobian (n_rows, n_parameters), weighted as in the problem."""
         values, jacobians = [], []
         for data, library, n_rows in self.tasks:
             result = np.empty((data.shape[1], n_rows, 1 + self.model.n_parameters))
