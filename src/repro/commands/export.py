@@ -6,7 +6,7 @@ from pathlib import Path
 
 from repro.errors import UserError
 from repro.pipeline.finished_run import OpenedRun, open_run
-from repro.tracking.files import write_atomically, write_json
+from repro.tracking.files import write_json, write_text
 
 LARGEST = 2000  # weights: every one is a statement of the exported code
 
@@ -58,7 +58,7 @@ def export(run: OpenedRun, folder: Path, seed: int | None = None) -> list[str]:
         "card": run.card,
     }
     write_json(folder / "about.json", about)
-    write_atomically(folder / "README.md", _read_me(run, names).encode())
+    write_text(folder / "README.md", _read_me(run, names))
     return ["README.md", "about.json", *names]
 
 

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from repro.commands.arguments import stored_record
-from repro.tracking.files import flattened
 from repro.tracking.paths import RUN_FILE, Paths, outputs_root
+from repro.tracking.plain_data import flattened
 from repro.tracking.text import duration, short, size, table
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from typing import Any, Self
 
 from repro.config.places import code_digest, digest
 from repro.config.schema import Config, RandomForce
-from repro.tracking.files import write_atomically
+from repro.tracking.files import write_text
 
 
 @dataclass
@@ -66,7 +66,7 @@ class Cache:
         content = {name: getattr(self, name) for name in ("settings", "code", "composed", "accepted")}
         # A cache that cannot be written (read-only results) costs time, nothing else.
         with suppress(OSError):
-            write_atomically(self.file, json.dumps(content).encode())
+            write_text(self.file, json.dumps(content))
 
 
 def _key(job: Sequence[str]) -> str:

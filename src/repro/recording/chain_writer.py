@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,8 +14,7 @@ from repro.recording import settings_text as card
 from repro.recording.chart import Chart, part
 from repro.recording.layout import CARD, PLANT, TIMELINE
 from repro.recording.writer import APPLICATION, read_recording
-from repro.tracking.files import sync
-from repro.tracking.paths import TEMPORARY_SUFFIX
+from repro.tracking.files import replacing
 
 ROOT = "chain"
 GAP = 3.0  # m between the two chains in the picture
@@ -45,18 +43,11 @@ class ChainRecording:
 
 def write_chain_recording(path: Path, recording: ChainRecording) -> None:
     """Write the .rrd aside, read it back, rename; OSError when the file could not be written completely."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f"{path.name}.{os.getpid()}{TEMPORARY_SUFFIX}")
     chart = _energies(recording)
-    try:
+    with replacing(path) as temporary:
         _write(temporary, recording, chart)
         if len(read_recording(temporary)[chart.path].at) != len(recording.time):
             raise OSError("the recording was not written completely: rows are missing")
-        sync(temporary)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
-    sync(path.parent)
 
 
 def _write(path: Path, recording: ChainRecording, chart: Chart) -> None:

@@ -17,8 +17,7 @@ from repro.recording import settings_text as card
 from repro.recording.chart import part
 from repro.recording.contents import RunRecording
 from repro.recording.layout import CARD, LEARNING_TIMELINE, PLANT, TIMELINE, blueprint, layout_of
-from repro.tracking.files import sync
-from repro.tracking.paths import TEMPORARY_SUFFIX
+from repro.tracking.files import replacing
 
 # One for all recordings, so that the viewer treats them as of one kind.
 APPLICATION = "repro"
@@ -39,16 +38,9 @@ def write_recording(path: Path, recording: RunRecording) -> None:
 
     Raises OSError when the file could not be written completely.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f"{path.name}.{os.getpid()}{TEMPORARY_SUFFIX}")
-    try:
+    with replacing(path) as temporary:
         _write(temporary, recording)
         _check(temporary, recording)
-        sync(temporary)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
-    sync(path.parent)
 
 
 def read_recording(path: Path) -> dict[str, Track]:

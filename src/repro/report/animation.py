@@ -33,7 +33,7 @@ def animate_all(results: Results, folder: Path) -> list[Path]:
         loop = find_loop(results, experiment, choices)
         if loop is not None:
             path = folder / f"{name}.gif"
-            with replacing(path) as temporary:
+            with replacing(path, keep_suffix=True) as temporary:
                 animate(loop, temporary)
             written.append(path)
     return written

@@ -20,7 +20,7 @@ from typing import Any
 
 from repro.errors import UserError
 from repro.tracking import libraries, syntax
-from repro.tracking.files import write_atomically
+from repro.tracking.files import write_text
 from repro.tracking.paths import Paths, outputs_root
 
 _begun = time.time()
@@ -167,7 +167,7 @@ class _Reader:
         # A cache that cannot be written (read-only results) costs time, nothing else.
         if self.changed:
             with suppress(OSError):
-                write_atomically(self.cache_file, json.dumps({"format": _FORMAT, "files": self.known}).encode())
+                write_text(self.cache_file, json.dumps({"format": _FORMAT, "files": self.known}))
 
 
 def _stamp(path: Path, module: str) -> list[Any]:

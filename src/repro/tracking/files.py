@@ -7,62 +7,32 @@ import hashlib
 import json
 import os
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from repro.errors import UserError
 from repro.tracking.paths import ROOT_VARIABLE, TEMPORARY_SUFFIX
+from repro.tracking.plain_data import plain
 
-_MENDS = {
+_REMEDIES = {
     errno.ENOSPC: "the disk is full; free some space",
     errno.EDQUOT: "the disk quota is used up; free some space",
     errno.EFBIG: "the largest allowed file size is reached; raise it (ulimit -f)",
     errno.EROFS: "the file system is read-only; mount it for writing",
-    errno.EACCES: "permission is denied; mend the rights of the folder",
-    errno.EPERM: "permission is denied; mend the rights of the folder",
+    errno.EACCES: "permission is denied; change the permissions of the folder",
+    errno.EPERM: "permission is denied; change the permissions of the folder",
 }
 _NO_ROOM_BYTES = 64 * 1024
 
 
-def plain(value: Any) -> Any:
-    """Numbers of numpy, tuples, sets and paths as plain JSON values; raises TypeError for anything else."""
-    if isinstance(value, Path):
-        return str(value)
-    if isinstance(value, set | frozenset):
-        return sorted(value)
-    if hasattr(value, "tolist"):
-        return value.tolist()
-    if hasattr(value, "items"):
-        return dict(value)
-    raise TypeError(f"{type(value).__name__} {value!r} is not plain data (numbers, text, lists, dictionaries)")
+class DiskError(UserError, OSError):
+    """A file that the disk does not take. An OSError too, so that whoever writes a cache may ignore it."""
 
-
-def canonical(value: Any) -> bytes:
-    """The one JSON text of a value: sorted keys, no blanks."""
-    return json.dumps(value, sort_keys=True, separators=(",", ":"), default=plain).encode()
-
-
-def plain_copy(value: Any) -> Any:
-    """The value as it reads back from JSON."""
-    return json.loads(json.dumps(value, default=plain))
-
-
-def flattened(value: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Nested dictionaries as one, with dotted keys."""
-    flat: dict[str, Any] = {}
-    for key, item in value.items():
-        if isinstance(item, Mapping) and item:
-            flat.update(flattened(item, f"{prefix}{key}."))
-        else:
-            flat[f"{prefix}{key}"] = item
-    return flat
-
-
-def digest(value: Any) -> str:
-    """SHA-256 of the canonical JSON text, in hexadecimal."""
-    return hashlib.sha256(canonical(value)).hexdigest()
+    def __init__(self, message: str, number: int) -> None:
+        super().__init__(message)
+        self.errno = number
 
 
 def file_digest(path: Path) -> str:
@@ -80,29 +50,48 @@ def sync(path: Path) -> None:
         os.close(descriptor)
 
 
-def write_atomically(path: Path, content: bytes) -> None:
-    """Write aside, force to disk, rename: the file is old or new, never half."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f"{path.name}.{os.getpid()}{TEMPORARY_SUFFIX}")
+@contextmanager
+def replacing(path: Path, *, keep_suffix: bool = False) -> Iterator[Path]:
+    """Yield a temporary sibling to write to; when the block succeeds it is forced to disk and takes the name `path`.
+
+    The file is old or new, never half, and nothing temporary stays unless the process is killed. `keep_suffix` is for
+    libraries that choose the format by the suffix. Raises DiskError where the disk is the cause.
+    """
+    suffix = f"{TEMPORARY_SUFFIX}{path.suffix if keep_suffix else ''}"
     try:
-        with temporary.open("wb") as stream:
-            stream.write(content)
-            stream.flush()
-            os.fsync(stream.fileno())
-        temporary.replace(path)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
-    sync(path.parent)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary = path.with_name(f"{path.name}.{os.getpid()}{suffix}")
+        try:
+            yield temporary
+            sync(temporary)
+            temporary.replace(path)
+        finally:
+            temporary.unlink(missing_ok=True)
+        sync(path.parent)
+    except OSError as error:
+        if error.errno not in _REMEDIES:
+            raise
+        raise DiskError(f"cannot write {path}: {_REMEDIES[error.errno]}", error.errno) from error
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a file atomically."""
+    with replacing(path) as temporary:
+        temporary.write_bytes(content)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file atomically, UTF-8."""
+    write_bytes(path, text.encode())
 
 
 def write_json(path: Path, value: Any) -> None:
-    """`write_atomically` of readable JSON."""
-    write_atomically(path, (json.dumps(value, indent=1, default=plain) + "\n").encode())
+    """Write readable JSON atomically."""
+    write_text(path, json.dumps(value, indent=1, default=plain) + "\n")
 
 
 def disk_trouble(error: Exception, folder: Path) -> UserError | None:
-    """The UserError that explains a full disk, a read-only mount or missing rights in a folder; None for other errors.
+    """The UserError that explains a full disk, a read-only mount or missing permission in a folder, else None.
 
     A library may hide the cause of a failed write, so on a full disk every error counts as one.
     """
@@ -110,12 +99,12 @@ def disk_trouble(error: Exception, folder: Path) -> UserError | None:
     if number in (errno.EACCES, errno.EPERM, errno.EROFS):
         filename = getattr(error, "filename", None)
         number = number if filename is None or Path(os.fsdecode(filename)).is_relative_to(folder) else None
-    elif number not in _MENDS:
+    elif number not in _REMEDIES:
         number = errno.ENOSPC if _is_full(folder) else None
     if number is None:
         return None
     return UserError(
-        f"cannot write in {folder}: {_MENDS[number]}, or choose another folder with {ROOT_VARIABLE}=/some/folder. "
+        f"cannot write in {folder}: {_REMEDIES[number]}, or choose another folder with {ROOT_VARIABLE}=/some/folder. "
         "Finished work is kept; the same command goes on from there."
     )
 
@@ -133,9 +122,9 @@ def disk_errors_explained(folder: Path) -> Iterator[None]:
 
 
 def check_writable(folder: Path) -> None:
-    """UserError when a folder takes no new file: a full disk, a read-only mount, missing rights."""
+    """Raise UserError when a folder takes no new file: a full disk, a read-only mount, missing permission."""
     with disk_errors_explained(folder):
-        write_atomically(folder / ".cache" / "probe", b"0" * _NO_ROOM_BYTES)
+        write_bytes(folder / ".cache" / "probe", b"0" * _NO_ROOM_BYTES)
         (folder / ".cache" / "probe").unlink(missing_ok=True)
 
 
@@ -143,26 +132,3 @@ def _is_full(folder: Path) -> bool:
     while not folder.exists():
         folder = folder.parent
     return shutil.disk_usage(folder).free < _NO_ROOM_BYTES
-
-
-@contextmanager
-def replacing(path: Path) -> Iterator[Path]:
-    """Give a temporary sibling to write to; it takes the place of `path` only when the block succeeds."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        # The suffix stays: writers choose their format by it.
-        temporary = path.with_name(f".{path.stem}-{os.getpid()}{path.suffix}")
-        try:
-            yield temporary
-            temporary.replace(path)
-        finally:
-            temporary.unlink(missing_ok=True)
-    except OSError as error:
-        message = f"cannot write {path}: {error.strerror or error}; free the disk or choose another folder"
-        raise UserError(message) from error
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a text file atomically, UTF-8."""
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")

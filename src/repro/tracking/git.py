@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from repro.tracking.files import write_atomically
+from repro.tracking.files import write_bytes
 
 _LARGEST_UNTRACKED_BYTES = 1_000_000
 
@@ -62,7 +62,7 @@ def _state(top: Path, patches: Path) -> dict[str, Any]:
         patch = _patch(top, small)
         file = patches / f"{hashlib.sha256(patch).hexdigest()[:16]}.patch"
         if not file.exists():
-            write_atomically(file, patch)
+            write_bytes(file, patch)
         record["patch"] = f"{patches.name}/{file.name}"
         record["untracked"] = small
         record["untracked_not_stored"] = sorted(set(untracked) - set(small))

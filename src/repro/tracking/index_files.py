@@ -17,7 +17,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from repro.tracking.files import canonical, write_atomically
+from repro.tracking.files import write_bytes
+from repro.tracking.plain_data import canonical
 
 if TYPE_CHECKING:
     import pyarrow
@@ -147,4 +148,4 @@ def _write(file: Path, rows: Mapping[str, tuple[Stamp, Entry]], codes: Mapping[s
     }
     sink = pyarrow.BufferOutputStream()
     write_table(pyarrow.table(columns), sink)
-    write_atomically(file, sink.getvalue().to_pybytes())
+    write_bytes(file, sink.getvalue().to_pybytes())

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from repro.tracking.files import digest, file_digest, write_json
+from repro.tracking.files import file_digest, write_json
 from repro.tracking.paths import RUN_FILE
+from repro.tracking.plain_data import digest
 
 
 @dataclass(frozen=True)

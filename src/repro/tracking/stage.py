@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import Any
 
 from repro.tracking import code
-from repro.tracking.files import digest, plain_copy
+from repro.tracking.plain_data import digest, plain_copy
 
 ID_DIGITS = 10
 

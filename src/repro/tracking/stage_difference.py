@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from repro.tracking.files import flattened
+from repro.tracking.plain_data import flattened
 from repro.tracking.record import Record
 from repro.tracking.store import Store
 from repro.tracking.text import short

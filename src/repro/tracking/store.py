@@ -10,8 +10,9 @@ from typing import Any
 
 from repro.errors import UserError
 from repro.tracking import code, lock, progress, provenance, record
-from repro.tracking.files import disk_errors_explained, disk_trouble, file_digest, plain_copy, sync, write_json
+from repro.tracking.files import disk_errors_explained, disk_trouble, file_digest, sync, write_json
 from repro.tracking.paths import CHECKPOINT_PREFIX, HOLDER_FILE, TEMPORARY_SUFFIX, Paths
+from repro.tracking.plain_data import plain_copy
 from repro.tracking.record import Damage, Record
 from repro.tracking.stage import Stage
 

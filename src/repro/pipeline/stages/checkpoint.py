@@ -1,10 +1,11 @@
 """A checkpoint in the working folder of a stage, written every so often, whole or not at all."""
 
-import os
 import time
 from pathlib import Path
 
 import torch
+
+from repro.tracking.files import replacing
 
 PAUSE_SECONDS = 10.0
 
@@ -26,10 +27,6 @@ class FileCheckpoint:
         """Write the state if the last time is long enough ago."""
         if time.monotonic() - self.last < PAUSE_SECONDS:
             return
-        temporary = self.path.with_name(self.path.name + ".tmp")
-        with temporary.open("wb") as file:
+        with replacing(self.path) as temporary, temporary.open("wb") as file:
             torch.save(state, file)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(self.path)
         self.last = time.monotonic()

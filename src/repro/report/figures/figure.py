@@ -30,7 +30,7 @@ class Figure:
                 return False
             # Without a date the same results give the same file.
             for suffix, metadata in {".pdf": {"CreationDate": None}, ".png": {"Software": None}}.items():
-                with replacing(folder / f"{self.name}{suffix}") as temporary:
+                with replacing(folder / f"{self.name}{suffix}", keep_suffix=True) as temporary:
                     canvas.savefig(temporary, metadata=metadata)
                 # The first drawing has laid the figure out; laying it out again costs as much as drawing.
                 canvas.set_layout_engine("none")

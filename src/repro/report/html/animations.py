@@ -35,7 +35,7 @@ def _copied(path: Path, folder: Path) -> Animation:
         shutil.copyfile(path, temporary)
     with Image.open(path) as picture:
         size = picture.size
-        with replacing(folder / f"{path.stem}.png") as temporary:
+        with replacing(folder / f"{path.stem}.png", keep_suffix=True) as temporary:
             picture.save(temporary, optimize=True)
     title = TITLES.get(path.stem, path.stem.replace("_", " "))
     return Animation(path.name, f"{path.stem}.png", title, *size)
