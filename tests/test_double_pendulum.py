@@ -10,7 +10,7 @@ from repro.pipeline.plan import Pipeline
 from repro.pipeline.run import execute
 from repro.tracking.store import Store
 
-DIP = ("system=dip", "data.force_limit=4", "seeds=2", "record=false", "scale=quick", "sequence.starts=10")
+DIP = ("system=dip", "data.force_limit=4", "seeds=2", "record=false", "scale=quick", "sequence.initial_angles=10")
 CLOSED = (*DIP, "optimiser=least_squares", "data.samples=2500")
 
 
@@ -37,7 +37,7 @@ def test_forces_alone_give_the_whole_lagrangian(run):
 
 
 def test_free_motion_gives_its_own_energies_and_no_others(run):
-    record, worst = run(*CLOSED, "basis=fxf", "sequence=d_h_only")
+    record, worst = run(*CLOSED, "basis=fxf", "sequence=pretrain_only")
     assert worst["free", "mae_H_sum"] < 5.3e-4 and worst["free", "mae_tau"] < 1e-6
     assert worst["test", "mae_L_raw"] > 0.5 and worst["test", "trapped"] == 1
     assert worst["train", "null_directions"] == 3
@@ -50,12 +50,18 @@ def test_free_motion_gives_its_own_energies_and_no_others(run):
 def test_both_together_fix_the_energies_of_a_basis_with_gauge_terms(run, noise, bar):
     gauge = (*CLOSED, "basis=fxf_gauge", "sequence.energy_form=sum", f"data.tau_noise={noise}")
     assert run(*gauge, "sequence=joint")[1]["test", "mae_H_sum"] < bar
-    for open_ended in ("d_only", "anchor"):
+    for open_ended in ("main", "anchored"):
         assert run(*gauge, f"sequence={open_ended}")[1]["test", "mae_H_sum"] > 0.3
 
 
 def test_the_momentum_of_the_cart_stays_as_a_gauge_where_a_fit_starts_with_it(run):
-    gauge = (*CLOSED, "basis=fxf_gauge", "sequence.energy_form=sum", "sequence=joint", "optimiser.nearest_to=start")
+    gauge = (
+        *CLOSED,
+        "basis=fxf_gauge",
+        "sequence.energy_form=sum",
+        "sequence=joint",
+        "optimiser.regularise_towards=start",
+    )
     record, worst = run(*gauge)
     assert worst["test", "mae_H_sum"] > 1e-3 and worst["test", "mae_H_legendre"] < 1e-7
     assert record.summary["card"]["optimiser"] == "least_squares_from_start"
@@ -65,9 +71,15 @@ def test_the_momentum_of_the_cart_stays_as_a_gauge_where_a_fit_starts_with_it(ru
     "overrides",
     [
         ("system=dip", "basis=t2", "optimiser=levenberg_marquardt"),
-        ("system=pendulum", "basis=t2", "optimiser=lbfgs"),
-        ("system=pendulum", "model=structured", "optimiser=levenberg_marquardt"),
-        ("system=pendulum", "basis=fxf", "sequence=d_h_then_d", "sequence.free_epochs=2", "sequence.starts=3"),
+        ("system=cart_rods", "basis=t2", "optimiser=lbfgs"),
+        ("system=cart_rods", "model=structured", "optimiser=levenberg_marquardt"),
+        (
+            "system=cart_rods",
+            "basis=fxf",
+            "sequence=pretrain",
+            "sequence.pretraining_epochs=2",
+            "sequence.initial_angles=3",
+        ),
     ],
     ids=lambda overrides: " ".join(overrides[:2]),
 )
@@ -84,8 +96,11 @@ def test_every_model_runs_on_more_than_one_link(run, overrides):
             "is made for 2 coordinates, and system=dip has 3; use one of engineered, fxf",
         ),
         (["basis=library"], "basis.name = 'library': is made for 2 coordinates"),
-        (["basis=fxf", "sequence.free_epochs=3"], "sequence=d_only has no phase on D_H alone"),
-        (["basis=fxf", "sequence=d_h_then_d", "sequence.free_epochs=3", "optimiser=lbfgs"], "does not count in epochs"),
+        (["basis=fxf", "sequence.pretraining_epochs=3"], "sequence=main has no phase on D_H alone"),
+        (
+            ["basis=fxf", "sequence=pretrain", "sequence.pretraining_epochs=3", "optimiser=lbfgs"],
+            "does not count in epochs",
+        ),
     ],
 )
 def test_what_does_not_go_together_is_refused(change, told):
@@ -99,5 +114,5 @@ def test_the_papers_sequence_with_a_decaying_rate(run):
     """The paper prints 0.10 N and 12.35 J, at a constant rate."""
     adam = (*DIP[:2], "seeds=5", "record=false", "optimiser=adam_cosine", "objective.l1_kinetic=1e-5")
     paper = ("scale=paper", "basis=fxf", "data=long", "data.samples=100000")
-    record, _ = run(*adam, *paper, "sequence=d_h_then_d", "sequence.free_epochs=300", "optimiser.epochs=1000")
+    record, _ = run(*adam, *paper, "sequence=pretrain", "sequence.pretraining_epochs=300", "optimiser.epochs=1000")
     assert record.summary["median"]["mae_tau"] < 0.01 and record.summary["median"]["mae_L_raw"] < 1.0

@@ -25,7 +25,7 @@ MODELS = {
     "library": ["basis=library", "optimiser=lasso"],
     "t2": ["basis=t2", "curriculum=growing_episodes", "curriculum.episodes=[50]"],
     "engineered": ["basis=engineered", "model.hidden=[6,5]", "model.activation=tanh"],
-    "transform": ["basis=t2", "model.transform_hidden=[4]", "objective.transform_weight=1"],
+    "transform": ["basis=t2", "model.momentum_hidden=[4]", "objective.momentum_weight=1"],
     "structured": ["model=structured"],
     "friction": ["basis=t1", "optimiser=least_squares", "model.damping=full", "system.damping=[0.3,0.01]"],
     "port_hamiltonian": ["model=port_hamiltonian", "model.structure=free", "objective=port", "optimiser=lbfgs"],
@@ -140,7 +140,7 @@ def test_a_run_opens_to_its_model_data_and_tables(outputs):
     stored = metrics[(metrics["split"] == "test") & (metrics["metric"] == "mae_tau")].set_index("member")["value"]
     np.testing.assert_allclose(stored.loc[[4, 7]], np.abs(error).mean((1, 2)), rtol=1e-12)
 
-    table = repro.load_runs(root=outputs, metric="mae_tau", split="test", basis="t2", transform_weight=0.0)
+    table = repro.load_runs(root=outputs, metric="mae_tau", split="test", basis="t2", momentum_weight=0.0)
     assert set(table["member"]) == {4, 7}
     about = json.loads(json.dumps(run.card))
     assert about["model"] == "lagrangian"

@@ -4,7 +4,7 @@ import pytest
 
 from repro import cli
 
-SMALL = ("scale=smoke", "seeds=2", "data.samples=200", "sequence.starts=5")
+SMALL = ("scale=smoke", "seeds=2", "data.samples=200", "sequence.initial_angles=5")
 
 
 @pytest.fixture
@@ -20,7 +20,7 @@ def identify(tmp_path, monkeypatch, capsys):
 
 
 def test_free_motion_leaves_the_cart_momentum_open(identify):
-    code, text = identify("system=dip", "basis=fxf", "sequence=d_h_only")
+    code, text = identify("system=dip", "basis=fxf", "sequence=pretrain_only")
     assert code == 0
     assert text.startswith("D_H: rank 27 of 30 terms\n")
     assert "    (xd + 0.15 theta1d cos(theta1) + 0.05 theta2d cos(theta2))^2\n" in text
@@ -28,7 +28,7 @@ def test_free_motion_leaves_the_cart_momentum_open(identify):
 
 
 def test_each_phase_is_told(identify):
-    _, text = identify("system=dip", "basis=fxf_gauge", "sequence=d_h_then_d", "sequence.energy_form=sum")
+    _, text = identify("system=dip", "basis=fxf_gauge", "sequence=pretrain", "sequence.energy_form=sum")
     assert "D_H: rank 36 of 40 terms" in text and "D: rank 28 of 40 terms" in text
     assert "T: cos(theta1), V: cos(theta1)" in text
 

@@ -2,7 +2,8 @@
 
 import pytest
 
-from repro.config.overrides import EXPERIMENT, belongs, expand, experiments, setting
+from repro.config.overrides import EXPERIMENT, belongs, check, expand, experiments, setting
+from repro.config.renamed_keys import KEYS, OPTIONS
 from repro.errors import UserError
 
 
@@ -54,3 +55,11 @@ def test_a_job_belongs_to_its_experiment_with_more_seeds_but_not_with_other_sett
     assert not belongs([*job, "data.tau_noise=0.3"])
     assert not belongs(["basis=t1", "optimiser=least_squares"])
     assert setting([*job, "seeds=3"]) == setting(job)
+
+
+@pytest.mark.parametrize("old", [f"{key}=1" for key in KEYS] + [f"{group}={word}" for group, word in OPTIONS])
+def test_a_name_of_the_first_version_is_answered_with_the_present_one(old):
+    group, _, word = old.partition("=")
+    new = KEYS.get(group) or OPTIONS[group, word]
+    with pytest.raises(UserError, match=f"called .*{new}"):
+        check([old])

@@ -71,7 +71,7 @@ def test_a_part_may_be_the_id_of_a_run(outputs, hinged):
 
 
 def test_frozen_parts_stay_and_others_are_fitted(outputs):
-    options = ["system=dip", "model=extended", "model.hidden=[3]", "optimiser.iterations=5", "optimiser.starts=1"]
+    options = ["system=dip", "model=extended", "model.hidden=[3]", "optimiser.iterations=5", "optimiser.restarts=1"]
     options += [f"model.parts=['{CART}']", "optimiser=levenberg_marquardt", "scale.iterations=1"]
     weights = [
         repro.load_run(_made(outputs, *options, f"model.frozen={frozen}").id).parameters[:, :4]

@@ -134,7 +134,7 @@ RESUMABLE = {
     "adam in torch": ["basis=t2", "optimiser.epochs=2500", "optimiser.engine=torch"],
     "lbfgs": ["basis=t2", "optimiser=lbfgs", "optimiser.iterations=1500"],
     "levenberg_marquardt": ["basis=t2", "optimiser=levenberg_marquardt", "optimiser.iterations=1500"],
-    "two phases": ["basis=t2", "sequence=d_h_then_d", "optimiser.epochs=5000", "sequence.starts=10"],
+    "two phases": ["basis=t2", "sequence=pretrain", "optimiser.epochs=5000", "sequence.initial_angles=10"],
 }
 
 

@@ -52,10 +52,10 @@ def test_anything_else_is_not(change):
 
 
 DIP = ("system=dip", "basis=fxf", "data.force_limit=4", "objective.l1_kinetic=1e-5")
-PRETRAINED = (*DIP, "sequence=d_h_then_d", "sequence.free_epochs=1000", "optimiser.epochs=8000")
+PRETRAINED = (*DIP, "sequence=pretrain", "sequence.pretraining_epochs=1000", "optimiser.epochs=8000")
 
 
-@pytest.mark.parametrize("protocol", [PRETRAINED, (*PRETRAINED, "data=long"), (*DIP, "sequence=d_h_only")])
+@pytest.mark.parametrize("protocol", [PRETRAINED, (*PRETRAINED, "data=long"), (*DIP, "sequence=pretrain_only")])
 def test_the_printed_protocols_of_the_double_pendulum(protocol):
     assert is_literal(scaled(compose([*protocol, "scale=paper"]).config))
     assert not is_literal(scaled(compose([*protocol, "scale=quick"]).config))
@@ -69,16 +69,16 @@ def test_the_printed_protocols_of_the_double_pendulum(protocol):
         "data.force_limit=5",
         "objective.l1_kinetic=0",
         "objective.l1_potential=1e-5",
-        "sequence=d_only",
-        "sequence.free_epochs=500",
+        "sequence=main",
+        "sequence.pretraining_epochs=500",
         "sequence.grid=diagonal",
-        "sequence.starts=10",
+        "sequence.initial_angles=10",
         "optimiser.epochs=1000",
         "optimiser=adam_cosine",
     ],
 )
 def test_anything_else_is_not_the_double_pendulum_s(change):
     replaced = [o for o in PRETRAINED if o.partition("=")[0] != change.partition("=")[0]]
-    if change == "sequence=d_only":
-        replaced.remove("sequence.free_epochs=1000")
+    if change == "sequence=main":
+        replaced.remove("sequence.pretraining_epochs=1000")
     assert not is_literal(scaled(compose([*replaced, "scale=paper", change]).config))

@@ -32,7 +32,7 @@ def training(system):
     data = random_force(
         system, seeds=[0], regime="episodes", episode_steps=50, samples=1000, train_fraction=0.8, time_step=0.04,
         force_limit=4.0, start="upright", reset="random", labels="exact", tau_noise=0.0, qdd_noise=0.0, q_noise=0.0,
-        qd_noise=0.0, shared=False,
+        qd_noise=0.0, common=False,
     )  # fmt: skip
     return data.q[0], data.qd[0], data.qdd[0]
 

@@ -13,7 +13,7 @@ from repro.mechanics.system import load
 
 @pytest.fixture
 def data() -> Dataset:
-    return free_motion(load("sip"), seeds=[0, 1], starts=5, steps=4)
+    return free_motion(load("sip"), seeds=[0, 1], initial_angles=5, steps=4)
 
 
 def assert_equal(one: Dataset, other: Dataset) -> None:

@@ -14,14 +14,14 @@ every_system = pytest.mark.parametrize("system", SWINGING, ids=lambda system: f"
 
 @every_system
 def test_energy_is_conserved_and_known(system) -> None:
-    data = free_motion(system, seeds=[0], starts=8)
+    data = free_motion(system, seeds=[0], initial_angles=8)
     energy = evaluate(dynamics_of(system).hamiltonian, data.q, data.qd)[..., 0]
     np.testing.assert_allclose(energy, data.energy, atol=1e-7)
 
 
 @every_system
 def test_trajectories_start_at_rest_with_their_potential_energy(system) -> None:
-    data = free_motion(system, seeds=[0], starts=8)
+    data = free_motion(system, seeds=[0], initial_angles=8)
     first = np.append(True, np.diff(data.episode) > 0)
     assert np.all(data.qd[:, first] == 0)
     assert np.all(data.q[:, first, 0] == 0)
@@ -32,18 +32,18 @@ def test_trajectories_start_at_rest_with_their_potential_energy(system) -> None:
 
 
 def test_starts_are_a_uniform_grid() -> None:
-    data = free_motion(load("sip"), seeds=[4], starts=50, steps=3)
+    data = free_motion(load("sip"), seeds=[4], initial_angles=50, steps=3)
     assert data.samples == 150
     np.testing.assert_allclose(np.sort(data.q[0, ::3, 1]), np.linspace(0.03, 3.11, 50))
 
 
 def test_every_angle_has_its_own_starts() -> None:
-    data = free_motion(load("dip"), seeds=[0], starts=4, steps=1)
+    data = free_motion(load("dip"), seeds=[0], initial_angles=4, steps=1)
     assert len(np.unique(data.q[0], axis=0)) == 16
 
 
 def test_whole_trajectories_are_split_by_seed() -> None:
-    data = free_motion(load("sip"), seeds=[0, 1], starts=20, steps=5)
+    data = free_motion(load("sip"), seeds=[0, 1], initial_angles=20, steps=5)
     assert data.n_train == 80
     assert set(data.train.episode).isdisjoint(data.test.episode)
     held_out = [set(data.test.q[member, ::5, 1]) for member in range(2)]
@@ -59,7 +59,14 @@ def test_damped_systems_are_refused() -> None:
 
 @pytest.mark.parametrize(
     ("argument", "value"),
-    [("starts", 0), ("steps", -1), ("time_step", 0.0), ("seeds", []), ("train_fraction", 0.0), ("starts", 1)],
+    [
+        ("initial_angles", 0),
+        ("steps", -1),
+        ("time_step", 0.0),
+        ("seeds", []),
+        ("train_fraction", 0.0),
+        ("initial_angles", 1),
+    ],
 )
 def test_what_is_out_of_range_is_named(argument: str, value: object) -> None:
     with pytest.raises(UserError, match=argument):

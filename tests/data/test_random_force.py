@@ -130,7 +130,7 @@ def test_differenced_labels_are_the_mean_acceleration_over_the_step() -> None:
 
 
 def test_shared_data_is_that_of_the_first_seed() -> None:
-    shared = random_force(SYSTEM, **SMALL | {"seeds": [5, 6, 7]}, shared=True, tau_noise=0.1)
+    shared = random_force(SYSTEM, **SMALL | {"seeds": [5, 6, 7]}, common=True, tau_noise=0.1)
     alone = random_force(SYSTEM, **SMALL | {"seeds": [5]}, tau_noise=0.1)
     assert shared.members == 3
     for name in ARRAYS:

@@ -31,7 +31,7 @@ def forced(dip):
 
 @pytest.fixture(scope="module")
 def free(dip):
-    return free_motion(dip, seeds=[0], starts=10)
+    return free_motion(dip, seeds=[0], initial_angles=10)
 
 
 def _examined(basis, *tasks):
@@ -97,13 +97,13 @@ def test_without_its_energy_the_scale_of_the_lagrangian_is_open_too(free):
 
 @pytest.mark.parametrize(("starts", "grid"), [(10, "diagonal"), (40, "diagonal"), (25, "product")])
 def test_the_reading_of_the_grid_does_not_matter(starts, grid, dip):
-    found = _examined(fxf, (free_motion(dip, seeds=[0], starts=starts, grid=grid), WITH_ENERGY))
+    found = _examined(fxf, (free_motion(dip, seeds=[0], initial_angles=starts, grid=grid), WITH_ENERGY))
     assert found.rank == 27 and CART_MOMENTUM in found.words
 
 
 @pytest.mark.slow
 def test_nor_does_the_full_grid(dip):
-    found = _examined(fxf, (free_motion(dip, seeds=[0], starts=100), WITH_ENERGY))
+    found = _examined(fxf, (free_motion(dip, seeds=[0], initial_angles=100), WITH_ENERGY))
     assert found.rank == 27 and CART_MOMENTUM in found.words
 
 
@@ -124,7 +124,7 @@ def test_forces_leave_every_gauge_term(forced):
 
 def test_the_single_pendulum():
     sip = load("sip")
-    data, free = random_force(sip, seeds=[0], samples=400), free_motion(sip, seeds=[0], starts=20)
+    data, free = random_force(sip, seeds=[0], samples=400), free_motion(sip, seeds=[0], initial_angles=20)
     assert _examined(t1, (data, TAU)).rank == 4
     assert _examined(t1, (free, WITH_ENERGY)).rank == 4
     energy_alone = _examined(t1, (free, Objective(None, energy_weight=1.0)))

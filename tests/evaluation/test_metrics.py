@@ -190,7 +190,7 @@ def test_without_the_true_system_only_equations_are_judged(exact, data):
 
 
 def test_the_momentum_transform_is_compared_with_the_model_and_with_the_truth(data, system):
-    model = Lagrangian(t2, 2, hidden=(4,), transform_hidden=(2,))
+    model = Lagrangian(t2, 2, hidden=(4,), momentum_hidden=(2,))
     parameters = torch.from_numpy(model.initial([np.random.default_rng(k) for k in range(2)]))
     metrics = _metrics(model, parameters, data.test, system)
     parameters[:, model.transform_slice] = 0  # p_tran = 0 then

@@ -60,7 +60,7 @@ def data(system):
 
 @pytest.fixture(scope="session")
 def free(system):
-    return free_motion(system, seeds=[0, 1, 2], starts=7, steps=3)
+    return free_motion(system, seeds=[0, 1, 2], initial_angles=7, steps=3)
 
 
 @pytest.fixture

@@ -28,7 +28,7 @@ CPU = torch.device("cpu")
 MODELS = {
     "basis": lambda: Lagrangian(t1, 2),
     "network": lambda: Lagrangian(t2, 2, hidden=(6,)),
-    "momentum transform": lambda: Lagrangian(t2, 2, hidden=(5, 4), transform_hidden=(3,)),
+    "momentum transform": lambda: Lagrangian(t2, 2, hidden=(5, 4), momentum_hidden=(3,)),
     "friction": lambda: Damped(Lagrangian(t2, 2, hidden=(6,)), "diagonal"),
     "structured": lambda: Structured(2, np.array([0.7, 3.0]), hidden=(5,)),
     "black box": lambda: BlackBox(2, hidden=(6,)),

@@ -12,7 +12,7 @@ from repro.models.bases import t2
 from repro.models.lagrangian import Lagrangian
 
 OPTIMISERS = {
-    "levenberg_marquardt": LevenbergMarquardt(iterations=12, samples=100, starts=2, scouting=4),
+    "levenberg_marquardt": LevenbergMarquardt(iterations=12, samples=100, restarts=2, trial_iterations=4),
     "lbfgs": LBFGS(iterations=12, samples=100),
 }
 

@@ -92,13 +92,13 @@ def test_what_the_data_do_not_show_stays_at_the_start_if_asked(make_problem, dat
     problem = make_problem(Lagrangian(TWICE, 2), data)
     start = torch.tensor([[3.0, 0.0, 0.0, -2.0, 0.0]] * 3, dtype=torch.float64)
     near, zero = (
-        LeastSquares(nearest_to=place).fit(problem, start, silent, NoCheckpoint()).parameters.numpy()
+        LeastSquares(regularise_towards=place).fit(problem, start, silent, NoCheckpoint()).parameters.numpy()
         for place in ("start", "zero")
     )
     np.testing.assert_allclose(near[:, 0] + 3 * near[:, 3], true_t1[0], atol=1e-12)
     np.testing.assert_allclose(near[:, 0] - 3 * near[:, 3], 3 + 6, atol=1e-12)
     np.testing.assert_allclose(zero[:, 0] - 3 * zero[:, 3], 0, atol=1e-12)
-    assert LeastSquares().continued() == LeastSquares(nearest_to="start")
+    assert LeastSquares().continued() == LeastSquares(regularise_towards="start")
 
 
 def test_a_direction_below_the_cutoff_is_not_followed():

@@ -17,7 +17,7 @@ from repro.models.structured import Structured
 
 
 def test_with_little_damping_a_linear_problem_takes_a_few_steps(t1_problem, start, true_t1):
-    optimiser = LevenbergMarquardt(iterations=6, samples=None, damping=1e-3, decrease=10)
+    optimiser = LevenbergMarquardt(iterations=6, samples=None, damping=1e-3, damping_decrease=10)
     fitted = optimiser.fit(t1_problem, start(t1_problem.model), silent, NoCheckpoint())
     np.testing.assert_allclose(fitted.parameters.numpy(), np.tile(true_t1, (3, 1)), rtol=1e-9)
 
@@ -32,7 +32,7 @@ def test_the_best_of_several_starts_goes_on(make_problem, data, start):
         for candidate in (first, *map(torch.from_numpy, others))
     ]
     assert np.ptp(tries, axis=0).min() > 0
-    scouted = LevenbergMarquardt(iterations=0, samples=None, starts=4, scouting=5)
+    scouted = LevenbergMarquardt(iterations=0, samples=None, restarts=4, trial_iterations=5)
     best = scouted.fit(problem, first, silent, NoCheckpoint()).curves[-1][2]
     np.testing.assert_array_equal(best, np.min(tries, axis=0))
 
@@ -40,13 +40,15 @@ def test_the_best_of_several_starts_goes_on(make_problem, data, start):
 def test_a_start_that_is_not_finite_is_passed_over(make_problem, data, start):
     problem = make_problem(Lagrangian(t2, 2, hidden=(4,)), data)
     broken = torch.full((3, problem.model.n_parameters), 1e308, dtype=torch.float64)
-    fitted = LevenbergMarquardt(iterations=2, starts=2, scouting=1).fit(problem, broken, silent, NoCheckpoint())
+    fitted = LevenbergMarquardt(iterations=2, restarts=2, trial_iterations=1).fit(
+        problem, broken, silent, NoCheckpoint()
+    )
     assert fitted.status == ["ok"] * 3
     assert fitted.parameters.abs().max() < 1e3
 
 
 def test_a_later_phase_does_not_look_for_another_start():
-    assert LevenbergMarquardt(starts=8).continued() == LevenbergMarquardt(starts=1)
+    assert LevenbergMarquardt(restarts=8).continued() == LevenbergMarquardt(restarts=1)
 
 
 def test_it_stops_where_nothing_is_gained(t1_problem, true_t1):
@@ -71,19 +73,19 @@ def _test_error(model, data, system, optimiser):
 
 def test_the_papers_network_reaches_a_tenth_of_the_papers_error(episodes, system):
     """1x10 on T2; the paper's Adam reports MAE_tau 0.26."""
-    optimiser = LevenbergMarquardt(iterations=150, samples=1000, starts=8, scouting=30)
+    optimiser = LevenbergMarquardt(iterations=150, samples=1000, restarts=8, trial_iterations=30)
     errors = _test_error(Lagrangian(t2, 2, hidden=(10,)), episodes, system, optimiser)
     assert np.all(errors < 0.02)
 
 
 def test_a_model_that_contains_the_truth_finds_it(episodes, system):
     model = Structured(2, np.array([0.9, 5.0]), hidden=(8,))
-    errors = _test_error(model, episodes, system, LevenbergMarquardt(iterations=80, samples=500, decrease=10))
+    errors = _test_error(model, episodes, system, LevenbergMarquardt(iterations=80, samples=500, damping_decrease=10))
     assert np.all(errors < 1e-5)
 
 
 def test_t1_is_the_case_where_it_is_gauss_newton(episodes, system):
-    errors = _test_error(Lagrangian(t1, 2), episodes, system, LevenbergMarquardt(iterations=20, decrease=10))
+    errors = _test_error(Lagrangian(t1, 2), episodes, system, LevenbergMarquardt(iterations=20, damping_decrease=10))
     assert np.all(errors < 1e-9)
 
 
@@ -94,7 +96,7 @@ def test_every_start_has_the_weights_that_a_model_brings_along(make_problem, dat
     rest = Structured(2, np.array([0.9, 5.0]), hidden=(2,))
     model = Interconnection([Joined(Lagrangian(t1, 2), lambda q: q), Joined(rest, lambda q: q)], 2, given)
     start = torch.from_numpy(model.initial([np.random.default_rng(seed) for seed in range(3)]))
-    optimiser = LevenbergMarquardt(iterations=3, starts=3, scouting=2)
+    optimiser = LevenbergMarquardt(iterations=3, restarts=3, trial_iterations=2)
     fitted = optimiser.fit(make_problem(model, data), start, silent, NoCheckpoint())
     np.testing.assert_array_equal(fitted.parameters[:, :4], given)
     assert (fitted.parameters[:, 4:] != start[:, 4:]).any(1).all()

@@ -31,7 +31,7 @@ MODELS = {
     "raw": lambda: Lagrangian(raw, 2, hidden=(25, 3)),
     "structured": lambda: Structured(2, np.array([0.9, 5.0]), hidden=(2,)),
     "structured deep": lambda: Structured(2, np.array([0.9, 5.0]), hidden=(3, 9), activation="softplus", skip=False),
-    "transformed": lambda: Lagrangian(t1, 2, transform_hidden=(2,)),
+    "transformed": lambda: Lagrangian(t1, 2, momentum_hidden=(2,)),
     "blackbox": lambda: BlackBox(2, hidden=(3,)),
 }
 INVERSE, FORWARD = Objective("inverse"), Objective("forward")
@@ -50,7 +50,7 @@ CASES = {
     "structured forward": ("structured", [FORWARD]),
     "structured deep, joint": ("structured deep", [INVERSE, Objective("inverse", energy_weight=0.4)]),
     "structured deep, energy as sum": ("structured deep", [ANCHOR]),
-    "momentum transform": ("transformed", [Objective("inverse", transform_weight=0.3)]),
+    "momentum transform": ("transformed", [Objective("inverse", momentum_weight=0.3)]),
     "black box": ("blackbox", [FORWARD]),
     "energy as sum, alone": ("t2", [ANCHOR]),
     "joint with the Legendre energy": ("t2", [INVERSE, Objective("inverse", energy_weight=0.4)]),

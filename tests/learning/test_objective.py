@@ -62,8 +62,8 @@ def test_energy_rows_ask_for_the_legendre_transform_or_the_printed_sum(free, sta
 
 
 def test_rows_come_in_order_with_the_roots_of_their_weights(free, start):
-    model = Lagrangian(t2, 2, hidden=(4,), transform_hidden=(2,))
-    task = make_task(model, free.train, Objective("inverse", transform_weight=9.0, energy_weight=0.25))
+    model = Lagrangian(t2, 2, hidden=(4,), momentum_hidden=(2,))
+    task = make_task(model, free.train, Objective("inverse", momentum_weight=9.0, energy_weight=0.25))
     terms = model.evaluate(start(model), task.prepared)
     rows = task.objective.rows(terms, task.measured)
     assert rows.shape[-1] == 2 + 2 + 1

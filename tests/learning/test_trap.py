@@ -44,7 +44,7 @@ def test_a_network_for_the_cholesky_factor_ends_in_the_trap(double_pendulum):
 def test_a_wide_scaled_factor_weights_and_levenberg_marquardt_escape_it(double_pendulum):
     _, data = double_pendulum
     model = Structured(3, data.train.qd.reshape(-1, 3).std(axis=0), hidden=(8,))
-    optimiser = LevenbergMarquardt(iterations=60, samples=None, starts=2, scouting=20)
+    optimiser = LevenbergMarquardt(iterations=60, samples=None, restarts=2, trial_iterations=20)
     metrics = _metrics(double_pendulum, model, optimiser, 20.0)
     np.testing.assert_array_equal(metrics["trapped"], 0)
     assert np.all(metrics["mae_tau"] < 0.01)

@@ -139,7 +139,7 @@ def test_energies_of_rods_are_integrals_over_their_lengths(system: System) -> No
 def test_the_pendulum_of_one_and_two_links_is_the_single_and_the_double_one(n: int, name: str, frame: str) -> None:
     damping = [0.3, 0.01, 0.005][: n + 1]
     chain, known = (load(*which, damping_frame=frame, damping=damping, **more) for which, more in (
-        (("pendulum",), {"n": n}), ((name,), {}),
+        (("cart_rods",), {"n": n}), ((name,), {}),
     ))  # fmt: skip
     q, qd = states(known)
     qdd = np.random.default_rng(3).uniform(-30, 30, q.shape)
@@ -180,7 +180,7 @@ def test_the_printed_energies_of_the_double_pendulum_break_the_energy_balance() 
 
 @pytest.mark.parametrize("n", [2, 5, 8])
 def test_energy_balance_of_chains_at_every_step(n: int) -> None:
-    system = load("pendulum", n=n)
+    system = load("cart_rods", n=n)
     random = np.random.default_rng(n)
     start = np.concatenate([random.uniform(-3, 3, (4, n + 1)), random.uniform(-1, 1, (4, n + 1))], axis=1)
     force = random.uniform(-4, 4, (4, 100, 1)) * system.input_map[:, 0]
@@ -253,7 +253,7 @@ def test_relative_damping_sees_the_rates_between_links() -> None:
         ({"name": "sip", "damping": [0.1, math.nan]}, "2 non-negative"),
         ({"name": "sip", "M1": 0.1}, "m1"),
         ({"name": "sip", "m1": 0.0}, "m1 = 0.0 of sip: must be a positive number"),
-        ({"name": "pendulum", "n": 9}, "1 to 8 links"),
+        ({"name": "cart_rods", "n": 9}, "1 to 8 links"),
     ],
 )
 def test_what_is_not_allowed_is_said(arguments: dict, message: str) -> None:

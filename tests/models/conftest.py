@@ -18,7 +18,7 @@ LAGRANGIANS = {
     "library": lambda: Lagrangian(library, N_Q),
     "t2": lambda: Lagrangian(t2, N_Q, hidden=(7,)),
     "t2 deep": lambda: Lagrangian(t2, N_Q, hidden=(6, 5), activation="tanh"),
-    "t2 with momentum transform": lambda: Lagrangian(t2, N_Q, hidden=(4,), transform_hidden=(3,)),
+    "t2 with momentum transform": lambda: Lagrangian(t2, N_Q, hidden=(4,), momentum_hidden=(3,)),
     "raw": lambda: Lagrangian(raw, N_Q, hidden=(5,)),
     "engineered": lambda: Lagrangian(engineered, N_Q, hidden=(5,)),
     "structured": lambda: Structured(N_Q, np.array([0.9, 5.0]), hidden=(6,)),
@@ -41,7 +41,7 @@ FREE = {
     "port-Hamiltonian of free J": lambda: _port("free", "state"),
     "port-Hamiltonian of free J and R": lambda: _port("full", "state"),
     "port-Hamiltonian with a momentum of its own": lambda: PortHamiltonian(
-        Lagrangian(t2, N_Q, hidden=(3,)), np.array([0.9, 5.0]), hidden=(2,), transform_hidden=(3,)
+        Lagrangian(t2, N_Q, hidden=(3,)), np.array([0.9, 5.0]), hidden=(2,), momentum_hidden=(3,)
     ),
 }
 MODELS = LAGRANGIANS | FREE | {"blackbox": lambda: BlackBox(N_Q, hidden=(6, 5))}

@@ -85,7 +85,7 @@ def test_forward_dynamics_and_their_gradients_agree_with_the_hessian(n_q):
 
 @pytest.mark.parametrize("links", [1, 3])
 def test_the_true_pendulum_is_recovered_from_its_lagrangian(links):
-    system = load("pendulum", n=links)
+    system = load("cart_rods", n=links)
     q, qd, qdd, _ = motion(system.n_q)
     dynamics = dynamics_of(system)
 

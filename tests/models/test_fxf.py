@@ -29,7 +29,7 @@ def test_the_factors_of_the_double_pendulum_are_those_of_the_paper():
     np.testing.assert_array_equal([*fxf.factors(q, qd, np).values()], printed)
 
 
-@pytest.mark.parametrize("system", [load("dip"), load("sip"), load("sip_rod"), load("pendulum", n=4)])
+@pytest.mark.parametrize("system", [load("dip"), load("sip"), load("sip_rod"), load("cart_rods", n=4)])
 def test_the_true_lagrangian_is_in_its_span(system):
     assert true_coefficients(Lagrangian(fxf, system.n_q), system) is not None
 

@@ -19,7 +19,7 @@ from repro.models.structured import Structured
 SYSTEMS = {
     "one link": lambda: load("sip_rod"),
     "two links": lambda: load("dip"),
-    "three links": lambda: load("pendulum", n=3),
+    "three links": lambda: load("cart_rods", n=3),
 }
 KINDS = {
     "wide": {"hidden": (8,)},

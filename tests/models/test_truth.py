@@ -16,7 +16,7 @@ SYSTEMS = [
     ("sip", "printed"),
     ("sip_rod", "physical"),
     ("dip", "physical"),
-    ("pendulum", "physical"),
+    ("cart_rods", "physical"),
 ]
 
 

@@ -23,9 +23,9 @@ BASE_CARD: Mapping[str, Any] = {
     "hidden": "10",
     "objective": "inverse",
     "optimiser": "adam",
-    "sequence": "d_only",
+    "sequence": "main",
     "grid": None,
-    "free_epochs": None,
+    "pretraining_epochs": None,
     "reset": "start",
     "tau_noise": 0.0,
     "qdd_noise": 0.0,
@@ -34,8 +34,8 @@ BASE_CARD: Mapping[str, Any] = {
     "episode_steps": 1000,
     "energies": "raw",
     "energy_form": "legendre",
-    "transform_weight": 0.0,
-    "transform_hidden": "",
+    "momentum_weight": 0.0,
+    "momentum_hidden": "",
     "curriculum": None,
     "epochs": 5000,
     "literal": True,
@@ -236,11 +236,11 @@ def fill_double_pendulum(store: SyntheticStore, rng: np.random.Generator) -> Non
     place = {"system": "dip", "basis": "fxf", "literal": False, "hidden": ""}
     for experiment in ("dip_identifiability", "dip_pretraining", "dip_neural"):
         store.anchors(experiment, trivial={"mae_tau": 0.66}, degenerate={"mae_tau": 0.08}, **place)
-    unseen = {"d_only": ["a", "b"], "d_h_only": ["a", "b", "(xd + 0.15 c)^2"], "joint": ["a", "b"]}
+    unseen = {"main": ["a", "b"], "pretrain_only": ["a", "b", "(xd + 0.15 c)^2"], "joint": ["a", "b"]}
     for sequence, words in unseen.items():
         seen = 30 - len(words)
         metrics = {"rank": [seen] * 5, "condition_raw": [2e3] * 5, "condition_scaled": [50.0] * 5}
-        grid = None if sequence == "d_only" else "product of 30"
+        grid = None if sequence == "main" else "product of 30"
         card = {**place, "optimiser": "least_squares", "sequence": sequence, "grid": grid, "tau_noise": 0.01}
         values = singular_values(seen, words)
         store.run("dip_identifiability", learned(rng, 1e-9) | metrics, identifiability=values, **card)
@@ -251,10 +251,10 @@ def fill_double_pendulum(store: SyntheticStore, rng: np.random.Generator) -> Non
         for optimiser, tau in (("adam_l1", 0.5), ("adam_cosine_l1", 0.004)):
             card = {**place, "regime": regime, "optimiser": optimiser, "seeds": list(range(8))}
             first = learned(rng, tau, 8) | {"mae_H_sum@free": errors(rng, 5e-4, 8)}
-            pretrained = {"sequence": "d_h_then_d", "grid": "product of 100", "free_epochs": 300, "epochs": 1000}
+            pretrained = {"sequence": "pretrain", "grid": "product of 100", "pretraining_epochs": 300, "epochs": 1000}
             curves = learning_curve(rng, tau, 8)
             store.run("dip_pretraining", first, curves=curves, **card, **pretrained)
-            alone = {"sequence": "d_only", "epochs": 1300}
+            alone = {"sequence": "main", "epochs": 1300}
             store.run("dip_pretraining", learned(rng, 10 * tau, 8), curves=learning_curve(rng, tau, 8), **card, **alone)
     store.run("dip_neural", learned(rng, 0.1) | {"trapped": [0, 0, 1, 0, 0]}, **{**place, "model": "structured"})
 
@@ -383,10 +383,10 @@ def fill(store: SyntheticStore) -> None:
     ):
         card = {"optimiser": optimiser, "curriculum": curriculum, "literal": False}
         store.run("sip_optimisers", learned(rng, tau), curves=learning_curve(rng, tau), **card)
-    for sequence in ("d_only", "anchor", "d_h_only", "d_h_then_d", "joint"):
+    for sequence in ("main", "anchor", "pretrain_only", "pretrain", "joint"):
         form = "legendre" if sequence == "joint" else "sum"
         store.run("sip_energies", learned(rng, 0.02), sequence=sequence, energy_form=form, literal=False)
-    transform = {"transform_weight": 1.0, "transform_hidden": "2x32", "literal": False}
+    transform = {"momentum_weight": 1.0, "momentum_hidden": "2x32", "literal": False}
     store.run("sip_energies", learned(rng, 1e-3), **transform)
     store.run("sip_energies", learned(rng, 1e-4), energies="canonical", literal=False)
     support = {"support_exact": [1, 1, 1, 1, 0], "false_terms": [0, 0, 0, 0, 2], "coefficient_error": errors(rng, 1e-4)}

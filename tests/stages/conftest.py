@@ -36,16 +36,16 @@ def data(system):
 
 @pytest.fixture(scope="session")
 def free(system):
-    return free_motion(system, seeds=[3, 8], starts=12, steps=10)
+    return free_motion(system, seeds=[3, 8], initial_angles=12, steps=10)
 
 
 @pytest.fixture
 def recipe():
     """recipe(kind of sequence, changed settings of the objective or the sequence)."""
 
-    def make(kind="d_only", **changes):
-        objective = {"kind": "inverse", "transform_weight": 0.0, "error_scale": None} | dict.fromkeys(L1, 0.0)
-        objective |= {"finish": 0.0, "passivity_states": 0}
+    def make(kind="main", **changes):
+        objective = {"kind": "inverse", "momentum_weight": 0.0, "error_scale": None} | dict.fromkeys(L1, 0.0)
+        objective |= {"equal_weight_share": 0.0, "passivity_states": 0}
         sequence = {"kind": kind, "energy_weight": 1.0, "energy_form": "legendre"}
         for name, value in changes.items():
             (objective if name in objective else sequence)[name] = value

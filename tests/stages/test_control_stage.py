@@ -29,7 +29,7 @@ def data():
     return random_force(
         load("sip"), seeds=[0, 1], regime="episodes", episode_steps=50, samples=200, train_fraction=0.8, time_step=0.04,
         force_limit=4.0, start="upright", reset="random", labels="exact", tau_noise=0.0, qdd_noise=0.0, q_noise=0.0,
-        qd_noise=0.0, shared=False,
+        qd_noise=0.0, common=False,
     )  # fmt: skip
 
 
@@ -59,7 +59,7 @@ def test_a_hanging_start_is_driven_by_every_member_to_every_place():
 
 
 def test_random_starts_go_to_the_members_in_turn():
-    plan = control.Plan({}, options("task", "random", starts=5), 50, False)
+    plan = control.Plan({}, options("task", "random", initial_states=5), 50, False)
     pairs = plan.starts(load("dip"), 2)
     assert [(start.name, member) for start, member in pairs] == [(f"random {k}", k % 2) for k in range(5)]
 

@@ -19,7 +19,7 @@ def test_forced_and_free_motion_are_written_as_made(tmp_path, system):
     assert (summary["members"], summary["samples"], summary["n_train"]) == (1, 30, 24)
     expected = random_force(system, seeds=[4], samples=30, episode_steps=10, tau_noise=0.1)
     np.testing.assert_array_equal(Dataset.load(tmp_path).tau, expected.tau)
-    make_free(tmp_path, system, [4], {"starts": 5, "steps": 3, "time_step": 0.02})
+    make_free(tmp_path, system, [4], {"initial_angles": 5, "steps": 3, "time_step": 0.02})
     stored = Dataset.load(tmp_path)
     assert stored.energy.shape == (1, 15) and stored.time_step == 0.02
 

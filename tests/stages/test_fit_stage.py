@@ -42,7 +42,7 @@ def test_each_member_starts_from_its_own_seed(recipe, data, system):
 
 
 def test_pretraining_on_known_energies_comes_first(recipe, data, free, system):
-    fitted, names = _fit(recipe("d_h_then_d"), [data], free, system)
+    fitted, names = _fit(recipe("pretrain"), [data], free, system)
     assert names == ["D_H", "D"]
     alone, _ = _fit(recipe(), [data], None, system)
     assert not torch.equal(fitted.parameters, alone.parameters)
@@ -50,7 +50,7 @@ def test_pretraining_on_known_energies_comes_first(recipe, data, free, system):
 
 
 @pytest.mark.parametrize("form", ["legendre", "sum"])
-@pytest.mark.parametrize("kind", ["d_h_only", "joint"])
+@pytest.mark.parametrize("kind", ["pretrain_only", "joint"])
 def test_known_energies_are_learned_where_they_are_asked_for(kind, form, recipe, data, free, system):
     optimiser = LevenbergMarquardt(iterations=60, samples=None)
     asked, names = _fit(recipe(kind, energy_form=form, energy_weight=100.0), [data], free, system, optimiser)
@@ -67,7 +67,7 @@ def test_an_anchor_fixes_the_energy_of_the_upright_rest(convention, recipe):
     system = load("sip", convention)
     data = random_force(system, seeds=[3, 8], samples=300, episode_steps=100)
     optimiser = LevenbergMarquardt(iterations=40, samples=None)
-    anchored, _ = _fit(recipe("anchor", energy_weight=10.0), [data], None, system, optimiser)
+    anchored, _ = _fit(recipe("anchored", energy_weight=10.0), [data], None, system, optimiser)
     free, _ = _fit(recipe(), [data], None, system, optimiser)
     q = np.broadcast_to(system.upright, (2, 1, 2)).copy()
     zero = np.zeros_like(q)
@@ -81,19 +81,19 @@ def test_an_anchor_fixes_the_energy_of_the_upright_rest(convention, recipe):
 
 def test_a_curriculum_goes_through_its_stages(recipe, data, free, system):
     earlier = random_force(system, seeds=[3, 8], samples=100, episode_steps=20)
-    fitted, names = _fit(recipe("d_h_then_d"), [earlier, data], free, system)
+    fitted, names = _fit(recipe("pretrain"), [earlier, data], free, system)
     assert names == ["D_H", "D, stage 1", "D"]
-    direct, _ = _fit(recipe("d_h_then_d"), [data], free, system)
+    direct, _ = _fit(recipe("pretrain"), [data], free, system)
     assert not torch.equal(fitted.parameters, direct.parameters)
 
 
 def test_a_fit_may_end_with_equal_weights(recipe, data, free, system):
     """The last phase has every task of the one before, takes its share of the iterations, and lowers its own loss."""
     weighted, _ = _fit(recipe("joint", error_scale=5.0), [data], free, system)
-    finished, names = _fit(recipe("joint", error_scale=5.0, finish=0.25), [data], free, system)
+    finished, names = _fit(recipe("joint", error_scale=5.0, equal_weight_share=0.25), [data], free, system)
     assert names == ["D and D_H", "equal weights"]
     assert finished.notes == {"epochs": 25}
-    (_, last) = phases_of(MODEL, recipe("joint", error_scale=5.0, finish=0.25), [data], free, system)
+    (_, last) = phases_of(MODEL, recipe("joint", error_scale=5.0, equal_weight_share=0.25), [data], free, system)
     assert len(last.problem.tasks) == 2
     losses = [last.problem.loss(fitted.parameters) for fitted in (weighted, finished)]
     assert torch.all(losses[1] < losses[0])
@@ -157,15 +157,15 @@ def test_least_squares_through_the_stage_is_exact(recipe, data, free, system):
     np.testing.assert_allclose(fitted.parameters, [[0.4, 0.025, 0.1, 0.98]] * 2, atol=1e-9)
 
 
-@pytest.mark.parametrize(("kind", "expected"), [("d_h_then_d", 3 + 4), ("d_h_only", 3)])
+@pytest.mark.parametrize(("kind", "expected"), [("pretrain", 3 + 4), ("pretrain_only", 3)])
 def test_the_pretraining_may_have_its_own_epochs(kind, expected, recipe, data, free, system):
-    fitted, _ = _fit(recipe(kind, free_epochs=3), [data], free, system, Adam(epochs=4))
+    fitted, _ = _fit(recipe(kind, pretraining_epochs=3), [data], free, system, Adam(epochs=4))
     assert fitted.curves[-1][0] == expected
 
 
 def test_epochs_do_not_concern_those_who_do_not_count_in_them(recipe, data, free, system):
     with_epochs, without = (
-        _fit(recipe("d_h_then_d", free_epochs=epochs), [data], free, system)[0].parameters for epochs in (3, None)
+        _fit(recipe("pretrain", pretraining_epochs=epochs), [data], free, system)[0].parameters for epochs in (3, None)
     )
     assert torch.equal(with_epochs, without)
 
@@ -175,7 +175,7 @@ def test_in_closed_form_a_later_phase_keeps_what_it_does_not_see(recipe, data, f
     from repro.models.bases import fxf_gauge
 
     model = Lagrangian(fxf_gauge, 2)
-    for kind, largest in {"d_h_then_d": (0, 1e-6), "d_only": (0.3, 2)}.items():
+    for kind, largest in {"pretrain": (0, 1e-6), "main": (0.3, 2)}.items():
         fitted, _ = _fit(recipe(kind, energy_form="sum"), [data], free, system, LeastSquares(), model)
         said = predict(model, fitted.parameters, free.q, free.qd, free.qdd, free.tau)
         error = np.abs(said.kinetic + said.potential - free.energy).mean(1)

@@ -13,7 +13,7 @@ from repro.pipeline.stages.fit import phases_of
 @pytest.fixture
 def examined(recipe, data, free, system):
     model = Lagrangian(t1, 2)
-    return examine(model, phases_of(model, recipe("d_h_then_d"), [data], free, system))
+    return examine(model, phases_of(model, recipe("pretrain"), [data], free, system))
 
 
 def test_each_phase_and_member_is_examined(examined):
@@ -39,7 +39,7 @@ def test_unseen_directions_are_kept_in_words(tmp_path, recipe, data, free, syste
     from repro.models.bases import fxf
 
     model = Lagrangian(fxf, 2)
-    found = examine(model, phases_of(model, recipe("d_h_only"), [data], free, system))
+    found = examine(model, phases_of(model, recipe("pretrain_only"), [data], free, system))
     keep(tmp_path, found, [3, 8])
     table = pd.read_parquet(tmp_path / FILE)
     words = table[(table["member"] == 3) & (table["direction"] != "")]

@@ -75,7 +75,7 @@ def random_case(n_q: int, hidden: Sequence[int], samples: int) -> Case:
     q, qd, qdd, tau = np.random.default_rng(0).normal(size=(4, 1, samples, n_q))
     dataset = Dataset(
         q=q, qd=qd, qdd=qdd, tau=tau, time=np.arange(samples, dtype=float), episode=np.zeros(samples, dtype=int),
-        n_train=samples, coordinates=load("pendulum", n=max(1, n_q - 1)).coordinates[:n_q], time_step=1.0,
+        n_train=samples, coordinates=load("cart_rods", n=max(1, n_q - 1)).coordinates[:n_q], time_step=1.0,
     )  # fmt: skip
     return _started(Lagrangian(raw, n_q, hidden=hidden), dataset)
 

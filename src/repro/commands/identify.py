@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from repro.evaluation.identifiability import Identifiability
 
 EXAMPLES = """examples:
-  repro identify system=dip basis=fxf sequence=d_h_only        what force-free motion with known energy leaves open
+  repro identify system=dip basis=fxf sequence=pretrain_only        what force-free motion with known energy leaves open
   repro identify system=dip basis=fxf_gauge sequence=joint sequence.energy_form=sum
   repro identify basis=library data.episode_steps=100
   repro identify basis=t1 data=file data.path=my.csv           of one's own recording

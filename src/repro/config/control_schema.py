@@ -32,16 +32,16 @@ class Predictive(Section):
     kind: Literal["mpc"]
     intervals: Count
     time_step: Positive
-    later_intervals: Annotated[int, Field(ge=0)]
-    later_step: Positive
-    running: NodeWeights
-    terminal: NodeWeights
+    coarse_intervals: Annotated[int, Field(ge=0)]
+    coarse_step: Positive
+    stage_cost: NodeWeights
+    terminal_cost: NodeWeights
     angle_error: Literal["cosine", "square"]
     force_limit: Positive
     speed_limit: Positive | None
-    margin: Positive
-    hard: bool
-    penalty: Positive
+    clearance_radii: Positive
+    obstacle_constraint: bool
+    obstacle_weight: Positive
     midpoints: bool
     discretisation: Literal["shooting", "collocation"]
     solver: Literal["fatrop", "ipopt"]
@@ -69,7 +69,7 @@ class Task(Section):
 
     name: str
     start: Literal["hanging", "random"]
-    starts: Count
+    initial_states: Count
     start_seed: Annotated[int, Field(ge=0)]
     x_des: Annotated[list[float], Field(min_length=1)]
     seconds: Annotated[float, Field(ge=2, le=1000)]

@@ -11,6 +11,7 @@ import yaml
 
 from repro.config.error_lines import meant
 from repro.config.places import CONF, EXPERIMENTS
+from repro.config.renamed_keys import refuse_renamed
 from repro.errors import UserError
 
 EXPERIMENT = "+experiments@_global_="  # how Hydra spells experiment=
@@ -117,6 +118,7 @@ def check(overrides: Sequence[str]) -> None:
     top = sorted({*groups, "chain", "device", "seeds", "record", "whole_chain", "hydra", "experiment"})
     seen: dict[str, str] = {}
     for override in overrides:
+        refuse_renamed(override)
         key, _, value = override.lstrip("+~").partition("=")
         if key in seen:
             raise UserError(f"{key} is given twice: {seen[key]} and {override}; give it once")

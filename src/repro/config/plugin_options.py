@@ -17,7 +17,7 @@ from repro.errors import UserError
 if TYPE_CHECKING:
     from repro.learning.optimiser import Optimiser
 
-COUNTS = ("epochs", "iterations", "batch_size", "samples", "starts", "curve_points")
+COUNTS = ("epochs", "iterations", "batch_size", "samples", "restarts", "curve_points")
 
 
 def model_options(raw: Mapping[str, Any]) -> dict[str, Any]:

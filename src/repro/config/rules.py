@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 ANCHOR_ROWS = ("trivial", "degenerate", "truth")  # nothing is fitted
 ON_A_DEVICE = ("lagrangian", "structured", "blackbox")  # computed by torch from end to end
-FREE_MOTION = ("d_h_only", "d_h_then_d", "joint")
+FREE_MOTION = ("pretrain_only", "pretrain", "joint")
 BASES = "repro.models.bases"
 
 
@@ -75,8 +75,8 @@ def _closed_form(config: Config) -> Iterator[str]:
         yield f"optimiser = {name}: needs model=lagrangian and a linear basis ({suited}), not {kind}, {basis}"
     if objective.kind != "inverse":
         yield f"optimiser = {name}: is linear in tau only, so it needs objective=inverse, not {objective.kind}"
-    if objective.transform_weight:
-        yield f"objective.transform_weight = {objective.transform_weight}: optimiser={name} fits linear terms only"
+    if objective.momentum_weight:
+        yield f"objective.momentum_weight = {objective.momentum_weight}: optimiser={name} fits linear terms only"
 
 
 def _black_box(config: Config) -> Iterator[str]:
@@ -84,10 +84,10 @@ def _black_box(config: Config) -> Iterator[str]:
         return
     if config.objective.kind == "inverse":
         yield "objective.kind = 'inverse': model=blackbox predicts accelerations only; use objective=forward"
-    if config.sequence.kind != "d_only":
-        yield f"sequence.kind = {config.sequence.kind!r}: model=blackbox has no energies; use sequence=d_only"
-    if config.energies.reading != "raw":
-        yield f"energies.reading = {config.energies.reading!r}: model=blackbox has no energies; use energies=raw"
+    if config.sequence.kind != "main":
+        yield f"sequence.kind = {config.sequence.kind!r}: model=blackbox has no energies; use sequence=main"
+    if config.energies.gauge != "raw":
+        yield f"energies.gauge = {config.energies.gauge!r}: model=blackbox has no energies; use energies=raw"
 
 
 def _port(config: Config) -> Iterator[str]:
@@ -96,10 +96,10 @@ def _port(config: Config) -> Iterator[str]:
 
 
 def _momentum_transform(config: Config) -> Iterator[str]:
-    weight, hidden = config.objective.transform_weight, config.model.get("transform_hidden")
+    weight, hidden = config.objective.momentum_weight, config.model.get("momentum_hidden")
     if not _without_fit(config) and bool(weight) != (hidden is not None):
         yield (
-            f"objective.transform_weight = {weight} and model.transform_hidden = {hidden}: "
+            f"objective.momentum_weight = {weight} and model.momentum_hidden = {hidden}: "
             "Omega_tran needs both, or neither"
         )
 
@@ -130,20 +130,23 @@ def _free_motion_keeps_its_energy(config: Config) -> Iterator[str]:
 
 
 def _pretraining_epochs(config: Config) -> Iterator[str]:
-    epochs, kind = config.sequence.free_epochs, config.sequence.kind
+    epochs, kind = config.sequence.pretraining_epochs, config.sequence.kind
     if epochs is None or _without_fit(config):
         return
-    if kind not in ("d_h_only", "d_h_then_d"):
-        yield f"sequence.free_epochs = {epochs}: sequence={kind} has no phase on D_H alone; leave it at null"
+    if kind not in ("pretrain_only", "pretrain"):
+        yield f"sequence.pretraining_epochs = {epochs}: sequence={kind} has no phase on D_H alone; leave it at null"
     if "epochs" not in config.optimiser:
         name = config.optimiser["name"]
-        yield f"sequence.free_epochs = {epochs}: optimiser={name} does not count in epochs; leave it at null"
+        yield f"sequence.pretraining_epochs = {epochs}: optimiser={name} does not count in epochs; leave it at null"
 
 
 def _finish(config: Config) -> Iterator[str]:
-    finish, scale = config.objective.finish, config.objective.error_scale
-    if not _without_fit(config) and finish and scale is None:
-        yield f"objective.finish = {finish}: equal weights at the end need other weights before: objective.error_scale"
+    share, scale = config.objective.equal_weight_share, config.objective.error_scale
+    if not _without_fit(config) and share and scale is None:
+        yield (
+            f"objective.equal_weight_share = {share}: equal weights at the end need other weights before: "
+            "objective.error_scale"
+        )
 
 
 def _triangular_factor(config: Config) -> Iterator[str]:
@@ -169,8 +172,8 @@ def _recording(config: Config) -> Iterator[str]:
         yield f"data.path = {config.data.path!r}: no such file; give a CSV or Parquet file"
     if config.model["kind"] == "degenerate":
         yield "model.kind = 'degenerate': is made from the true system, which data=file does not tell"
-    if config.sequence.kind != "d_only":
-        yield f"sequence.kind = {config.sequence.kind!r}: needs simulated data; data=file goes with sequence=d_only"
+    if config.sequence.kind != "main":
+        yield f"sequence.kind = {config.sequence.kind!r}: needs simulated data; data=file goes with sequence=main"
     if config.curriculum.episodes:
         yield "curriculum.episodes: needs simulated data; data=file goes with curriculum=none"
 

@@ -50,7 +50,7 @@ class RandomForce(Section):
     qdd_noise: NotNegative
     q_noise: NotNegative
     qd_noise: NotNegative
-    shared: bool
+    common: bool
 
 
 class Columns(Section):
@@ -91,30 +91,30 @@ class Objective(Section):
     """The loss (conf/objective)."""
 
     kind: Literal["inverse", "forward", "port"]
-    transform_weight: NotNegative
+    momentum_weight: NotNegative
     l1_kinetic: NotNegative
     l1_potential: NotNegative
     error_scale: Positive | None
-    finish: Annotated[float, Field(ge=0, le=1)]
+    equal_weight_share: Annotated[float, Field(ge=0, le=1)]
     passivity_states: Annotated[int, Field(ge=0)]
 
 
 class Sequence(Section):
     """Which data in which order (conf/sequence)."""
 
-    kind: Literal["d_only", "anchor", "d_h_only", "d_h_then_d", "joint"]
+    kind: Literal["main", "anchored", "pretrain_only", "pretrain", "joint"]
     energy_weight: Positive
     energy_form: Literal["legendre", "sum"]
-    starts: Annotated[int, Field(ge=2)]
+    initial_angles: Annotated[int, Field(ge=2)]
     grid: Literal["product", "diagonal"]
     steps: Annotated[int, Field(ge=1)]
-    free_epochs: Count | None
+    pretraining_epochs: Count | None
 
 
 class Energies(Section):
     """How T and V are read off a fitted model (conf/energies)."""
 
-    reading: Literal["raw", "anchor", "canonical", "canonical_anchor"]
+    gauge: Literal["raw", "anchor", "canonical", "canonical_anchor"]
     horizons: list[Positive]
 
 
@@ -124,7 +124,7 @@ class Scale(Section):
     name: Literal["smoke", "quick", "paper"]
     samples: Annotated[int, Field(ge=10)]
     seeds: Count
-    starts: Annotated[int, Field(ge=2)]
+    initial_angles: Annotated[int, Field(ge=2)]
     epochs: Annotated[float, Field(gt=0, le=1)]
     iterations: Annotated[float, Field(gt=0, le=1)]
     loops: Count
@@ -178,7 +178,11 @@ def scaled(config: Config) -> Config:
     """The same run at its scale: samples capped, epochs and iterations shortened, long motions and chains left out."""
     scale = config.scale
     optimiser = dict(config.optimiser)
-    for key, share in (("epochs", scale.epochs), ("iterations", scale.iterations), ("scouting", scale.iterations)):
+    for key, share in (
+        ("epochs", scale.epochs),
+        ("iterations", scale.iterations),
+        ("trial_iterations", scale.iterations),
+    ):
         if key in optimiser:
             optimiser[key] = max(1, math.ceil(optimiser[key] * share))
     updates: dict[str, Any] = {"optimiser": optimiser}
@@ -189,9 +193,9 @@ def scaled(config: Config) -> Config:
     if isinstance(config.data, RandomForce):
         updates["data"] = config.data.model_copy(update={"samples": min(config.data.samples, scale.samples)})
         shorter = min(config.curriculum.samples, scale.samples)
-        sequence: dict[str, Any] = {"starts": min(config.sequence.starts, scale.starts)}
-        if config.sequence.free_epochs is not None:
-            sequence["free_epochs"] = max(1, math.ceil(config.sequence.free_epochs * scale.epochs))
+        sequence: dict[str, Any] = {"initial_angles": min(config.sequence.initial_angles, scale.initial_angles)}
+        if config.sequence.pretraining_epochs is not None:
+            sequence["pretraining_epochs"] = max(1, math.ceil(config.sequence.pretraining_epochs * scale.epochs))
         updates["sequence"] = config.sequence.model_copy(update=sequence)
         updates["curriculum"] = config.curriculum.model_copy(update={"samples": shorter})
     return config.model_copy(update=updates)

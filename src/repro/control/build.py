@@ -42,9 +42,9 @@ class Setting:
         options = self.options
         early = (options["time_step"],) * options["intervals"]
         return Problem(
-            intervals=early + (options["later_step"],) * options["later_intervals"],
-            running=Weights(**options["running"]),
-            terminal=Weights(**options["terminal"]),
+            intervals=early + (options["coarse_step"],) * options["coarse_intervals"],
+            running=Weights(**options["stage_cost"]),
+            terminal=Weights(**options["terminal_cost"]),
             obstacle=self.obstacle,
             force_limit=options["force_limit"],
             speed_limit=options["speed_limit"],

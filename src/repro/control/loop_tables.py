@@ -20,13 +20,13 @@ def row(loop: ClosedLoop, seed: int, control: Mapping[str, Any], task: Mapping[s
     median, p95, p99 = (float(np.percentile(milliseconds, share)) for share in (50, 95, 99))
     fallbacks = np.array([decision.fallback for decision in loop.decisions])
     length = control.get("intervals", 0) * control["time_step"]
-    length += control.get("later_intervals", 0) * control.get("later_step", 0.0)
+    length += control.get("coarse_intervals", 0) * control.get("coarse_step", 0.0)
     begun = {f"start_{c.name}": value for c, value in zip(loop.plant.coordinates, loop.start.state, strict=False)}
     return {
         "member": seed,
         "controller": control["kind"],
         "setting": control["name"],
-        "intervals": control.get("intervals", 0) + control.get("later_intervals", 0),
+        "intervals": control.get("intervals", 0) + control.get("coarse_intervals", 0),
         "horizon_s": length,
         "adaptive": bool(control.get("adaptive", False)),
         "discretisation": control.get("discretisation", ""),

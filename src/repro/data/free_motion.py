@@ -23,7 +23,7 @@ def free_motion(
     system: System,
     *,
     seeds: Sequence[int],
-    starts: int = 100,
+    initial_angles: int = 100,
     grid: str = "product",
     steps: int = 10,
     time_step: float = 0.04,
@@ -31,17 +31,17 @@ def free_motion(
 ) -> Dataset:
     """Simulate free motion from rest at each point of a grid over [0.03, 3.11] rad, for `steps` samples (V-B).
 
-    grid: `product` has `starts` angles a link in all combinations, `diagonal` has all links at the same angle.
+    grid: `product` has `initial_angles` angles a link in all combinations, `diagonal` has all links at the same angle.
     Every member has the same trajectories; its seed shuffles which whole ones are for training. The energy of all
     samples of a trajectory is that of its start, V there. UserError for a damped system or an argument out of range.
     """
     check_seeds(seeds)
-    check_positive(starts=starts, steps=steps, time_step=time_step)
+    check_positive(initial_angles=initial_angles, steps=steps, time_step=time_step)
     check_choice("grid", grid, ("product", "diagonal"))
     if any(system.damping):
         raise UserError(f"damping = {list(system.damping)}: free motion keeps its energy only without damping")
-    q_start = _grid(system, starts, grid)
-    n_train = training_size(len(q_start), train_fraction, "starts") * steps
+    q_start = _grid(system, initial_angles, grid)
+    n_train = training_size(len(q_start), train_fraction, "initial_angles") * steps
     dynamics = dynamics_of(system)
     at_rest = np.zeros_like(q_start)
     force = np.zeros((len(q_start), steps - 1, system.n_q))
@@ -68,7 +68,7 @@ def free_motion(
             "source": "free_motion",
             "system": system.describe(),
             "seeds": [int(seed) for seed in seeds],
-            "starts": starts,
+            "initial_angles": initial_angles,
             "grid": grid,
             "steps": steps,
             "engine": active_engine(),
@@ -76,15 +76,15 @@ def free_motion(
     )
 
 
-def _grid(system: System, starts: int, grid: str) -> np.ndarray:
-    """Return coordinates (points, n_q): starts ** number of angles of them, or `starts` on the diagonal."""
-    angles = np.linspace(FIRST_ANGLE, LAST_ANGLE, starts)
+def _grid(system: System, initial_angles: int, grid: str) -> np.ndarray:
+    """Return coordinates (points, n_q): `initial_angles` ** number of angles, or `initial_angles` on the diagonal."""
+    angles = np.linspace(FIRST_ANGLE, LAST_ANGLE, initial_angles)
     links = len(system.angles)
-    if grid == "product" and starts**links > MOST_STARTS:
+    if grid == "product" and initial_angles**links > MOST_STARTS:
         raise UserError(
-            f"starts = {starts}: {starts} angles for each of {links} links are {starts**links} trajectories, "
+            f"initial_angles = {initial_angles}: with {links} links these are {initial_angles**links} trajectories, "
             f"more than {MOST_STARTS}; take fewer, or grid = 'diagonal'"
         )
-    q = np.zeros((starts if grid == "diagonal" else starts**links, system.n_q))
+    q = np.zeros((initial_angles if grid == "diagonal" else initial_angles**links, system.n_q))
     q[:, system.angles] = angles[:, None] if grid == "diagonal" else list(itertools.product(angles, repeat=links))
     return q

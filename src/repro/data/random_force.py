@@ -38,7 +38,7 @@ def random_force(
     qdd_noise: float = 0.0,
     q_noise: float = 0.0,
     qd_noise: float = 0.0,
-    shared: bool = False,
+    common: bool = False,
 ) -> Dataset:
     """Simulate one member a seed under a force U(-force_limit, force_limit) N held over each step of time_step s.
 
@@ -47,7 +47,7 @@ def random_force(
     labels: qdd `exact`, or `differenced` from qd. Noise is a standard deviation in the unit of the quantity. Noise and
     differencing touch the training part alone, so that a test error is an error of the model.
     train_samples: only the first so many of the training part are kept, so that fits from more or from less data meet
-    the same test part. shared: every member has the data of the first seed. UserError names the argument that is out of
+    the same test part. common: every member has the data of the first seed. UserError names the argument that is out of
     range.
     """
     check_seeds(seeds)
@@ -60,7 +60,7 @@ def random_force(
     check_choice("labels", labels, ("exact", "differenced"))
     n_train = training_size(samples, train_fraction)
     length = samples if regime == "long" else min(episode_steps, samples)
-    streams = [_streams(seed) for seed in (seeds[:1] if shared else seeds)]
+    streams = [_streams(seed) for seed in (seeds[:1] if common else seeds)]
     forces = np.stack([s["force"].uniform(-force_limit, force_limit, (samples, _inputs(system))) for s in streams])
     episodes = -(-samples // length)
     starts = np.stack([_starts(system, episodes, start, reset, s["reset"]) for s in streams])
@@ -86,12 +86,12 @@ def random_force(
             "reset": reset,
             "labels": labels,
             "noise": noise,
-            "shared": shared,
+            "common": common,
             "engine": active_engine(),
         },
     )
     kept = _shorten(_measure(exact, labels, noise, streams), train_samples)
-    return _repeat(kept, len(seeds)) if shared else kept
+    return _repeat(kept, len(seeds)) if common else kept
 
 
 def _streams(seed: int) -> dict[str, np.random.Generator]:

@@ -27,7 +27,7 @@ STATE = (0.0, 0.3, 0.5, -1.0)  # q and qd at which J and R are shown
 def architecture() -> dict[str, Any]:
     """Return inputs, layers and weights of every part of the PLNN on T2/V1, and of J and R of its port form."""
     n_q = len(COORDINATES)
-    plnn = Lagrangian(t2, n_q, hidden=HIDDEN, transform_hidden=TRANSFORM_HIDDEN)
+    plnn = Lagrangian(t2, n_q, hidden=HIDDEN, momentum_hidden=TRANSFORM_HIDDEN)
     energy = Lagrangian(t2, n_q, hidden=HIDDEN)
     port = PortHamiltonian(energy, np.ones(n_q), structure="full", hidden=MATRIX_HIDDEN)
     if plnn.network is None or plnn.transform is None or port.skew is None or port.damping is None:

@@ -35,7 +35,7 @@ def has_affine_rows(problem: TrainingProblem) -> bool:
     model, objectives = problem.model, [task.objective for task in problem.tasks]
     if not isinstance(model, Lagrangian) or model.network is None or model.transform is not None:
         return False
-    return all(o.equation in ("inverse", "forward", None) and not o.transform_weight for o in objectives)
+    return all(o.equation in ("inverse", "forward", None) and not o.momentum_weight for o in objectives)
 
 
 def affine_rows(model: Lagrangian, task: TrainingTask) -> AffineRows:

@@ -15,7 +15,7 @@ from repro.learning.training_problem import TrainingProblem
 
 @dataclass(frozen=True)
 class LeastSquares(Optimiser):
-    """Of all least-squares solutions the one nearest to `nearest_to`, in columns of unit norm.
+    """Of all least-squares solutions the one nearest to `regularise_towards`, in columns of unit norm.
 
     Singular values below `cutoff` of the largest count as zero: what the data do not show stays as it was, at zero or
     at the start, which is where gradient descent would leave it too. A later phase is nearest to the one before.
@@ -24,14 +24,14 @@ class LeastSquares(Optimiser):
     linear_only: ClassVar[bool] = True
 
     cutoff: float = 1e-8
-    nearest_to: Literal["zero", "start"] = "zero"
+    regularise_towards: Literal["zero", "start"] = "zero"
 
     def fit(self, problem: TrainingProblem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Solve each member's problem; the start `parameters` (member, n_parameters) tell at least the shape."""
         solutions, ranks = [], []
         for member, start in enumerate(parameters.double().numpy()):
             matrix, right = regression(problem.member(member), parameters.shape[1])
-            origin = start.copy() if self.nearest_to == "start" else np.zeros_like(start)
+            origin = start.copy() if self.regularise_towards == "start" else np.zeros_like(start)
             origin[problem.model.fixed] = start[problem.model.fixed]
             matrix[:, problem.model.fixed], right = 0.0, right - matrix @ origin
             solution, rank = solve(matrix, right, self.cutoff)
@@ -43,7 +43,7 @@ class LeastSquares(Optimiser):
 
     def continued(self) -> "LeastSquares":
         """What a later phase does not show stays as the phases before have left it."""
-        return replace(self, nearest_to="start")
+        return replace(self, regularise_towards="start")
 
 
 def regression(problem: TrainingProblem, n_parameters: int) -> tuple[np.ndarray, np.ndarray]:

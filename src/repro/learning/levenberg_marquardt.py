@@ -16,19 +16,19 @@ INCREASE = 4.0  # of the damping after a failed step
 class LevenbergMarquardt(FullBatch):
     """Damped Gauss-Newton steps (J'J + lambda D) d = -J'r (Marquardt 1963), full batch of `samples` a member.
 
-    D is the largest diagonal of J'J so far (More 1978). lambda is divided by `decrease` after a success (3 suits
-    free-form networks, 10 models that contain the truth) and rises fourfold after a failure. Stops after `iterations`,
-    or when twenty steps in a row fail or gain less than `tolerance` of the loss. With `starts` > 1 that many random
-    starts are tried for `scouting` iterations each, and the one with the lowest training loss goes on.
+    D is the largest diagonal of J'J so far (More 1978). lambda is divided by `damping_decrease` after a success (3
+    suits free-form networks, 10 models that contain the truth) and rises fourfold after a failure. Stops after
+    `iterations`, or when twenty steps in a row fail or gain less than `tolerance` of the loss. With `restarts` > 1 that
+    many random starts are tried for `trial_iterations` each, and the one with the lowest training loss goes on.
     """
 
     iterations: int = 150
     samples: int | None = 3000
     damping: float = 1.0
-    decrease: float = 3.0
+    damping_decrease: float = 3.0
     tolerance: float = 1e-10
-    starts: int = 1
-    scouting: int = 40
+    restarts: int = 1
+    trial_iterations: int = 40
 
     def solve(self, problem: MemberProblem, start: np.ndarray, progress: Progress) -> Solution:
         """Minimise from the weights `start` (n_parameters,), or from the best of several starts."""
@@ -36,16 +36,16 @@ class LevenbergMarquardt(FullBatch):
 
     def continued(self) -> "LevenbergMarquardt":
         """A later phase starts from what is there."""
-        return replace(self, starts=1)
+        return replace(self, restarts=1)
 
     def _scout(self, problem: MemberProblem, start: np.ndarray) -> np.ndarray:
-        if self.starts == 1:
+        if self.restarts == 1:
             return start
         (seed,) = problem.problem.seeds
         model = problem.problem.model
-        others = model.initial([np.random.default_rng([seed, 2, k]) for k in range(self.starts - 1)])
+        others = model.initial([np.random.default_rng([seed, 2, k]) for k in range(self.restarts - 1)])
         others[:, model.upstream] = start[model.upstream]
-        short = replace(self, iterations=self.scouting)
+        short = replace(self, iterations=self.trial_iterations)
         tries = [short._descend(problem, candidate, silent) for candidate in (start, *others)]
         return min(tries, key=lambda result: result[1][-1] if np.isfinite(result[1][-1]) else np.inf)[0]
 
@@ -64,7 +64,7 @@ class LevenbergMarquardt(FullBatch):
             trial_loss = float(rows @ rows)
             if trial_loss < loss:
                 stalled = stalled + 1 if loss - trial_loss < self.tolerance * loss else 0
-                parameters, loss, damping = trial, trial_loss, max(damping / self.decrease, 1e-15)
+                parameters, loss, damping = trial, trial_loss, max(damping / self.damping_decrease, 1e-15)
                 gram, gradient = jacobian.T @ jacobian, jacobian.T @ rows
                 scale = np.maximum(scale, gram.diagonal())
             else:

@@ -14,12 +14,12 @@ class Objective:
     """What is asked of the model on one dataset.
 
     equation: `inverse` asks for tau (PLNN), `forward` for qdd (LNN), `port` for both rows of eq. (12b), None for none
-    of them. transform_weight: of Omega_tran, eq. (8). energy_weight: of the squared energy error where the energy is
+    of them. momentum_weight: of Omega_tran, eq. (8). energy_weight: of the squared energy error where the energy is
     known (III-A.1), with H_hat the `legendre` transform p.qd - L or the printed `sum` T + V.
     """
 
     equation: Literal["inverse", "forward", "port"] | None = "inverse"
-    transform_weight: float = 0.0
+    momentum_weight: float = 0.0
     energy_weight: float = 0.0
     energy_form: Literal["legendre", "sum"] = "legendre"
 
@@ -37,8 +37,8 @@ class Objective:
             rows.append(terms.acceleration_error(measured["qdd"], measured["tau"]))
         elif self.equation == "port":
             rows.append(terms.port_error)
-        if self.transform_weight:
-            rows.append(self.transform_weight**0.5 * (terms.transformed_momentum - terms.momentum))
+        if self.momentum_weight:
+            rows.append(self.momentum_weight**0.5 * (terms.transformed_momentum - terms.momentum))
         if self.energy_weight:
             energy = terms.energy_sum if self.energy_form == "sum" else terms.hamiltonian(measured["qd"])
             rows.append(self.energy_weight**0.5 * (energy - measured["energy"]).unsqueeze(-1))

@@ -48,9 +48,9 @@ def residual(model: Model, objective: Objective, s: Symbols) -> casadi.SX:
     elif objective.equation is not None:
         error = model.inverse_dynamics(s.q, s.qd, s.qdd, s.parameters) - s.tau
         rows.append(error if objective.equation == "inverse" else -_solve(casadi.jacobian(momentum, s.qd), error))
-    if objective.transform_weight:
+    if objective.momentum_weight:
         transformed = model.transformed_momentum(s.q, s.qd, s.parameters)
-        rows.append(objective.transform_weight**0.5 * (transformed - momentum))
+        rows.append(objective.momentum_weight**0.5 * (transformed - momentum))
     if objective.energy_weight:
         legendre = casadi.dot(momentum, s.qd) - lagrangian
         energy = energies.kinetic + energies.potential if objective.energy_form == "sum" else legendre

@@ -35,7 +35,7 @@ class Lagrangian(Model):
         hidden: Sequence[int] = (10,),
         activation: Activation = "softplus",
         input_scale: np.ndarray | None = None,
-        transform_hidden: Sequence[int] | None = None,
+        momentum_hidden: Sequence[int] | None = None,
     ) -> None:
         self.n_q = n_q
         self.kinetic_features = FeatureMap(basis.kinetic, n_q)
@@ -43,7 +43,7 @@ class Lagrangian(Model):
         self.linear: bool = basis.LINEAR
         self.network = None if self.linear else Network(len(self.kinetic_features), tuple(hidden), 1, activation)
         self.input_scale = input_scale
-        self.transform = None if transform_hidden is None else MomentumTransform(n_q, tuple(transform_hidden))
+        self.transform = None if momentum_hidden is None else MomentumTransform(n_q, tuple(momentum_hidden))
         n_kinetic = len(self.kinetic_features) if self.network is None else self.network.n_parameters
         n_potential = len(self.potential_features)
         self.kinetic_slice = slice(0, n_kinetic)
@@ -180,7 +180,7 @@ def build(
     hidden: list[int],
     activation: Activation = "softplus",
     initialisation: Literal["glorot", "wide"] = "glorot",
-    transform_hidden: list[int] | None = None,
+    momentum_hidden: list[int] | None = None,
     damping: Damping = "none",
 ) -> Model:
     """The model of this file for a setting, beside friction where asked; the keywords are its options in conf/model.
@@ -194,6 +194,6 @@ def build(
         hidden=hidden,
         activation=activation,
         input_scale=WIDE * setting.feature_scale if initialisation == "wide" else None,
-        transform_hidden=transform_hidden,
+        momentum_hidden=momentum_hidden,
     )
     return with_damping(model, damping)

@@ -28,7 +28,7 @@ class PortHamiltonian(ExpressionModel):
     networks too. C is 0, `constant`, or of the `state` q. `floor` adds floor/2 |qd/scale|^2 to T, so that M > 0, and H
     is bounded below wherever the model's own M >= 0 and V is bounded.
 
-    With `transform_hidden` the momentum has a network of its own, p = M_hat(q) qd as in eq. (8), and so has the port
+    With `momentum_hidden` the momentum has a network of its own, p = M_hat(q) qd as in eq. (8), and so has the port
     form: H = qd' p / 2 + V. What eq. (12) asks for is then the loss of L (7a), Omega_tran, and both rows of (12b).
     parameters: [those of the energy | J | R | M_hat].
     """
@@ -42,10 +42,10 @@ class PortHamiltonian(ExpressionModel):
         dissipation: Dissipation = "state",
         hidden: Sequence[int] = (8,),
         floor: float = 0.0,
-        transform_hidden: Sequence[int] | None = None,
+        momentum_hidden: Sequence[int] | None = None,
     ) -> None:
-        self.transforms = transform_hidden is not None
-        self.transform = None if transform_hidden is None else MomentumTransform(energy.n_q, tuple(transform_hidden))
+        self.transforms = momentum_hidden is not None
+        self.transform = None if momentum_hidden is None else MomentumTransform(energy.n_q, tuple(momentum_hidden))
         self.energy, self.n_q, self.floor, self.structure = energy, energy.n_q, floor, structure
         self.velocity_scale = np.asarray(velocity_scale, dtype=float)
         self.features = FeatureMap(position.kinetic, self.n_q)
@@ -157,7 +157,7 @@ def build(
     activation: Activation = "tanh",
     damping_hidden: list[int],
     floor: float = 1e-4,
-    transform_hidden: list[int] | None = None,
+    momentum_hidden: list[int] | None = None,
 ) -> PortHamiltonian:
     """The model of this file for a setting; the keywords are its options in conf/model.
 
@@ -176,5 +176,5 @@ def build(
         dissipation=dissipation,
         hidden=damping_hidden,
         floor=floor if energy == "structured" else 0.0,
-        transform_hidden=transform_hidden,
+        momentum_hidden=momentum_hidden,
     )

@@ -36,7 +36,7 @@ EPOCHS: dict[tuple[str, str, tuple[int, ...]], int] = {
     ("t2", "inverse", (10,)): 5000,
 }
 FREE_EPOCHS, FINE_TUNING = 1000, 8000  # on D_H (not printed: those of the linear basis of V-A), then on D
-FREE: dict[str, Any] = {"starts": 100, "grid": "product", "steps": 10}
+FREE: dict[str, Any] = {"initial_angles": 100, "grid": "product", "steps": 10}
 
 
 def is_literal(config: Config) -> bool:
@@ -56,7 +56,7 @@ def is_literal(config: Config) -> bool:
         return False
     if model["activation"] != "softplus" or model["initialisation"] != "glorot":
         return False
-    if config.objective.transform_weight or config.objective.error_scale or config.objective.l1_potential:
+    if config.objective.momentum_weight or config.objective.error_scale or config.objective.l1_potential:
         return False
     return _single_pendulum(config, data) or _double_pendulum(config, data)
 
@@ -67,7 +67,7 @@ def _single_pendulum(config: Config, data: RandomForce) -> bool:
     return (
         config.system.name == "sip"
         and config.system.constants == TABLE_I
-        and config.sequence.kind == "d_only"
+        and config.sequence.kind == "main"
         and not config.objective.l1_kinetic
         and _agrees(data.model_dump(), DATA)
         and _agrees(config.optimiser, ADAM | {"epochs": epochs})
@@ -76,13 +76,13 @@ def _single_pendulum(config: Config, data: RandomForce) -> bool:
 
 def _double_pendulum(config: Config, data: RandomForce) -> bool:
     sequence, objective = config.sequence, config.objective
-    last = FREE_EPOCHS if sequence.kind == "d_h_only" else FINE_TUNING
-    free = config.optimiser.get("epochs") if sequence.free_epochs is None else sequence.free_epochs
+    last = FREE_EPOCHS if sequence.kind == "pretrain_only" else FINE_TUNING
+    free = config.optimiser.get("epochs") if sequence.pretraining_epochs is None else sequence.pretraining_epochs
     return (
         config.system.name == "dip"
         and config.system.constants == TABLE_I | SECOND_ROD
         and (config.basis.name, objective.kind, objective.l1_kinetic) == ("fxf", "inverse", 1e-5)
-        and sequence.kind in ("d_h_only", "d_h_then_d")
+        and sequence.kind in ("pretrain_only", "pretrain")
         and free == FREE_EPOCHS
         and _agrees(sequence.model_dump(), FREE)
         and _agrees(data.model_dump(), DATA | {"force_limit": 4.0})

@@ -12,7 +12,7 @@ from repro.config.schema import Config, File, RandomForce
 from repro.pipeline.as_printed import is_literal
 
 # What is told elsewhere on the card, or changes no result.
-TOLD = ("kind", "hidden", "transform_hidden", "transform_weight", "l1_kinetic", "l1_potential", "passivity_states")
+TOLD = ("kind", "hidden", "momentum_hidden", "momentum_weight", "l1_kinetic", "l1_potential", "passivity_states")
 NOISES = ("tau_noise", "qdd_noise", "q_noise", "qd_noise")
 
 
@@ -25,7 +25,7 @@ def run_card(
     basis = config.basis.name if model["kind"] == "lagrangian" else None
     linear = basis is not None and import_module(f"repro.models.bases.{basis}").LINEAR
     kind = "_l1" if objective.l1_kinetic or objective.l1_potential else ""
-    kind += "_from_start" if config.optimiser.get("nearest_to") == "start" else ""
+    kind += "_from_start" if config.optimiser.get("regularise_towards") == "start" else ""
     return {
         "system": config.system.name,
         "reading": config.reading.name,
@@ -40,11 +40,11 @@ def run_card(
         "optimiser": config.optimiser["name"] + kind if fitted else None,
         "sequence": config.sequence.kind,
         **_of_free_motion(config),
-        "energies": config.energies.reading,
+        "energies": config.energies.gauge,
         "energy_form": config.sequence.energy_form,
         "control": config.control.name if config.control.kind != "none" else None,
-        "transform_weight": objective.transform_weight,
-        "transform_hidden": _layers(model.get("transform_hidden") or []),
+        "momentum_weight": objective.momentum_weight,
+        "momentum_hidden": _layers(model.get("momentum_hidden") or []),
         "curriculum": "-".join(str(steps) for steps in config.curriculum.episodes) or None,
         "epochs": notes.get("epochs", 0),
         "seeds": config.members,
@@ -57,7 +57,7 @@ def run_card(
 
 def _options(config: Config) -> str | None:
     """Options without a column of their own, where not their setting's: of model, objective, friction, starts."""
-    starts = {key: value for key, value in config.optimiser.items() if key == "starts"}
+    starts = {key: value for key, value in config.optimiser.items() if key == "restarts"}
     changed = []
     for setting, chosen in (
         (f"model/{config.model['kind']}", config.model),
@@ -77,10 +77,10 @@ def _options(config: Config) -> str | None:
 def _of_free_motion(config: Config) -> dict[str, Any]:
     sequence = config.sequence
     used = sequence.kind in FREE_MOTION and config.model["kind"] not in ANCHOR_ROWS
-    first = sequence.kind == "d_h_then_d" and used
+    first = sequence.kind == "pretrain" and used
     return {
-        "grid": f"{sequence.grid} of {sequence.starts}" if used else None,
-        "free_epochs": (sequence.free_epochs or config.optimiser.get("epochs")) if first else None,
+        "grid": f"{sequence.grid} of {sequence.initial_angles}" if used else None,
+        "pretraining_epochs": (sequence.pretraining_epochs or config.optimiser.get("epochs")) if first else None,
     }
 
 

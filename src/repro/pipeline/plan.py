@@ -39,7 +39,9 @@ class Pipeline:
                 stages[f"stage_{number}"] = self._data_stage(config.data.model_copy(update=shorter))
         stages["data"] = self._data_stage(config.data)
         if config.sequence.kind in FREE_MOTION and not self._without_fit:
-            free = config.sequence.model_dump(include={"starts", "grid", "steps"}) | {"time_step": _time_step(config)}
+            free = config.sequence.model_dump(include={"initial_angles", "grid", "steps"}) | {
+                "time_step": _time_step(config)
+            }
             stages["free"] = self._stage(
                 "data",
                 f"{config.system.name}-free",
@@ -67,7 +69,7 @@ class Pipeline:
             parts |= {
                 "objective": config.objective.model_dump(),
                 "optimiser": settings,
-                "sequence": config.sequence.model_dump() if config.sequence.kind != "d_only" else {"kind": "d_only"},
+                "sequence": config.sequence.model_dump() if config.sequence.kind != "main" else {"kind": "main"},
             }
             modules.append(f"repro.learning.{config.optimiser['kind']}")
             if config.device != "cpu":
@@ -105,7 +107,7 @@ class Pipeline:
         """The evaluation: what is called a run."""
         roles = [role for role in ("data", "free") if role in self.data_stages]
         upstream = {role: self.data_stages[role].id for role in roles} | {"fit": self.fit_stage.id}
-        parts: dict[str, Any] = {"reading": self.config.energies.reading}
+        parts: dict[str, Any] = {"reading": self.config.energies.gauge}
         if self.config.energies.horizons:
             parts["horizons"] = self.config.energies.horizons
         if self.config.chain:
@@ -132,7 +134,7 @@ class Pipeline:
             "control": config.control.model_dump(),
             "task": config.task.model_dump(),
             "loops": config.scale.loops,
-            "canonical": config.energies.reading.startswith("canonical"),
+            "canonical": config.energies.gauge.startswith("canonical"),
         }
         upstream = {"data": self.data_stages["data"].id, "fit": self.fit_stage.id}
         modules = ("repro.pipeline.stages.close_loops", f"repro.models.{config.model['kind']}", self._system_module)
@@ -171,7 +173,7 @@ class Pipeline:
             if config.model["kind"] == "lagrangian":
                 words.append(config.basis.name)
             words += [config.objective.kind, config.optimiser["name"]]
-            if config.sequence.kind != "d_only":
+            if config.sequence.kind != "main":
                 words.append(config.sequence.kind)
         return "-".join(words)
 

@@ -172,7 +172,7 @@ class Work:
             ensemble,
             self.data("data"),
             self.truth,
-            self.config.energies.reading,
+            self.config.energies.gauge,
             self.free,
             [
                 *self._found(identified),

@@ -41,9 +41,9 @@ NAMES = {
     "extended": "part + rest",
     "hinged": "parts, hinged",
     "port_hamiltonian": "port-Hamiltonian",
-    "d_only": "D",
-    "d_h_only": "D_H",
-    "d_h_then_d": "D_H, then D",
+    "main": "D",
+    "pretrain_only": "D_H",
+    "pretrain": "D_H, then D",
     "joint": "D and D_H",
 }
 TEXT_COLUMNS = ("model", "basis", "hidden", "optimiser", "sequence", "objective", "energies", "curriculum")

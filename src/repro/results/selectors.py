@@ -19,7 +19,7 @@ TRIVIAL, DEGENERATE, ORACLE = "trivial", "degenerate", "oracle"
 ANCHORS: Mapping[str, Where] = {
     TRIVIAL: {"model": "trivial"},
     DEGENERATE: {"model": "degenerate"},
-    ORACLE: {"basis": ["t1", "fxf"], "optimiser": "least_squares", "sequence": "d_only"},
+    ORACLE: {"basis": ["t1", "fxf"], "optimiser": "least_squares", "sequence": "main"},
 }
 
 

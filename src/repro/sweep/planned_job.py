@@ -52,7 +52,11 @@ class Planned:
         config = self.pipeline.config
         if config.control.kind == "none":
             return 0.0
-        asked = config.task.starts if config.task.start == "random" else len(config.task.x_des) * len(config.members)
+        asked = (
+            config.task.initial_states
+            if config.task.start == "random"
+            else len(config.task.x_des) * len(config.members)
+        )
         a_second = 0.06 if config.system.name == "sip" else 0.15
         return 3 + min(asked, config.scale.loops) * config.task.seconds * a_second
 

@@ -36,7 +36,7 @@ def _foreseen(config: Config) -> dict[str, Any]:
     columns["friction"] = "-".join(f"{value:g}" for value in task.damping)
     if isinstance(control, Predictive):
         columns |= control.model_dump(include={"adaptive", "discretisation", "solver"})
-        columns["intervals"] = control.intervals + control.later_intervals
+        columns["intervals"] = control.intervals + control.coarse_intervals
     return columns
 
 

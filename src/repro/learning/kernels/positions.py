@@ -41,7 +41,7 @@ static void physics_{number}(const vec *columns, const vec *jets, const double *
 def position_kernel(problem: TrainingProblem) -> Kernel | None:
     """The kernel of a problem with a structured mass matrix, or None."""
     model = problem.model
-    if not isinstance(model, Structured) or any(task.objective.transform_weight for task in problem.tasks):
+    if not isinstance(model, Structured) or any(task.objective.momentum_weight for task in problem.tasks):
         return None
     moving = tuple(
         c for c in range(model.n_q) if any(task.prepared["position"][:, :, 2 + c].any() for task in problem.tasks)

@@ -39,7 +39,12 @@ class Plan:
         radius = self.task["radius"]
         if radius is None:
             radius = RADII.get(len(system.angles), RADIUS)
-        own = {"margin": "margin", "hard": "hard", "weight": "penalty", "midpoints": "midpoints"}
+        own = {
+            "margin": "clearance_radii",
+            "hard": "obstacle_constraint",
+            "weight": "obstacle_weight",
+            "midpoints": "midpoints",
+        }
         chosen = {key: self.control[name] for key, name in own.items() if name in self.control}
         return Obstacle(tuple(self.task["centre"]), radius, **chosen) if radius else None
 
@@ -49,7 +54,7 @@ class Plan:
         if self.task["start"] == "hanging":
             pairs = [(hanging_start(system, x), member) for x in x_des for member in range(members)]
             return pairs[: self.loops]
-        count = min(self.task["starts"], self.loops)
+        count = min(self.task["initial_states"], self.loops)
         return [(s, k % members) for k, s in enumerate(random_starts(system, x_des, count, self.task["start_seed"]))]
 
     @property

@@ -102,7 +102,7 @@ def phases_of(
 ) -> list[Phase]:
     """What is minimised, in turn; data: the curriculum's datasets, then D itself; free: D_H, where asked for."""
     chosen, sequence = recipe.objective, recipe.sequence
-    objective = Objective(chosen["kind"], chosen["transform_weight"])
+    objective = Objective(chosen["kind"], chosen["momentum_weight"])
     energetic = replace(objective, energy_weight=sequence["energy_weight"], energy_form=sequence["energy_form"])
     l1, watches = _l1(model, chosen), _watches(model, chosen.get("passivity_states", 0), data[-1], system)
 
@@ -116,20 +116,20 @@ def phases_of(
 
     kind = sequence["kind"]
     phases = []
-    if kind in ("d_h_only", "d_h_then_d"):
-        phases.append(Phase("D_H", problem(task(free, energetic)), sequence.get("free_epochs")))
-    for number, dataset in enumerate(data if kind != "d_h_only" else ()):
+    if kind in ("pretrain_only", "pretrain"):
+        phases.append(Phase("D_H", problem(task(free, energetic)), sequence.get("pretraining_epochs")))
+    for number, dataset in enumerate(data if kind != "pretrain_only" else ()):
         tasks = [task(dataset, objective)]
         if kind == "joint":
             tasks.append(task(free, energetic))
-        if kind == "anchor":
+        if kind == "anchored":
             tasks.append(_anchor_task(model, system, recipe.seeds, energetic))
         name = "D and D_H" if kind == "joint" else "D"
         name += "" if number == len(data) - 1 else f", stage {number + 1}"
         phases.append(Phase(name, problem(*tasks)))
-    if chosen["finish"]:
+    if chosen["equal_weight_share"]:
         equal = [replace(one, sample_weight=None) for one in phases[-1].problem.tasks]
-        phases.append(Phase("equal weights", problem(*equal), share=chosen["finish"]))
+        phases.append(Phase("equal weights", problem(*equal), share=chosen["equal_weight_share"]))
     return phases
 
 
@@ -142,7 +142,7 @@ def _anchor_task(model: Model, system: System, seeds: Sequence[int], objective: 
         q=q, qd=zero, qdd=zero, tau=zero, time=np.zeros(1), episode=np.zeros(1, dtype=int), n_train=1,
         coordinates=system.coordinates, time_step=1.0, energy=energy,
     )  # fmt: skip
-    return make_task(model, state, replace(objective, equation=None, transform_weight=0.0))
+    return make_task(model, state, replace(objective, equation=None, momentum_weight=0.0))
 
 
 def _watches(model: Model, count: int, data: Dataset, system: System) -> list[Watch]:

@@ -21,7 +21,7 @@ ROLES = {
     "force noise 0.1 N": style.SERIES[1],
     "exact forces, from a random start": style.SERIES[2],
 }
-SEQUENCES = ("d_only", "anchor", "d_h_only", "d_h_then_d", "joint")
+SEQUENCES = ("main", "anchor", "pretrain_only", "pretrain", "joint")
 
 
 def draw(results: Results) -> "Canvas | None":

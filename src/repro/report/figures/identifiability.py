@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
 EXPERIMENT = "dip_identifiability"
-SEQUENCES = {"d_only": "D", "d_h_only": "D_H with its energy", "joint": "D and D_H"}
+SEQUENCES = {"main": "D", "pretrain_only": "D_H with its energy", "joint": "D and D_H"}
 BASES = {"fxf": "F⊗F", "fxf_gauge": "F⊗F with gauge terms"}
 LEAST = 1e-17  # below rounding: zero is drawn here
 

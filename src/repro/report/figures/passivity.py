@@ -110,7 +110,7 @@ def _energies(results: Results, setting: Setting) -> Lines:
 
 
 def _label(setting: Setting) -> str:
-    options = (setting.card["options"] or "").replace("_", " ").replace(", starts=3", "").removesuffix("starts=3")
+    options = (setting.card["options"] or "").replace("_", " ").replace(", restarts=3", "").removesuffix("restarts=3")
     usual = setting.card["optimiser"] == "levenberg_marquardt"
     parts = [setting.title("model", "basis"), options.strip(", "), "" if usual else setting.title("optimiser")]
     return ", ".join(part for part in parts if part)

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 METRICS = {"mae_tau": "N, N m", "mae_L_raw": "J", "mae_H_centred": "J"}
 PRINTED = {"mae_tau": 0.10, "mae_L_raw": 12.35}
-ROLES = {"d_h_then_d": style.SERIES[0], "d_only": style.SERIES[1], "d_h_only": style.SERIES[2]}
-LABELS = {"d_h_then_d": "D_H, then D", "d_only": "D alone", "d_h_only": "D_H alone"}
+ROLES = {"pretrain": style.SERIES[0], "main": style.SERIES[1], "pretrain_only": style.SERIES[2]}
+LABELS = {"pretrain": "D_H, then D", "main": "D alone", "pretrain_only": "D_H alone"}
 
 
 def draw_errors(results: Results) -> "Canvas | None":
@@ -44,17 +44,17 @@ def draw_curves(results: Results) -> "Canvas | None":
     panels: dict[str, list[tuple[str, Setting]]] = {}
     for pretrained, alone in pretraining_pairs(results):
         panels[_title(pretrained).replace(", ", "\n", 1)] = [
-            (LABELS["d_h_then_d"], pretrained),
-            (LABELS["d_only"], alone),
+            (LABELS["pretrain"], pretrained),
+            (LABELS["main"], alone),
         ]
-    roles = {LABELS[sequence]: ROLES[sequence] for sequence in ("d_h_then_d", "d_only")}
+    roles = {LABELS[sequence]: ROLES[sequence] for sequence in ("pretrain", "main")}
     return curve_panels(results, panels, roles)
 
 
 def _title(setting: Setting) -> str:
     card = setting.card
     regime = "one long run" if card["regime"] == "long" else "episodes"
-    epochs = (card["epochs"] or 0) + (card["free_epochs"] or 0)
+    epochs = (card["epochs"] or 0) + (card["pretraining_epochs"] or 0)
     return f"{regime}, {setting.title('optimiser').removesuffix(' + L1')}, {epochs} epochs"
 
 
@@ -65,7 +65,7 @@ def _counts_epochs(setting: Setting) -> bool:
 
 def _place(setting: Setting) -> tuple[str, str, int]:
     card = setting.card
-    return card["regime"], card["optimiser"], (card["epochs"] or 0) + (card["free_epochs"] or 0)
+    return card["regime"], card["optimiser"], (card["epochs"] or 0) + (card["pretraining_epochs"] or 0)
 
 
 ERRORS = Figure(

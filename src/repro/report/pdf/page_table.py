@@ -118,7 +118,7 @@ def _cell(text: str) -> dict[str, str]:
 
 
 def _breakable(text: str) -> str:
-    """Let a long setting such as sequence.free_epochs=1000 break after its dots, underscores and equals signs."""
+    """Let a long setting such as optimiser.epochs=1000 break after its dots, underscores and equals signs."""
     return re.sub(r"(?<=\w[._=])(?=\w)(?<!\d\.)", ZERO_WIDTH_SPACE, text) if "=" in text else text
 
 

@@ -32,7 +32,7 @@ FRONT_TABLES = {
     ),
     "trap": FrontTable(
         "dip_neural",
-        {"system": "dip", "n_train": [1000, None], "tau_noise": 0.0, "sequence": "d_only"},
+        {"system": "dip", "n_train": [1000, None], "tau_noise": 0.0, "sequence": "main"},
         ("hidden", "options", "optimiser"),
         ("trapped", "mae_tau", "mae_qdd", "mae_H_centred", "min_eig_M", "fit_seconds"),
     ),

@@ -18,7 +18,7 @@ def identifiability_table(results: Results) -> Table:
     distinct: dict[tuple[str, ...], Setting] = {}
     for setting in settings(results, EXPERIMENT):
         # The last phase is what is examined: after D_H comes D, which has a row of its own.
-        if setting.values("rank").size and setting.card["sequence"] != "d_h_then_d":
+        if setting.values("rank").size and setting.card["sequence"] != "pretrain":
             distinct.setdefault(tuple(as_text(setting.card[column]) for column in SHOWN), setting)
     columns = (
         *(Column(title) for title in (*SHOWN, "terms")),

@@ -15,14 +15,14 @@ from repro.results.statistics import paired_ratio
 
 EXPERIMENT = "dip_pretraining"
 METRICS = ("mae_tau", "mae_L_raw", "mae_H_centred")
-APART = ("sequence", "grid", "free_epochs", "epochs", "literal")  # what a pair may differ in
-SHOWN = ("optimiser", "regime", "free_epochs", "epochs")
+APART = ("sequence", "grid", "pretraining_epochs", "epochs", "literal")  # what a pair may differ in
+SHOWN = ("optimiser", "regime", "pretraining_epochs", "epochs")
 
 
 def pretraining_pairs(results: Results) -> Iterator[tuple[Setting, Setting]]:
     """Pair D_H, then D with D alone: the same setting otherwise, and as many epochs in all."""
-    alone = settings(results, EXPERIMENT, {"sequence": "d_only"})
-    counted = [s for s in settings(results, EXPERIMENT, {"sequence": "d_h_then_d"}) if s.card["free_epochs"]]
+    alone = settings(results, EXPERIMENT, {"sequence": "main"})
+    counted = [s for s in settings(results, EXPERIMENT, {"sequence": "pretrain"}) if s.card["pretraining_epochs"]]
     for pretrained in counted:
         shared = [column for column in CARD if column not in APART]
         for other in alone:
@@ -75,4 +75,4 @@ def _row(pretrained: Setting, alone: Setting) -> Row:
 
 
 def _budget(setting: Setting) -> int:
-    return (setting.card["epochs"] or 0) + (setting.card["free_epochs"] or 0)
+    return (setting.card["epochs"] or 0) + (setting.card["pretraining_epochs"] or 0)

@@ -13,7 +13,7 @@ MOST = 8
 class MultiplePendulum(Chain):
     """Cart and n rods of mass m1 and length L1 each (kg, m, m/s^2); UserError for n outside 1..8."""
 
-    name: ClassVar[str] = "pendulum"
+    name: ClassVar[str] = "cart_rods"
 
     n: int = 3
     m1: float = 0.2
