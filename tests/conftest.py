@@ -1,4 +1,4 @@
-"""Fixtures of several rooms: a fresh outputs folder, and processes of their own that use it."""
+"""Fixtures of several rooms: a fresh outputs folder, processes that use it, and stores of synthetic runs."""
 
 from __future__ import annotations
 
@@ -8,10 +8,14 @@ import sys
 import textwrap
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
 from repro.tracking import code
+
+if TYPE_CHECKING:
+    from synthetic_store import SyntheticStore
 
 
 @pytest.fixture
@@ -45,3 +49,19 @@ def start(tmp_path: Path, root: Path) -> Callable[..., subprocess.Popen[str]]:
         )
 
     return run
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> SyntheticStore:
+    """An empty store of runs at the scale of the paper."""
+    from synthetic_store import SyntheticStore  # loads pandas
+
+    return SyntheticStore(tmp_path / "outputs", "paper")
+
+
+@pytest.fixture
+def quick_store(tmp_path: Path) -> SyntheticStore:
+    """An empty store of runs at the quick scale."""
+    from synthetic_store import SyntheticStore
+
+    return SyntheticStore(tmp_path / "outputs", "quick")
