@@ -78,4 +78,4 @@ def test_what_cannot_be_shown_together_is_refused(stored, names, said):
 def test_a_stage_that_is_no_run_is_refused(stored):
     root, runs = stored
     with pytest.raises(UserError, match="not a run"):
-        compared([runs["small"].id, runs["small"].identity["upstream"]["data"]], root)
+        compared([runs["small"].id, runs["small"].identity.upstream["data"]], root)

@@ -109,7 +109,7 @@ def test_exported_functions_agree_with_the_model(name, outputs, exported):
 def test_what_cannot_be_exported_is_said(outputs, tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("REPRO_OUTPUTS", str(outputs))
     run = made(outputs, "t1")
-    fit = run.identity["upstream"]["fit"]
+    fit = run.identity.upstream["fit"]
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "thesis.tex").write_text("")
     for arguments, said in (

@@ -62,7 +62,7 @@ def test_what_is_composed_opens_and_exports_like_any_other(hinged, tmp_path):
 def test_a_part_may_be_the_id_of_a_run(outputs, hinged):
     """Settings and id name the same fit, and so the same weights; the seeds are picked by their number."""
     cart = repro.load_run(hinged.id).upstream["fit"].upstream["part_1"]
-    run = next(r for r in Store(outputs).records("runs") if r.identity["upstream"]["fit"] == cart.id)
+    run = next(r for r in Store(outputs).records("runs") if r.identity.upstream["fit"] == cart.id)
     assert fit_of(run.id).id == fit_of(cart.id).id == cart.id
     single = _made(outputs, *HINGED, f"model.parts=[{run.id}]", "model.rod=mass", seeds="[7]")
     weights = repro.load_run(single.id).parameters
@@ -113,6 +113,6 @@ def test_seeds_that_a_part_does_not_have_are_named(outputs, hinged):
 
 
 def test_what_is_no_fit_is_refused(outputs, hinged):
-    data = hinged.identity["upstream"]["data"]
+    data = hinged.identity.upstream["data"]
     with pytest.raises(UserError, match="is one of data; give the id of a run"):
         fit_of(data)

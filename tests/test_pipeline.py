@@ -31,7 +31,7 @@ def ids(*overrides):
 
 
 def weights(record):
-    fit = record.folder.parents[1] / "fits" / record.identity["upstream"]["fit"]
+    fit = record.folder.parents[1] / "fits" / record.identity.upstream["fit"]
     with np.load(fit / "parameters.npz") as stored:
         return stored["parameters"]
 

@@ -93,7 +93,7 @@ def test_another_machine_or_scale_is_another_bench(monkeypatch):
 
 
 def test_the_bench_depends_on_what_it_times_and_not_on_its_own_table():
-    code = set(stage("smoke").identity["code"])
+    code = set(stage("smoke").identity.code)
     timed = {
         "learning.native",
         "learning.kernels.matrix_products",

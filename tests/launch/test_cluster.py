@@ -215,7 +215,7 @@ def test_a_launcher_s_process_that_is_killed_costs_its_job_alone(
     assert sweep.run(["-m", *SMOKE, "optimiser.epochs=10000000000,20000000", *where]) == 1
     killer.join()
     [run] = Store(outputs).records("runs")
-    assert "20000000" in run.provenance["command"]
+    assert "20000000" in run.provenance.command
 
 
 def kill_launcher_of_a_fit(outputs: Path) -> None:

@@ -10,7 +10,7 @@ from repro.errors import UserError
 from repro.recording import viewer
 from repro.recording.contents import Rollout, RunRecording
 from repro.recording.writer import write_recording
-from repro.tracking.record import Record
+from repro.tracking.record import Identity, Record, StageOutcome
 
 
 @pytest.fixture
@@ -23,8 +23,8 @@ def outputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     }.items():
         folder = tmp_path / viewer.KIND / recording
         folder.mkdir(parents=True)
-        identity = {"upstream": {"run": run}}
-        Record(recording, viewer.KIND, recording, "ok", folder, identity).write()
+        identity = Identity(upstream={"run": run})
+        Record(recording, viewer.KIND, recording, StageOutcome.OK, folder, identity).write()
     monkeypatch.setenv("REPRO_OUTPUTS", str(tmp_path))
     return tmp_path
 
@@ -37,7 +37,9 @@ def test_a_recording_is_found_by_run_or_recording_or_their_beginning(outputs, na
 def test_a_whole_id_wins_over_a_longer_one_that_it_begins(outputs):
     folder = outputs / viewer.KIND / "dip-recording-44"
     folder.mkdir()
-    Record("dip-recording-44", viewer.KIND, "", "ok", folder, {"upstream": {"run": "dip-t2-bb11"}}).write()
+    Record(
+        "dip-recording-44", viewer.KIND, "", StageOutcome.OK, folder, Identity(upstream={"run": "dip-t2-bb11"})
+    ).write()
     assert viewer.find_recording("dip-t2-bb1", outputs).parent.name == "dip-recording-33"
 
 

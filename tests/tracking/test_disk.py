@@ -124,7 +124,7 @@ def test_an_error_elsewhere_is_the_works_own(root, stage):
 
     with pytest.raises(Exception, match="PermissionError") as caught:
         Store(root).compute(stage(a=1), work)
-    assert caught.value.record.error["type"] == "PermissionError"
+    assert caught.value.record.failure.type == "PermissionError"
 
 
 def test_a_file_is_old_or_new(tmp_path, monkeypatch):

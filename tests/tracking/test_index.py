@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import json
 import shutil
+import sqlite3
+from contextlib import closing
 
-import pandas as pd
 import pytest
 
-from repro.tracking import index
+from repro.tracking import index, index_database
 
 
-def files(store):
-    return sorted(store.paths.index.glob("*.parquet"))
+def rows(store):
+    with closing(sqlite3.connect(store.paths.index)) as database:
+        return [id for (id,) in database.execute("SELECT id FROM stages ORDER BY id")]
 
 
 def make(store, stage, numbers):
@@ -26,29 +28,21 @@ def ids(store):
     return [entry.id for entry in index.load(store.paths).entries]
 
 
-def test_what_is_new_is_added_and_nothing_else_is_written(store, stage):
+def test_what_is_new_is_added_and_nothing_else_is_read_or_written(store, stage, monkeypatch):
     first = make(store, stage, range(3))
     fresh = index.load(store.paths)
-    assert sorted(first) == [entry.id for entry in fresh.entries]
-    (base,) = files(store)
-    stamp = base.stat().st_mtime_ns
+    assert sorted(first) == [entry.id for entry in fresh.entries] == rows(store)
+    content = store.paths.index.read_bytes()
     assert index.load(store.paths) == fresh
-    assert files(store) == [base]
+    assert store.paths.index.read_bytes() == content
     second = make(store, stage, [3])
+    read = []
+    entry = index._entry
+    monkeypatch.setattr(index, "_entry", lambda content, id, *rest: read.append(id) or entry(content, id, *rest))
+    assert ids(store) == sorted(first + second) == rows(store)
     assert ids(store) == sorted(first + second)
-    _, added = files(store)
-    assert base.stat().st_mtime_ns == stamp
-    assert list(pd.read_parquet(added)["id"]) == second
+    assert read == second
     assert list(index.load(store.paths).finished()[second[0]].card.items()) == [("z", 3), ("a", [1])]
-
-
-def test_many_small_files_become_one(store, stage):
-    made = []
-    for number in range(12):
-        made += make(store, stage, [number])
-        assert ids(store) == sorted(made)
-        assert len(files(store)) <= 8
-    assert sum(len(pd.read_parquet(file)) for file in files(store)) == 12
 
 
 def test_a_removed_or_changed_stage_is_seen(store, stage):
@@ -64,27 +58,38 @@ def test_a_removed_or_changed_stage_is_seen(store, stage):
         }
     shutil.rmtree(store.paths.folder("fits", kept))
     assert ids(store) == [changed]
-    (file,) = files(store)
-    assert list(pd.read_parquet(file)["id"]) == [changed]
+    assert rows(store) == [changed]
 
 
-@pytest.mark.parametrize("damage", [b"", b"PAR1 no table PAR1", None])
+@pytest.mark.parametrize("damage", [b"", b"SQLite format 3\0 no database", None])
 def test_a_damaged_file_is_made_again(store, stage, damage):
-    make(store, stage, range(2))
+    make(store, stage, range(40))
     whole = index.load(store.paths)
-    (file,) = files(store)
-    content = file.read_bytes()
-    file.write_bytes(content[: len(content) // 2] if damage is None else damage)
+    content = store.paths.index.read_bytes()
+    store.paths.index.write_bytes(content[: len(content) // 2] if damage is None else damage)
     assert index.load(store.paths) == whole
-    assert not file.exists()
     assert index.load(store.paths) == whole
+    assert len(rows(store)) == 40
 
 
-def test_a_table_of_other_columns_is_made_again(store, stage):
+def test_a_database_of_other_columns_is_made_again(store, stage):
+    made = make(store, stage, range(2))
+    whole = index.load(store.paths)
+    store.paths.index.unlink()
+    with closing(sqlite3.connect(store.paths.index)) as database:
+        database.execute("CREATE TABLE stages (id, code)")
+        database.execute("INSERT INTO stages VALUES ('x', 'y')")
+        database.commit()
+    assert index.load(store.paths) == whole
+    assert rows(store) == sorted(made)
+
+
+def test_a_code_identity_that_is_lost_is_read_again(store, stage):
     make(store, stage, range(2))
     whole = index.load(store.paths)
-    (file,) = files(store)
-    pd.DataFrame({"id": ["x"], "code": ["y"]}).to_parquet(file)
+    with closing(sqlite3.connect(store.paths.index)) as database:
+        database.execute("DELETE FROM codes")
+        database.commit()
     assert index.load(store.paths) == whole
 
 
@@ -105,9 +110,32 @@ def test_several_processes_keep_one_index(store, stage, start):
     assert ids(store) == made
 
 
-def test_an_index_that_cannot_be_written_costs_time_alone(store, stage):
+def test_an_index_that_cannot_be_opened_costs_time_alone(store, stage):
     make(store, stage, range(2))
-    store.paths.index.parent.mkdir(exist_ok=True)
-    store.paths.index.write_text("no folder")
+    store.paths.index.mkdir(parents=True)
     assert len(ids(store)) == 2
-    assert store.paths.index.is_file()
+    assert store.paths.index.is_dir()
+
+
+def test_an_index_that_is_locked_costs_time_alone(store, stage, monkeypatch):
+    monkeypatch.setattr(index_database, "_WAIT_S", 0.1)
+    made = make(store, stage, range(2))
+    index.load(store.paths)
+    with closing(sqlite3.connect(store.paths.index, isolation_level=None)) as other:
+        other.execute("BEGIN EXCLUSIVE")
+        made += make(store, stage, [2])
+        assert ids(store) == sorted(made)
+    assert ids(store) == sorted(made) == rows(store)
+
+
+def test_read_only_results_have_an_index(store, stage):
+    made = sorted(make(store, stage, range(2)))
+    index.load(store.paths)
+    store.paths.index.chmod(0o444)
+    store.paths.index.parent.chmod(0o555)
+    try:
+        assert ids(store) == made
+        made = sorted(made + make(store, stage, [2]))
+        assert ids(store) == made
+    finally:
+        store.paths.index.parent.chmod(0o755)

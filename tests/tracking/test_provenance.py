@@ -7,6 +7,7 @@ import subprocess
 import pytest
 
 from repro.tracking import git, provenance
+from repro.tracking.stage import Stage
 
 
 def run(folder, *arguments):
@@ -84,13 +85,14 @@ def test_description(tree, tmp_path):
     import numpy  # noqa: F401
 
     config = {"data": {"seeds": [0, 1], "samples": 5}, "fit": {"seed": 3}}
-    told = provenance.describe(config, "repro run", ["a=1"], tmp_path / "outputs" / "patches", provenance.Meter())
-    assert told["seeds"] == {"data.seeds": [0, 1], "fit.seed": 3}
-    assert told["command"] == "repro run"
-    assert len(told["git"]["constraints_sha256"]) == 64
-    assert told["machine"]["python"].startswith("3.")
-    assert told["machine"]["cores_allowed"] >= 1
-    assert any(pool["user_api"] == "blas" for pool in told["threads"]["pools"])
+    stage = Stage("fits", "toy", config, {"data": "d-1"}, (), "repro run")
+    origin = provenance.describe(stage, ["a=1"], tmp_path / "outputs" / "patches", provenance.Meter())
+    assert origin.seeds == {"data.seeds": [0, 1], "fit.seed": 3}
+    assert (origin.command, origin.overrides, origin.upstream) == ("repro run", ("a=1",), {"data": "d-1"})
+    assert len(origin.git["constraints_sha256"]) == 64
+    assert origin.machine["python"].startswith("3.")
+    assert origin.machine["cores_allowed"] >= 1
+    assert any(pool["user_api"] == "blas" for pool in origin.threads["pools"])
 
 
 def test_torch_is_described_when_it_is_loaded(monkeypatch):

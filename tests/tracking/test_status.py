@@ -8,7 +8,7 @@ import time
 import pytest
 
 from repro.errors import UserError
-from repro.tracking import code, index, lock, status
+from repro.tracking import code, lock, status
 from repro.tracking.paths import HOLDER_FILE
 from repro.tracking.stage import Stage
 from repro.tracking.store import StageFailed
@@ -151,14 +151,6 @@ def test_a_broken_experiment_list_is_named(store):
     (store.paths.experiments / "quick" / "basis.json").write_text("[]")
     with pytest.raises(UserError, match=r"basis\.json cannot be read"):
         status.survey(store.paths)
-
-
-def test_expected_seconds(store, stage):
-    assert index.load(store.paths).expected_seconds("fits", "toy fit") is None
-    store.compute(stage(a=1), lambda folder: time.sleep(0.05) or {})
-    assert 0.05 <= index.load(store.paths).expected_seconds("fits", "toy fit") < 1.0
-    assert index.load(store.paths).expected_seconds("fits", "another") is not None
-    assert index.load(store.paths).expected_seconds("runs", "toy fit") is None
 
 
 def test_a_job_without_a_run_is_missing(store):

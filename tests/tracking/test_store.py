@@ -48,8 +48,8 @@ def test_failure_is_data_and_is_tried_again(store, stage):
     failed = caught.value.record
     assert failed.outcome == "failed"
     assert store.failure(failed.id) == failed
-    assert failed.error["command"] == "repro run toy"
-    assert 'raise ValueError("loss is not finite")' in failed.error["trace"]
+    assert failed.failure.command == "repro run toy"
+    assert 'raise ValueError("loss is not finite")' in failed.failure.trace
     assert store.find(failed.id) is None
 
     record = store.compute(stage(a=1), lambda folder: {"left": sorted(path.name for path in folder.iterdir())})

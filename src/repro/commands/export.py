@@ -50,7 +50,7 @@ def export(run: OpenedRun, folder: Path, seed: int | None = None) -> list[str]:
     about = {
         "run": run.id,
         "seed": run.seeds[member],
-        "command": run.record.provenance["command"],
+        "command": run.record.provenance.command,
         "coordinates": [{"name": c.name, "unit": c.unit, "is_angle": c.is_angle} for c in run.data.coordinates],
         "units": {"kinetic, potential, lagrangian, hamiltonian": "J", "inverse": "N, N m", "forward": "of qdd"},
         "gauge": "T and V as the model gives them: L is fixed only up to a constant and dF(q)/dt",

@@ -82,8 +82,8 @@ def _fits(value: object, wish: object) -> bool:
 
 def _copy(client: Any, experiment: str, run: Record) -> None:
     origin = run.provenance
-    tags = {TAG: run.id, "command": origin["command"], "mlflow.runName": run.id}
-    copy = client.create_run(experiment, start_time=_milliseconds(origin["started"]), tags=tags).info.run_id
+    tags = {TAG: run.id, "command": origin.command, "mlflow.runName": run.id}
+    copy = client.create_run(experiment, start_time=_milliseconds(origin.started), tags=tags).info.run_id
     for name, value in run.summary["card"].items():
         text = value if isinstance(value, str) else json.dumps(value)
         client.log_param(copy, name, text[:_LONGEST])
@@ -92,7 +92,7 @@ def _copy(client: Any, experiment: str, run: Record) -> None:
             client.log_metric(copy, _metric(name), value)
     for name in (*run.files, RUN_FILE):
         client.log_artifact(copy, os.fspath(run.path(name)))
-    client.set_terminated(copy, end_time=_milliseconds(origin["finished"]))
+    client.set_terminated(copy, end_time=_milliseconds(origin.finished))
 
 
 def _metric(name: str) -> str:

@@ -32,22 +32,22 @@ def show(argv: Sequence[str]) -> int:
         return 0
     origin = entry.provenance
     print(f"{entry.id}  ({entry.kind}, {entry.outcome})\n  {entry.folder}")
-    if entry.error:
-        print(f"\nfailed\n{_indented(entry.error['trace'])}")
-        print(f"  log: {entry.error['log']}" if entry.error["log"] else "  log: printed to the terminal")
-    print("\nmade by" + (f"\n  {origin['command']}" if origin["command"] else ""))
-    print(f"  {origin['finished']}, took {duration(origin['wall_s'])}, at most {origin['peak_memory_mib']} MiB")
-    source, machine = origin["git"], origin["machine"]
+    if entry.failure:
+        print(f"\nfailed\n{_indented(entry.failure.trace)}")
+        print(f"  log: {entry.failure.log}" if entry.failure.log else "  log: printed to the terminal")
+    print("\nmade by" + (f"\n  {origin.command}" if origin.command else ""))
+    print(f"  {origin.finished}, took {duration(origin.wall_s)}, at most {origin.peak_memory_mib} MiB")
+    source, machine = origin.git, origin.machine
     print(f"  commit {source['commit']}" + (f", then git apply {source['patch']}" if source.get("patch") else ""))
     print(f"  {machine['processor']}, {machine['platform']}, Python {machine['python']}")
     summary = dict(entry.summary)
     sections = {"results, medians over the members": summary.pop("median", {}), "card": summary.pop("card", {})}
     for title, content in (
-        ("from", entry.identity["upstream"]),
+        ("from", entry.identity.upstream),
         *((title, flattened(content)) for title, content in sections.items()),
         ("also told", flattened(summary)),
-        ("settings of this stage", flattened(entry.identity["config"])),
-        ("files", {name: size(about["bytes"]) for name, about in entry.files.items()}),
+        ("settings of this stage", flattened(entry.identity.config)),
+        ("files", {name: size(about.bytes) for name, about in entry.files.items()}),
     ):
         if content:
             print(f"\n{title}\n" + table([f"  {key}", short(value)] for key, value in content.items()))

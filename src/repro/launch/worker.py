@@ -9,6 +9,7 @@ import sys
 import threading
 import traceback
 from contextlib import suppress
+from dataclasses import asdict
 from importlib import import_module
 from multiprocessing import connection, parent_process
 from pathlib import Path
@@ -51,7 +52,7 @@ def main(pipe: connection.Connection, target: str, arguments: dict[str, Any], lo
     except KeyboardInterrupt:
         pipe.send(("interrupted", None))
     except StageFailed as failure:
-        pipe.send(("failed", dict(failure.record.error or {})))
+        pipe.send(("failed", asdict(failure.record.failure) if failure.record.failure else {}))
         _print_trace()
     except UserError as error:
         pipe.send(("failed", {"type": "", "message": str(error), "trace": ""}))

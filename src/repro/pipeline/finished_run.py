@@ -69,7 +69,7 @@ class OpenedRun(Run):
         if weights.shape[1] != self.model.n_parameters:
             raise UserError(
                 f"{self.id} has {weights.shape[1]} weights a member, its model now takes {self.model.n_parameters}: "
-                f"its code has changed; {self.record.provenance['command']} makes it again"
+                f"its code has changed; {self.record.provenance.command} makes it again"
             )
         return weights
 

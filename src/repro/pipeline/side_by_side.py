@@ -29,7 +29,7 @@ def compared(ids: Sequence[str], root: Path | None = None) -> Path:
         raise UserError(f"{len(runs)} runs: 2 to {MOST} can be told apart in one recording")
     if len({run.id for run in runs}) < len(runs):
         raise UserError("the same run is named twice; name each once")
-    tested_on = {run.id: run.record.identity["upstream"]["data"] for run in runs}
+    tested_on = {run.id: run.record.identity.upstream["data"] for run in runs}
     if len(set(tested_on.values())) > 1:
         listed = "".join(f"\n  {id}: {data}" for id, data in tested_on.items())
         raise UserError(f"these runs were tested on different data, so there is no one plant to show:{listed}")

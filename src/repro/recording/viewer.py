@@ -40,7 +40,7 @@ def find_recording(run: str, root: Path) -> Path:
             raise UserError(f"no file {path}")
         return path
     store = Store(root)
-    names = {record.id: (record.id, str(record.identity["upstream"].get("run", ""))) for record in store.records(KIND)}
+    names = {record.id: (record.id, record.identity.upstream.get("run", "")) for record in store.records(KIND)}
     exact = [id for id, both in names.items() if run in both]
     found = exact or [id for id, both in names.items() if any(_is_short_for(run, name) for name in both)]
     if len(found) == 1:

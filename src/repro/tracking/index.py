@@ -6,21 +6,22 @@ The index is a cache that can be deleted at any time.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
-from contextlib import suppress
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
-from statistics import median
-from typing import Any
 
-from repro.tracking import index_files
-from repro.tracking.index_files import Entry, Stamp
+from repro.tracking import index_database
+from repro.tracking.index_database import Codes, Entry, Rows, Stamp
 from repro.tracking.paths import RUN_FILE, Paths
+from repro.tracking.plain_data import canonical
+from repro.tracking.record import StageOutcome
 
-_READERS = 8
-_BATCH = 64
-_SHELVES = {"": "ok", ".failed": "failed"}
+_READERS, _BATCH = 8, 64
+_SHELVES = {"": StageOutcome.OK, ".failed": StageOutcome.FAILED}
 
 
 @dataclass
@@ -28,41 +29,37 @@ class Index:
     """All entries, by kind, outcome and id, and each distinct code identity once."""
 
     entries: list[Entry] = field(default_factory=list)
-    codes: dict[str, dict[str, Any]] = field(default_factory=dict)
+    codes: Codes = field(default_factory=dict)
 
     def finished(self) -> dict[str, Entry]:
         """Entries of finished stages by id."""
-        return {entry.id: entry for entry in self.entries if entry.outcome == "ok"}
-
-    def expected_seconds(self, kind: str, name: str) -> float | None:
-        """Median time of the finished stages of this name, else of this kind; None when there are none."""
-        finished = [entry for entry in self.entries if entry.outcome == "ok" and entry.kind == kind]
-        alike = [entry.wall_s for entry in finished if entry.name == name] or [entry.wall_s for entry in finished]
-        return median(alike) if alike else None
+        return {entry.id: entry for entry in self.entries if entry.outcome is StageOutcome.OK}
 
 
 def load(paths: Paths) -> Index:
-    """The index, brought up to date with the store; saved when anything changed and the store can be written."""
-    stored = index_files.read(paths.index)
-    codes = stored.codes
-    rows: dict[str, tuple[Stamp, Entry]] = {}
-    unread: list[tuple[str, Stamp, str, str, str]] = []
+    """The index, brought up to date with the store, and saved where anything changed."""
+    stored, codes = index_database.read(paths.index)
+    rows: Rows = {}
+    unread: list[tuple[str, Stamp, str, str, StageOutcome]] = []
     for kind in paths.kinds():
         for shelf, outcome in _SHELVES.items():
             for id in paths.ids(kind, shelf):
                 place = f"{kind}/{shelf}/{id}"
                 stamp = _stamp(f"{paths.root}/{place}/{RUN_FILE}")
-                row = stored.rows.get(place)
+                row = stored.get(place)
                 if row is not None and row[0] == stamp:
                     rows[place] = row
                 elif stamp is not None:
                     unread.append((place, stamp, id, kind, outcome))
     contents = _contents([paths.root / place / RUN_FILE for place, *_ in unread])
-    for (place, stamp, id, kind, outcome), content in zip(unread, contents, strict=True):
-        rows[place] = stamp, _entry(content, id, kind, outcome, codes)
-    # A cache that cannot be written (read-only results) costs time, nothing else.
-    with suppress(OSError):
-        index_files.add(paths.index, stored, rows, codes)
+    new = {
+        place: (stamp, _entry(content, id, kind, outcome, codes))
+        for (place, stamp, id, kind, outcome), content in zip(unread, contents, strict=True)
+    }
+    if new or len(stored) > len(rows):
+        gone = [place for place in stored if place not in rows and place not in new]
+        index_database.save(paths.index, new, gone, codes)
+    rows |= new
     return Index([entry for _, (_, entry) in sorted(rows.items(), key=lambda row: row[0])], codes)
 
 
@@ -75,18 +72,14 @@ def _stamp(file: str) -> Stamp | None:
     return stat.st_mtime_ns, stat.st_size
 
 
-def _contents(files: list[Path]) -> list[bytes | OSError]:
-    """Reading waits for the disk, so several files are asked for at once."""
-    if not files:
-        return []
-    from concurrent.futures import ThreadPoolExecutor
-
+def _contents(files: Sequence[Path]) -> list[bytes | OSError]:
+    """The files' bytes, several files at once, since reading waits for the disk."""
     batches = [files[start : start + _BATCH] for start in range(0, len(files), _BATCH)]
     with ThreadPoolExecutor(_READERS) as readers:
         return [content for batch in readers.map(_read_batch, batches) for content in batch]
 
 
-def _read_batch(files: list[Path]) -> list[bytes | OSError]:
+def _read_batch(files: Sequence[Path]) -> list[bytes | OSError]:
     contents: list[bytes | OSError] = []
     for file in files:
         try:
@@ -96,14 +89,14 @@ def _read_batch(files: list[Path]) -> list[bytes | OSError]:
     return contents
 
 
-def _entry(content: bytes | OSError, id: str, kind: str, outcome: str, codes: dict[str, dict[str, Any]]) -> Entry:
+def _entry(content: bytes | OSError, id: str, kind: str, outcome: StageOutcome, codes: Codes) -> Entry:
     try:
         if isinstance(content, OSError):
             raise content
         run = json.loads(content)
         identity, origin, error = run["identity"], run["provenance"], run["error"]
         code = {part: identity[part] for part in ("modules", "code", "libraries")}
-        key = index_files.code_key(code)
+        key = hashlib.sha256(canonical(code)).hexdigest()[:16]
         codes[key] = code
         return Entry(
             id,
@@ -114,10 +107,10 @@ def _entry(content: bytes | OSError, id: str, kind: str, outcome: str, codes: di
             wall_s=float(origin["wall_s"]),
             command=origin["command"],
             code=key,
-            upstream=identity["upstream"],
             card_text=json.dumps(run["summary"].get("card", {})),
             medians_text=json.dumps(run["summary"].get("median", {})),
             error=f"{error['type']}: {error['message']}" if error else "",
+            upstream=dict(identity["upstream"]),
         )
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as trouble:
-        return Entry(id, kind, id, "damaged", error=f"{RUN_FILE} cannot be read ({trouble})")
+        return Entry(id, kind, id, StageOutcome.DAMAGED, error=f"{RUN_FILE} cannot be read ({trouble})")

@@ -23,7 +23,7 @@ _METRICS = "metrics.parquet"
 class Run:
     """One stored stage.
 
-    record  run.json: id, outcome, identity, summary, provenance, error
+    record  run.json: id, outcome, identity, summary, provenance, failure
     """
 
     record: Record
@@ -36,13 +36,13 @@ class Run:
     @property
     def config(self) -> Mapping[str, Any]:
         """Resolved configuration of this stage alone."""
-        return dict(self.record.identity["config"])
+        return dict(self.record.identity.config)
 
     @property
     def upstream(self) -> dict[str, Run]:
         """Role -> the stage its data, fit, ... came from."""
         root = self.record.folder.parent.parent
-        return {role: load_run(id, root=root) for role, id in self.record.identity["upstream"].items()}
+        return {role: load_run(id, root=root) for role, id in self.record.identity.upstream.items()}
 
     def table(self, name: str) -> pd.DataFrame:
         """A Parquet file of its folder: "metrics", "curves", "trajectories", ... Raises UserError when not there."""

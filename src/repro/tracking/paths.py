@@ -92,8 +92,8 @@ class Paths:
 
     @property
     def index(self) -> Path:
-        """Folder of the index of all run.json files, Parquet; a cache, safe to delete."""
-        return self.root / ".cache" / "index"
+        """The index of all run.json files, a SQLite database; a cache, safe to delete."""
+        return self.root / ".cache" / "index.sqlite"
 
     @property
     def composed(self) -> Path:

@@ -16,6 +16,8 @@ from typing import Any
 
 from repro.tracking import git
 from repro.tracking.files import file_digest
+from repro.tracking.record import Provenance
+from repro.tracking.stage import Stage
 
 _THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
@@ -28,32 +30,35 @@ class Meter:
         self._wall = time.perf_counter()
         self._processor = _processor_seconds()
 
-    def reading(self) -> dict[str, Any]:
-        """Start and end (UTC), wall and processor seconds, peak memory of the process so far in MiB."""
-        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-        return {
-            "started": self.started_at.isoformat(timespec="milliseconds"),
-            "finished": datetime.now(UTC).isoformat(timespec="milliseconds"),
-            "wall_s": round(time.perf_counter() - self._wall, 4),
-            "cpu_s": round(_processor_seconds() - self._processor, 4),
-            "peak_memory_mib": round(peak / (1024 if sys.platform != "darwin" else 1024**2), 1),
-        }
+    @property
+    def wall_s(self) -> float:
+        """Seconds since the start."""
+        return round(time.perf_counter() - self._wall, 4)
+
+    @property
+    def cpu_s(self) -> float:
+        """Processor seconds since the start, of this process and its children."""
+        return round(_processor_seconds() - self._processor, 4)
 
 
-def describe(
-    config: Mapping[str, Any], command: str, overrides: Sequence[str], patches: Path, meter: Meter
-) -> dict[str, Any]:
-    """Provenance of one stage, as plain data; what cannot change within a process is looked up once."""
-    return {
-        "command": command,
-        "overrides": list(overrides),
-        "seeds": dict(_seeds(config)),
-        **meter.reading(),
-        "git": _source(patches),
-        "machine": _machine(),
-        "threads": _threads(),
-        "torch": _torch(),
-    }
+def describe(stage: Stage, overrides: Sequence[str], patches: Path, meter: Meter) -> Provenance:
+    """Provenance of a stage that ends now; what cannot change within a process is looked up once."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return Provenance(
+        command=stage.command,
+        overrides=tuple(overrides),
+        seeds=dict(_seeds(stage.config)),
+        started=meter.started_at.isoformat(timespec="milliseconds"),
+        finished=datetime.now(UTC).isoformat(timespec="milliseconds"),
+        wall_s=meter.wall_s,
+        cpu_s=meter.cpu_s,
+        peak_memory_mib=round(peak / (1024 if sys.platform != "darwin" else 1024**2), 1),
+        git=_source(patches),
+        machine=_machine(),
+        threads=_threads(),
+        torch=_torch(),
+        upstream=dict(stage.upstream),
+    )
 
 
 @cache
@@ -78,7 +83,7 @@ def _machine() -> dict[str, Any]:
 
 
 def processor_name() -> str:
-    """The model of this machine's processor, as it calls itself."""
+    """The model of this machine's processor, by its own name for it."""
     cpuinfo = Path("/proc/cpuinfo")
     if cpuinfo.is_file():
         for line in cpuinfo.read_text(errors="replace").splitlines():

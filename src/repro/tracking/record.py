@@ -4,37 +4,102 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field, fields
+from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from repro.tracking.files import file_digest, write_json
 from repro.tracking.paths import RUN_FILE
 from repro.tracking.plain_data import digest
 
+Part = TypeVar("Part", "Identity", "Provenance", "StoredFile", "Failure")
+
+
+class StageOutcome(StrEnum):
+    """How a stage ended. An index adds DAMAGED: its run.json cannot be read."""
+
+    OK = "ok"
+    FAILED = "failed"
+    DAMAGED = "damaged"
+
+
+@dataclass(frozen=True)
+class Identity:
+    """All that a result depends on.
+
+    config     resolved configuration of the stage alone
+    upstream   role -> id of each stage whose result it reads
+    code       module -> digest of its syntax tree
+    libraries  library -> version
+    modules    where the code starts
+    """
+
+    config: Mapping[str, Any] = field(default_factory=dict)
+    upstream: Mapping[str, str] = field(default_factory=dict)
+    code: Mapping[str, str] = field(default_factory=dict)
+    libraries: Mapping[str, str] = field(default_factory=dict)
+    modules: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where a result comes from; times are UTC in ISO 8601, memory is the peak of the process so far."""
+
+    command: str = ""
+    overrides: tuple[str, ...] = ()
+    seeds: Mapping[str, Any] = field(default_factory=dict)
+    started: str = ""
+    finished: str = ""
+    wall_s: float = 0.0
+    cpu_s: float = 0.0
+    peak_memory_mib: float = 0.0
+    git: Mapping[str, Any] = field(default_factory=dict)
+    machine: Mapping[str, Any] = field(default_factory=dict)
+    threads: Mapping[str, Any] = field(default_factory=dict)
+    torch: Mapping[str, Any] | None = None
+    upstream: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class StoredFile:
+    """A file of a stage as it was written."""
+
+    sha256: str
+    bytes: int
+
+
+@dataclass(frozen=True)
+class Failure:
+    """The exception that ended a stage; `log` is the file that took the printed output, "" for the terminal."""
+
+    type: str
+    message: str
+    trace: str = ""
+    log: str = ""
+    command: str = ""
+
 
 @dataclass(frozen=True)
 class Record:
-    """What run.json says about one stage.
+    """The content of one run.json.
 
-    outcome    "ok" or "failed"
-    folder     where it lies
-    identity   config, upstream, code, libraries, modules: all that the result depends on
-    summary    the work's own result, plain data
-    files      file name -> {"sha256", "bytes"}
-    error      of a failure: {"type", "message", "trace", "log", "command"}; None otherwise
+    folder   where the stage lies
+    summary  the work's own result, plain data
+    files    by name
+    failure  None unless the outcome is FAILED
     """
 
     id: str
     kind: str
     name: str
-    outcome: str
+    outcome: StageOutcome
     folder: Path
-    identity: Mapping[str, Any]
+    identity: Identity
     summary: Mapping[str, Any] = field(default_factory=dict)
-    provenance: Mapping[str, Any] = field(default_factory=dict)
-    files: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    error: Mapping[str, Any] | None = None
+    provenance: Provenance = field(default_factory=Provenance)
+    files: Mapping[str, StoredFile] = field(default_factory=dict)
+    failure: Failure | None = None
 
     def path(self, filename: str) -> Path:
         """Full path of one of its files."""
@@ -47,13 +112,30 @@ class Record:
             "kind": self.kind,
             "name": self.name,
             "outcome": self.outcome,
-            "identity": self.identity,
+            "identity": asdict(self.identity),
             "summary": self.summary,
-            "provenance": self.provenance,
-            "files": self.files,
-            "error": self.error,
+            "provenance": asdict(self.provenance),
+            "files": {name: asdict(file) for name, file in self.files.items()},
+            "error": None if self.failure is None else asdict(self.failure),
         }
         write_json(self.folder / RUN_FILE, {**content, "checksum": digest(content)})
+
+    @classmethod
+    def of(cls, folder: Path, content: Mapping[str, Any]) -> Record:
+        """The record of a folder from the content of its run.json."""
+        identity, provenance, error = content["identity"], content["provenance"], content["error"]
+        return cls(
+            id=content["id"],
+            kind=content["kind"],
+            name=content["name"],
+            outcome=StageOutcome(content["outcome"]),
+            folder=folder,
+            identity=_part(Identity, {**identity, "modules": tuple(identity.get("modules", ()))}),
+            summary=content["summary"],
+            provenance=_part(Provenance, {**provenance, "overrides": tuple(provenance.get("overrides", ()))}),
+            files={name: _part(StoredFile, file) for name, file in content["files"].items()},
+            failure=None if error is None else _part(Failure, error),
+        )
 
 
 class Damage(Exception):  # noqa: N818 - a finding about a folder, not a programming error
@@ -68,7 +150,7 @@ def read(folder: Path, verify: bool = False) -> Record:
     try:
         content = json.loads((folder / RUN_FILE).read_bytes())
         stored = content.pop("checksum")
-        record = Record(folder=folder, **content)
+        record = Record.of(folder, content)
     except FileNotFoundError as error:
         if not folder.is_dir():
             raise
@@ -82,10 +164,15 @@ def read(folder: Path, verify: bool = False) -> Record:
     return record
 
 
-def _check_file(path: Path, expected: Mapping[str, Any], verify: bool) -> None:
+def _part(kind: type[Part], content: Mapping[str, Any]) -> Part:
+    """Entries that another version wrote and this one has no use for are left out."""
+    return kind(**{item.name: content[item.name] for item in fields(kind) if item.name in content})
+
+
+def _check_file(path: Path, expected: StoredFile, verify: bool) -> None:
     if not path.is_file():
         raise Damage(f"{path.name} is missing")
-    if path.stat().st_size != expected["bytes"]:
-        raise Damage(f"{path.name} has {path.stat().st_size} bytes instead of {expected['bytes']}")
-    if verify and file_digest(path) != expected["sha256"]:
+    if path.stat().st_size != expected.bytes:
+        raise Damage(f"{path.name} has {path.stat().st_size} bytes instead of {expected.bytes}")
+    if verify and file_digest(path) != expected.sha256:
         raise Damage(f"{path.name} differs from its checksum")

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from repro.tracking.plain_data import flattened
-from repro.tracking.record import Record
+from repro.tracking.record import Identity, Record
 from repro.tracking.store import Store
 from repro.tracking.text import short
 
@@ -37,40 +37,43 @@ class Difference:
         return f"{word} {self.key}: {short(self.before)} -> {short(self.after)}"
 
 
-def identity_differences(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[Difference]:
-    """What differs between two stored identities, in the order config, upstream, code, libraries."""
-    areas = ("config", "upstream", "code", "libraries")
+def identity_differences(before: Identity, after: Identity) -> list[Difference]:
+    """What differs between two identities, in the order config, upstream, code, libraries."""
     return [
-        difference
-        for area in areas
-        for difference in _differences(area, before.get(area, {}), after.get(area, {}), nested=area == "config")
+        *_differences("config", flattened(before.config), flattened(after.config)),
+        *_differences("upstream", before.upstream, after.upstream),
+        *_differences("code", before.code, after.code),
+        *_differences("libraries", before.libraries, after.libraries),
     ]
 
 
 def record_differences(store: Store, before: Record, after: Record, role: str = "") -> list[Difference]:
     """Everything that differs between two stored stages, and below them between the stages they were made from."""
     prefix = f"{role}: " if role else ""
-    found = list(identity_differences(before.identity, after.identity))
+    differences = list(identity_differences(before.identity, after.identity))
     if not role:
-        origins = [{key: _dig(record.provenance, key) for key in _ORIGIN_KEYS} for record in (before, after)]
-        found += _differences("origin", origins[0], origins[1], nested=True)
-        found += _differences("results", before.summary, after.summary, nested=True)
-        found += _metric_differences(before, after)
-    found = [Difference(prefix + one.area, one.key, one.before, one.after) for one in found]
-    for part, id_before in before.identity["upstream"].items():
-        id_after = after.identity["upstream"].get(part)
+        differences += _differences("origin", _origin(before), _origin(after))
+        differences += _differences("results", flattened(before.summary), flattened(after.summary))
+        differences += _metric_differences(before, after)
+    differences = [Difference(prefix + one.area, one.key, one.before, one.after) for one in differences]
+    for part, id_before in before.identity.upstream.items():
+        id_after = after.identity.upstream.get(part)
         if id_after is not None and id_after != id_before:
             old, new = store.find(id_before), store.find(id_after)
             if old is not None and new is not None:
-                found += record_differences(store, old, new, role=f"{role}.{part}" if role else part)
-    return found
+                differences += record_differences(store, old, new, role=f"{role}.{part}" if role else part)
+    return differences
 
 
-def _differences(area: str, before: Any, after: Any, nested: bool) -> Iterator[Difference]:
-    left, right = (flattened(side) if nested else dict(side) for side in (before, after))
-    for key in [*left, *(key for key in right if key not in left)]:
-        if left.get(key) != right.get(key):
-            yield Difference(area, key, left.get(key), right.get(key))
+def _differences(area: str, before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[Difference]:
+    for key in [*before, *(key for key in after if key not in before)]:
+        if before.get(key) != after.get(key):
+            yield Difference(area, key, before.get(key), after.get(key))
+
+
+def _origin(record: Record) -> dict[str, Any]:
+    provenance = asdict(record.provenance)
+    return flattened({key: _dig(provenance, key) for key in _ORIGIN_KEYS})
 
 
 def _dig(value: Any, dotted: str) -> Any:

@@ -12,7 +12,7 @@ from repro.errors import UserError
 from repro.tracking import code, index, lock
 from repro.tracking.index import Entry, Index
 from repro.tracking.paths import HOLDER_FILE, Paths
-from repro.tracking.record import read
+from repro.tracking.record import Identity, read
 from repro.tracking.stage import Stage
 from repro.tracking.stage_difference import identity_differences
 from repro.tracking.store import Store
@@ -118,13 +118,14 @@ class _Judge:
         return self.code_reasons[key]
 
 
-def _code_reasons(before: Mapping[str, Any]) -> tuple[str, ...]:
+def _code_reasons(stored: Mapping[str, Any]) -> tuple[str, ...]:
+    before = Identity(code=stored["code"], libraries=stored["libraries"])
     try:
-        now = code.closure(tuple(before["modules"]))
+        reached = code.closure(tuple(stored["modules"]))
     except UserError as error:
         return (str(error),)
-    after = {"code": now.modules, "libraries": now.libraries}
-    return tuple(str(difference) for difference in identity_differences({**before, "config": {}}, after))
+    after = Identity(code=reached.modules, libraries=reached.libraries)
+    return tuple(str(difference) for difference in identity_differences(before, after))
 
 
 def _being_made(paths: Paths) -> list[Item]:
@@ -181,7 +182,7 @@ def _outdated(item: Item, listing: _Listing, stored: Index, paths: Paths, expect
         before = read(paths.folder(finished[id].kind, id)).identity
         differences = identity_differences(before, stage.identity)
         reasons += [str(one) for one in differences if one.area == "config"]
-        upstream = [(before["upstream"].get(role), id) for role, id in stage.upstream.items()]
+        upstream = [(before.upstream.get(role), id) for role, id in stage.upstream.items()]
         pairs += [(old, wanted[new]) for old, new in upstream if old is not None and new in wanted]
     return tuple(reasons)
 

@@ -13,7 +13,7 @@ from repro.tracking import code, lock, progress, provenance, record
 from repro.tracking.files import disk_errors_explained, disk_trouble, file_digest, sync, write_json
 from repro.tracking.paths import CHECKPOINT_PREFIX, HOLDER_FILE, TEMPORARY_SUFFIX, Paths
 from repro.tracking.plain_data import plain_copy
-from repro.tracking.record import Damage, Record
+from repro.tracking.record import Damage, Failure, Record, StageOutcome, StoredFile
 from repro.tracking.stage import Stage
 
 
@@ -25,8 +25,8 @@ class StageFailed(Exception):  # noqa: N818 - the outcome of a stage, known by t
         self.record = record
 
     def __str__(self) -> str:
-        error = self.record.error or {}
-        return f"{self.record.id} failed: {error.get('type')}: {error.get('message')} (repro show {self.record.id})"
+        failure = self.record.failure or Failure("", "")
+        return f"{self.record.id} failed: {failure.type}: {failure.message} (repro show {self.record.id})"
 
 
 class Store:
@@ -128,7 +128,7 @@ class Store:
                 raise trouble from error
             raise StageFailed(self._keep_failure(stage, folder, meter, error)) from error
         try:
-            code.check_unchanged(stage.identity["code"])
+            code.check_unchanged(stage.identity.code)
         except UserError:
             shutil.rmtree(folder)
             raise
@@ -140,9 +140,9 @@ class Store:
         for path in sorted(path for path in folder.rglob("*") if path.is_file()):
             sync(path)
             name = path.relative_to(folder).as_posix()
-            files[name] = {"sha256": file_digest(path), "bytes": path.stat().st_size}
+            files[name] = StoredFile(sha256=file_digest(path), bytes=path.stat().st_size)
         place = self.paths.folder(stage.kind, stage.id)
-        self._record(stage, folder, "ok", meter, summary=summary, files=files).write()
+        self._record(stage, folder, StageOutcome.OK, meter, summary=summary, files=files).write()
         folder.rename(place)
         sync(place.parent)
         shutil.rmtree(self.paths.failed(stage.kind, stage.id), ignore_errors=True)
@@ -153,20 +153,16 @@ class Store:
         shutil.rmtree(place, ignore_errors=True)
         place.parent.mkdir(parents=True, exist_ok=True)
         (folder / HOLDER_FILE).unlink(missing_ok=True)
-        details = {
-            "type": type(error).__name__,
-            "message": str(error),
-            "trace": "".join(traceback.format_exception(error)),
-            "log": progress.log_path(),
-            "command": stage.command,
-        }
-        self._record(stage, folder, "failed", meter, error=details).write()
+        trace = "".join(traceback.format_exception(error))
+        failure = Failure(type(error).__name__, str(error), trace, progress.log_path(), stage.command)
+        self._record(stage, folder, StageOutcome.FAILED, meter, failure=failure).write()
         folder.rename(place)
         sync(place.parent)
         return record.read(place)
 
-    def _record(self, stage: Stage, folder: Path, outcome: str, meter: provenance.Meter, **content: Any) -> Record:
-        origin = provenance.describe(stage.config, stage.command, self.overrides, self.paths.patches, meter)
+    def _record(
+        self, stage: Stage, folder: Path, outcome: StageOutcome, meter: provenance.Meter, **content: Any
+    ) -> Record:
         return Record(
             id=stage.id,
             kind=stage.kind,
@@ -174,7 +170,7 @@ class Store:
             outcome=outcome,
             folder=folder,
             identity=stage.identity,
-            provenance={**origin, "upstream": dict(stage.upstream)},
+            provenance=provenance.describe(stage, self.overrides, self.paths.patches, meter),
             **content,
         )
 
