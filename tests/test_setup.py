@@ -22,7 +22,6 @@ def test_every_dependency_is_pinned():
     pinned = {canonical(line): line for line in lines if line.strip()}
     assert wanted <= set(pinned)
     assert all("==" in line for line in pinned.values())
-    assert pinned["torch"] == "torch==2.13.0"
 
 
 @pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")

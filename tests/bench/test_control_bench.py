@@ -1,12 +1,11 @@
 """Our controller beside do-mpc's: the same problem, so the same plan; and what the timing of a step counts."""
 
-import re
 from importlib.util import find_spec
 
 import numpy as np
 import pytest
 
-from repro.bench.control import control, steps_in_turn
+from repro.bench.control import control
 from repro.bench.control_case import CASES, EQUAL, FAST
 from repro.bench.do_mpc_peer import Collocation
 from repro.bench.scale import SCALES
@@ -47,13 +46,6 @@ def test_the_limits_of_force_and_speed_are_kept():
     states, forces = _their_plan(DIP, Collocation(2, 1), np.array([0.0, np.pi - 0.3, np.pi + 0.2, 0.0, 0.0, 0.0]))
     assert np.abs(forces).max() == pytest.approx(DIP.problem.force_limit, rel=1e-3)
     assert np.abs(states[:, 3:]).max() < DIP.problem.speed_limit
-
-
-def test_a_step_of_both_takes_time():
-    pairs = steps_in_turn(SIP, FAST, SIP.collocations[0], 2)
-    assert len(pairs) == 2
-    assert (pairs.ours > 0).all() and (pairs.other > 0).all()
-    assert re.fullmatch(r"ours \d\.\de-0\d, do-mpc \d\.\de-0\d", pairs.found)
 
 
 def test_the_rows_say_how_each_discretises():

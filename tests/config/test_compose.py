@@ -88,4 +88,3 @@ def test_many_jobs_are_composed_by_several_processes_to_the_same(monkeypatch):
 
 def test_the_digest_is_of_one_experiment_alone():
     assert digest("sip_basis") != digest("sip_energies")
-    assert digest("sip_basis") == digest("sip_basis")
