@@ -48,7 +48,7 @@ COMMANDS = (
     Command(
         "identify",
         "what data can tell of a linear basis",
-        "identify system=dip basis=fxf sequence=pretrain_only",
+        "identify system=dip basis=fxf sequence=pretrain",
         "repro.commands.identify:main",
     ),
     Command(
