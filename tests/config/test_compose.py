@@ -8,7 +8,8 @@ import pytest
 
 from repro.config.compose import compose, plan
 from repro.config.overrides import expand
-from repro.config.places import CONF, digest
+from repro.config.places import digest
+from repro.config.registry import groups, settings
 from repro.errors import UserError
 
 # What an option needs beside it.
@@ -22,7 +23,7 @@ COMPANIONS = {
     "optimiser=thresholded_least_squares": ["basis=library"],
     "optimiser=least_squares": ["basis=t1"],
 }
-OPTIONS = [f"{path.parent.name}={path.stem}" for path in sorted(CONF.glob("*/*.yaml"))]
+OPTIONS = [f"{group}={option}" for group, options in groups().items() for option in options]
 
 
 @pytest.mark.parametrize("option", OPTIONS)
@@ -32,6 +33,20 @@ def test_every_option_composes(option, tmp_path):
     companions = [text.replace("{file}", str(recording)) for text in COMPANIONS.get(option, [])]
     composed = compose([option, *companions])
     assert composed.config.members == list(range(composed.config.scale.seeds))
+
+
+@pytest.mark.parametrize("option", ["dip_best", "dip_printed"])
+def test_an_option_read_without_hydra_has_the_keys_and_values_that_hydra_composes(option):
+    composed = compose(["system=dip", "basis=fxf", f"control={option}"]).config
+    assert composed.control.model_dump() == settings("control", option)
+
+
+def test_a_base_is_no_option():
+    assert not [option for options in groups().values() for option in options if option.startswith("_")]
+    with pytest.raises(UserError, match="control=_mpc: allowed are dip"):
+        compose(["control=_mpc"])
+    with pytest.raises(UserError, match=r"unknown key 'interval' \(did you mean intervals\?\)"):
+        compose(["control=sip_best", "control.interval=30"])
 
 
 @pytest.mark.parametrize(

@@ -4,13 +4,11 @@ import itertools
 import re
 from collections.abc import Iterable, Sequence
 from functools import cache
-from pathlib import Path
 from typing import Any
 
-import yaml
-
+from repro.config import registry
 from repro.config.error_lines import meant
-from repro.config.places import CONF, EXPERIMENTS
+from repro.config.places import EXPERIMENTS
 from repro.config.renamed_keys import refuse_renamed
 from repro.errors import UserError
 
@@ -81,7 +79,7 @@ def _sweep_lines(overrides: Sequence[str]) -> list[list[str]]:
     name = experiment_of(overrides)
     if not name:
         return [[]]
-    return [str(line).split() for line in _yaml(EXPERIMENTS / f"{name}.yaml").get("sweep") or [""]]
+    return [str(line).split() for line in registry.read_yaml(EXPERIMENTS / f"{name}.yaml").get("sweep") or [""]]
 
 
 def _product(overrides: Sequence[str]) -> Iterable[tuple[str, ...]]:
@@ -114,7 +112,7 @@ def _values(override: str) -> list[str]:
 
 def check(overrides: Sequence[str]) -> None:
     """UserError for a misspelt group, option or key: Hydra's own advice, to append with +, would mislead."""
-    groups = _groups()
+    groups = registry.groups()
     top = sorted({*groups, "chain", "device", "seeds", "record", "whole_chain", "hydra", "experiment"})
     seen: dict[str, str] = {}
     for override in overrides:
@@ -135,10 +133,11 @@ def check(overrides: Sequence[str]) -> None:
 
 
 def _check_leaf(override: str, group: str, path: Sequence[str], overrides: Sequence[str]) -> None:
-    chosen = [option for option in _groups()[group] if f"{group}={option}" in overrides]
+    options = registry.groups()[group]
+    chosen = [option for option in options if f"{group}={option}" in overrides]
     allowed: set[str] = set()
-    for option in (CONF / group / f"{name}.yaml" for name in chosen or _groups()[group]):
-        section: Any = _yaml(option)
+    for option in chosen or options:
+        section: Any = registry.settings(group, option)
         for part in path[:-1]:
             section = section.get(part, {}) if isinstance(section, dict) else {}
         allowed |= set(section) if isinstance(section, dict) else set()
@@ -154,20 +153,3 @@ def first_lines(error: Exception) -> str:
     told = "; ".join(useful[:3])
     missing = re.fullmatch(r"Could not override '([\w.]+)'\.?", told)
     return f"{missing[1]}: unknown key; the chosen option has no such key" if missing else told
-
-
-@cache
-def _groups() -> dict[str, list[str]]:
-    folders = (path for path in CONF.iterdir() if path.is_dir())
-    return {path.name: sorted(option.stem for option in path.glob("*.yaml")) for path in folders}
-
-
-@cache
-def _yaml(path: Path) -> dict[str, Any]:
-    try:
-        content = yaml.safe_load(path.read_text())
-    except yaml.YAMLError as error:
-        raise UserError(f"{path} is no valid YAML: {' '.join(str(error).split())}") from None
-    if not isinstance(content, dict):
-        raise UserError(f"{path} must hold `key: value` lines")
-    return content

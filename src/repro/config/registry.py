@@ -1,26 +1,70 @@
-"""What `repro run --help` lists: every group of settings, its options, and the experiments, as their files put it."""
+"""The groups of settings and their options as their files hold them, and the list that `repro run --help` shows."""
 
+from functools import cache
 from pathlib import Path
+from typing import Any
+
+import yaml
 
 from repro.config.places import CONF, EXPERIMENTS
+from repro.errors import UserError
+
+
+@cache
+def groups() -> dict[str, list[str]]:
+    """Every group with its options. A file whose name begins with _ is a base of others, no option."""
+    folders = (path for path in sorted(CONF.iterdir()) if path.is_dir())
+    return {path.name: [option.stem for option in _files(path)] for path in folders}
+
+
+@cache
+def settings(group: str, option: str) -> dict[str, Any]:
+    """The keys of an option with their values, those of its base included; UserError for a file that is no YAML."""
+    own = read_yaml(CONF / group / f"{option}.yaml")
+    merged: dict[str, Any] = {}
+    for layer in own.get("defaults", ["_self_"]):
+        merged = _merged(merged, own if layer == "_self_" else settings(group, layer))
+    return {key: value for key, value in merged.items() if key != "defaults"}
+
+
+@cache
+def read_yaml(path: Path) -> dict[str, Any]:
+    """The content of a file of settings; UserError for one that is no YAML."""
+    try:
+        content = yaml.safe_load(path.read_text())
+    except yaml.YAMLError as error:
+        raise UserError(f"{path} is no valid YAML: {' '.join(str(error).split())}") from None
+    if not isinstance(content, dict):
+        raise UserError(f"{path} must hold `key: value` lines")
+    return content
 
 
 def choices_text() -> str:
-    """A line an option, `group=option` and the first comment of its file."""
-    groups = [path for path in sorted(CONF.iterdir()) if path.is_dir()]
-    lines = [f"  {f'{group.name}={path.stem}':<38} {_said(path)}" for group in groups for path in _files(group)]
-    lines += [f"  {'experiment=' + path.stem:<38} {_said(path)}" for path in _files(EXPERIMENTS)]
-    lines += [
-        f"  {line.split('#')[0].strip().replace(': ', '='):<38} {line.split('#')[1].strip()}" for line in _plain()
+    """One line per option: `group=option` and the first comment of its file."""
+    lines = [
+        (f"{group}={name}", _comment(CONF / group / f"{name}.yaml")) for group in groups() for name in groups()[group]
     ]
-    return "\n".join(lines)
+    lines += [(f"experiment={path.stem}", _comment(path)) for path in _files(EXPERIMENTS)]
+    for line in _plain():
+        setting, _, comment = line.partition("#")
+        lines.append((setting.strip().replace(": ", "="), comment.strip()))
+    return "\n".join(f"  {choice:<38} {comment}" for choice, comment in lines)
 
 
 def _files(folder: Path) -> list[Path]:
-    return sorted(folder.glob("*.yaml"))
+    return sorted(folder.glob("[!_]*.yaml"))
 
 
-def _said(path: Path) -> str:
+def _merged(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    """Dictionaries merged key by key, as Hydra composes them."""
+    merged = dict(base)
+    for key, value in changes.items():
+        nested = isinstance(value, dict) and isinstance(merged.get(key), dict)
+        merged[key] = _merged(merged[key], value) if nested else value
+    return merged
+
+
+def _comment(path: Path) -> str:
     """The first comment that is no command line."""
     comments = [line.partition("#")[2].strip() for line in path.read_text().splitlines() if "#" in line]
     return next((comment for comment in comments if not comment.startswith("repro ")), "")

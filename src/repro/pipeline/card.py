@@ -4,9 +4,7 @@ from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import Any
 
-import yaml
-
-from repro.config.places import CONF
+from repro.config.registry import settings
 from repro.config.rules import ANCHOR_ROWS, FREE_MOTION
 from repro.config.schema import Config, File, RandomForce
 from repro.pipeline.as_printed import is_literal
@@ -59,13 +57,13 @@ def _options(config: Config) -> str | None:
     """Options without a column of their own, where not their setting's: of model, objective, friction, starts."""
     starts = {key: value for key, value in config.optimiser.items() if key == "restarts"}
     changed = []
-    for setting, chosen in (
-        (f"model/{config.model['kind']}", config.model),
-        (f"objective/{config.objective.kind}", config.objective.model_dump()),
-        (f"optimiser/{config.optimiser['name']}", starts),
-        (f"system/{config.system.name}", {"damping_growth": config.system.damping_growth}),
+    for group, option, chosen in (
+        ("model", config.model["kind"], config.model),
+        ("objective", config.objective.kind, config.objective.model_dump()),
+        ("optimiser", config.optimiser["name"], starts),
+        ("system", config.system.name, {"damping_growth": config.system.damping_growth}),
     ):
-        usual = yaml.safe_load((CONF / f"{setting}.yaml").read_text())
+        usual = settings(group, option)
         changed += [
             f"{key}={str(value).lower()}"
             for key, value in chosen.items()

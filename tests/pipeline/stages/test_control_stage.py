@@ -3,9 +3,8 @@
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
 
-from repro.config.places import CONF
+from repro.config.registry import settings
 from repro.data.random_force import random_force
 from repro.mechanics.system import load
 from repro.models.truth import Truth
@@ -21,7 +20,7 @@ COLUMNS = [
 
 
 def options(group, name, **changes):
-    return {**yaml.safe_load((CONF / group / f"{name}.yaml").read_text()), **changes}
+    return {**settings(group, name), **changes}
 
 
 @pytest.fixture(scope="module")
