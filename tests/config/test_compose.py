@@ -3,12 +3,16 @@
 import json
 import os
 import shlex
+import shutil
+import subprocess
+import sys
 
 import pytest
+import yaml
 
 from repro.config.compose import compose, plan
 from repro.config.overrides import expand
-from repro.config.places import digest
+from repro.config.places import ROOT, digest
 from repro.config.registry import groups, settings
 from repro.errors import UserError
 
@@ -103,3 +107,15 @@ def test_many_jobs_are_composed_by_several_processes_to_the_same(monkeypatch):
 
 def test_the_digest_is_of_one_experiment_alone():
     assert digest("sip_basis") != digest("sip_energies")
+
+
+def test_a_checkout_may_lie_in_any_folder(tmp_path):
+    """Hydra reads the folder of the settings from an override, whose grammar has its own meaning for many letters."""
+    checkout = tmp_path / "o'brien (1) = a, b # & {c} [d] ~ müller 漢字"
+    for folder in ("src", "conf", "experiments"):
+        shutil.copytree(ROOT / folder, checkout / folder, ignore=shutil.ignore_patterns("__pycache__"))
+    command = [sys.executable, "-m", "repro.cli", "run", "--cfg", "job", "experiment=sip_basis", "basis=t1"]
+    environment = os.environ | {"PYTHONPATH": str(checkout / "src"), "REPRO_OUTPUTS": str(tmp_path / "outputs")}
+    ended = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert ended.returncode == 0, ended.stderr
+    assert yaml.safe_load(ended.stdout)["basis"] == {"name": "t1"}

@@ -20,6 +20,7 @@ from repro.config.plugin_options import model_options, optimiser_options
 from repro.config.rules import impossible
 from repro.config.schema import Config
 from repro.errors import UserError
+from repro.tracking.text import hydra_quoted
 
 NEEDS_QUOTES = set("[]{}() $*;&|")
 JOBS_A_PROCESS = 10  # fewer cost less than to start a process for them
@@ -121,7 +122,9 @@ def _composed(overrides: Sequence[str]) -> dict[str, Any]:
     try:
         if not GlobalHydra.instance().is_initialized():
             hydra.initialize_config_dir(str(CONF), version_base="1.3")
-        composed = hydra.compose("config", [f"hydra.searchpath=[file://{ROOT}]", *WITHOUT_HYDRAS_OWN, *overrides])
+        composed = hydra.compose(
+            "config", [f"hydra.searchpath=[{hydra_quoted(f'file://{ROOT}')}]", *WITHOUT_HYDRAS_OWN, *overrides]
+        )
         resolved = OmegaConf.to_container(composed, resolve=True, throw_on_missing=False)
     except (HydraException, OmegaConfBaseException, yaml.YAMLError) as error:
         raise UserError(first_lines(error)) from None

@@ -21,6 +21,7 @@ from repro.errors import UserError
 from repro.launch.jobs import Event, Job, JobResult, reason
 from repro.launch.pool import run_jobs
 from repro.tracking.files import write_json
+from repro.tracking.text import hydra_quoted
 
 LAUNCHER = "hydra/launcher="
 EXTRAS = {
@@ -70,7 +71,7 @@ def launch(jobs: Sequence[Job], where: Sequence[str], logs: Path) -> list[JobRes
     """Run the jobs on a launcher and wait; returns how each ended, in their order."""
     folder = logs / f"{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}"
     write_json(_jobs_file(folder), [asdict(job) for job in jobs])
-    told = [f"+folder={_quoted(folder)}", f"hydra.sweep.dir={_quoted(folder)}", f"+job=range({len(jobs)})"]
+    told = [f"+folder={hydra_quoted(folder)}", f"hydra.sweep.dir={hydra_quoted(folder)}", f"+job=range({len(jobs)})"]
     quiet = ["hydra.job.name=repro", "hydra.output_subdir=null", "hydra.job.chdir=false"]
     print(f"{len(jobs)} jobs on {' '.join(where)}; their logs: {folder}", file=sys.stderr, flush=True)
     subprocess.run([sys.executable, "-m", __name__, str(folder), "-m", *quiet, *where, *told], check=False)
@@ -83,11 +84,6 @@ def _jobs_file(folder: Path) -> Path:
 
 def _ending_file(folder: Path, number: int) -> Path:
     return folder / str(number) / "ended.json"
-
-
-def _quoted(path: Path) -> str:
-    """A path as Hydra's grammar of overrides takes any text."""
-    return "'" + str(path).replace("'", r"\'") + "'"
 
 
 def _ending(folder: Path, number: int, job: Job) -> JobResult:

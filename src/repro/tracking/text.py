@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import sys
 from collections.abc import Iterable, Sequence
@@ -60,3 +61,9 @@ def duration(seconds: float) -> str:
     if whole < 3600:
         return f"{whole // 60} min {whole % 60} s"
     return f"{whole // 3600} h {whole % 3600 // 60} min"
+
+
+def hydra_quoted(text: object) -> str:
+    """Any text as a quoted value of Hydra's override grammar: blanks, brackets and letters stay as they are."""
+    escaped = re.sub(r"(\\*)'", r"\1\1\\'", str(text))
+    return "'" + re.sub(r"(\\+)$", r"\1\1", escaped) + "'"
