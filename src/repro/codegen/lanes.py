@@ -1,41 +1,89 @@
-"""Straight-line statements over vectors of samples: each lane is a sample."""
+"""Straight-line statements over vectors in C: each lane of a vector is one sample, or one stage of a horizon."""
 
 import re
 from collections.abc import Sequence
 
-import casadi
+import casadi as ca
 
 from repro.codegen.straight_line import statements
 
-LANES = 8
+LANES = 8  # doubles in the widest vector registers; a compiler splits a vector for narrower ones
 
-
-# of vectors of lanes, whose type and number are said before
-FUNCTIONS = """
-static inline vec splat(double x) { vec r; for (int l = 0; l < LANES; l++) r[l] = x; return r; }
-#define UNARY(name, expression) \\
-  static inline vec v_##name(vec a) { vec r; for (int l = 0; l < LANES; l++) r[l] = expression; return r; }
-#define BINARY(name, expression) \\
-  static inline vec v_##name(vec a, vec b) { vec r; for (int l = 0; l < LANES; l++) r[l] = expression; return r; }
-UNARY(exp, exp(a[l])) UNARY(log, log(a[l])) UNARY(log1p, log1p(a[l])) UNARY(sin, sin(a[l])) UNARY(cos, cos(a[l]))
-UNARY(tan, tan(a[l])) UNARY(tanh, tanh(a[l])) UNARY(fabs, fabs(a[l])) UNARY(sqrt, sqrt(a[l]))
-UNARY(sign, (a[l] > 0) - (a[l] < 0)) UNARY(negation, a[l] == 0)
-BINARY(less, a[l] < b[l]) BINARY(less_equal, a[l] <= b[l]) BINARY(equal, a[l] == b[l])
-BINARY(unequal, a[l] != b[l]) BINARY(if_else_zero, a[l] != 0 ? b[l] : 0)
-BINARY(fmax, fmax(a[l], b[l])) BINARY(fmin, fmin(a[l], b[l])) BINARY(pow, pow(a[l], b[l]))
+TYPE = f"""
+#include <math.h>
+#include <stdint.h>
+#define LANES {LANES}
+typedef double vec __attribute__((vector_size(8 * LANES)));
 """
 
+_BINARY = {
+    "pow": "pow(a[l], b[l])",
+    "fmax": "fmax(a[l], b[l])",
+    "fmin": "fmin(a[l], b[l])",
+    "atan2": "atan2(a[l], b[l])",
+    "less": "a[l] < b[l]",
+    "less_equal": "a[l] <= b[l]",
+    "equal": "a[l] == b[l]",
+    "unequal": "a[l] != b[l]",
+    "both": "a[l] != 0.0 && b[l] != 0.0",
+    "either": "a[l] != 0.0 || b[l] != 0.0",
+    "if_else_zero": "a[l] != 0.0 ? b[l] : 0.0",
+}
+_OF_MATH_H = ("sqrt", "exp", "expm1", "log", "log1p", "sin", "cos", "tan", "tanh", "sinh", "cosh", "atan", "fabs")
+_UNARY = {name: f"{name}(a[l])" for name in _OF_MATH_H}
+_UNARY |= {"sign": "(a[l] > 0.0) - (a[l] < 0.0)", "negation": "a[l] == 0.0"}
 
-def vectorised(function: casadi.Function, output: str, inputs: Sequence[str]) -> tuple[list[str], int]:
-    """Statements over lanes, and how many work variables w0, w1, ... they need; `parameters` are scalars."""
+
+def _lanewise(name: str, arguments: str, body: str) -> str:
+    loop = f"for (int l = 0; l < LANES; l++) r[l] = {body};"
+    return f"static inline vec {name}({arguments}) {{ vec r; {loop} return r; }}"
+
+
+# for any `vec` and LANES defined before
+FUNCTIONS = "\n".join(
+    [
+        "#define inf INFINITY",
+        "#define nan NAN",
+        _lanewise("splat", "double a", "a"),
+        *(_lanewise(f"v_{name}", "vec a", body) for name, body in _UNARY.items()),
+        *(_lanewise(f"v_{name}", "vec a, vec b", body) for name, body in _BINARY.items()),
+        "",
+    ]
+)
+
+
+def vectorised(function: ca.Function, output: str, inputs: Sequence[str]) -> tuple[list[str], int]:
+    """Statements over lanes of output = function(*inputs), and the number of work variables w0, w1, ... they need.
+
+    The input `parameters` holds scalars, every other input vectors. An output named `sum` is added to, not replaced.
+    """
     lines, n_work = statements(function, inputs, output)
     return [_vector_statement(line, output) for line in lines], n_work
+
+
+def vector_function(function: ca.Function, inputs: Sequence[str]) -> str:
+    """`static void NAME(const vec *INPUT, ..., vec *restrict out)` for a function with one column as its result."""
+    lines, n_work = vectorised(function, "out", inputs)
+    arguments = "".join(f"const vec *{name}, " for name in inputs)
+    work = f"    vec {', '.join(f'w{i}' for i in range(n_work))};\n" if n_work else ""
+    body = "".join(f"    {line};\n" for line in lines)
+    name = function.name()
+    return f"static __attribute__((noinline)) void {name}({arguments}vec *restrict out) {{\n{work}{body}}}\n"
 
 
 def _vector_statement(line: str, output: str) -> str:
     # scalars instead of an array of work variables: these stay in registers
     target, value = re.sub(r"\bw\[(\d+)\]", r"w\1", line).split(" = ", 1)
-    if value.startswith("parameters[") or re.fullmatch(r"-?[\d.e+-]+", value):
+    if value.startswith("parameters[") or _is_number(value):
         value = f"splat({value})"
-    value = re.sub(r"\b([a-z_0-9]+)\(", lambda m: m[0] if m[1] == "splat" else f"v_{m[1]}(", value)
+    else:
+        value = re.sub(r"^(\w+)\(", r"v_\1(", value)
     return f"{target} {'+=' if output == 'sum' and target.startswith('sum[') else '='} {value}"
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

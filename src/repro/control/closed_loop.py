@@ -61,7 +61,7 @@ def run_loop(
     decisions, force = [], 0.0
     acceleration = dynamics_of(plant).acceleration
     # a plant of its own for every start: not worth a compilation each
-    engine = "numba" if conditions.mismatch and conditions.mismatch_kind == "physical" else "auto"
+    engine = "casadi" if conditions.mismatch and conditions.mismatch_kind == "physical" else "auto"
     for k in range(steps):
         decision = controller.decide(seen)
         decisions.append(decision)

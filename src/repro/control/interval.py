@@ -11,6 +11,7 @@ from repro.control.matrix_network import is_wide
 from repro.control.optimal_control_problem import Problem, Weights
 from repro.control.point import Point
 from repro.control.predictive_model import PredictiveModel
+from repro.mechanics.runge_kutta import rk4_step
 
 Discretisation = Literal["shooting", "collocation"]
 Expression = Any  # casadi.SX, or casadi.MX where the model is large
@@ -161,12 +162,7 @@ def _shoot(
 ) -> _Motion:
     reached, h, derivative = [state], length / substeps, model.derivative
     for _ in range(substeps):
-        at = reached[-1]
-        k1 = derivative(at, force, weights)
-        k2 = derivative(at + h / 2 * k1, force, weights)
-        k3 = derivative(at + h / 2 * k2, force, weights)
-        k4 = derivative(at + h * k3, force, weights)
-        reached.append(at + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4))
+        reached.append(rk4_step(lambda x: derivative(x, force, weights), reached[-1], h))
     return _Motion(reached[-1], reached[substeps // 2], [], [])
 
 

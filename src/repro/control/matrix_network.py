@@ -6,6 +6,7 @@ from typing import Any
 
 import casadi as ca
 
+from repro.mechanics.derive import solve_symmetric
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
 
@@ -75,4 +76,4 @@ class MatrixNetwork:
 def _solver(n: int) -> ca.Function:
     """(A, b) -> x of A x = b for a small matrix, by cofactors: no pivot needs to be non-zero."""
     matrix, right = ca.SX.sym("A", n, n), ca.SX.sym("b", n)
-    return ca.Function("solve", [matrix, right], [ca.mtimes(ca.inv_minor(matrix), right)])
+    return ca.Function("solve", [matrix, right], [solve_symmetric(matrix, right)])

@@ -10,7 +10,8 @@ from collections.abc import Sequence
 import casadi as ca
 import numpy as np
 
-from repro.codegen.stage_kernels import kernel, preamble
+from repro.codegen.lanes import FUNCTIONS as LANE_FUNCTIONS
+from repro.codegen.lanes import TYPE, vector_function
 from repro.control.interval import points
 from repro.control.programme_template import FUNCTIONS
 from repro.control.rate import Rate
@@ -23,13 +24,13 @@ def shooting_code(of: Transcription) -> str:
     rate = Rate(of.model)
     at = points(of.model, of.problem)
     kernels = [
-        kernel(rate.value, ("z", "weights")),
-        kernel(rate.slope, ("z", "weights")),
-        kernel(rate.curve, ("z", "weights", "slopes", "multipliers")),
+        vector_function(rate.value, ("z", "weights")),
+        vector_function(rate.slope, ("z", "weights")),
+        vector_function(rate.curve, ("z", "weights", "slopes", "multipliers")),
     ]
     for point in at:
-        kernels += [kernel(function, ("z", "shared", "data")) for function in (point.value, point.slope)]
-        kernels.append(kernel(point.curve, ("z", "shared", "data", "multipliers")))
+        kernels += [vector_function(function, ("z", "shared", "data")) for function in (point.value, point.slope)]
+        kernels.append(vector_function(point.curve, ("z", "shared", "data", "multipliers")))
     start, middle, end = (point.margins.numel() for point in at)
     sizes = {
         "N": of.n_intervals,
@@ -47,8 +48,8 @@ def shooting_code(of: Transcription) -> str:
         _table("casadi_int", "jacobian_pattern", _compressed(_jacobian(of))),
         _table("casadi_int", "hessian_pattern", _compressed(_hessian(of))),
     ]
-    parts = [*definitions, "typedef long long int casadi_int;", preamble(), *tables, *kernels, STAGES, FUNCTIONS]
-    return "\n".join(parts)
+    types = [TYPE, "typedef long long int casadi_int;"]
+    return "\n".join([*definitions, *types, LANE_FUNCTIONS, *tables, *kernels, STAGES, FUNCTIONS])
 
 
 def _jacobian(of: Transcription) -> ca.Sparsity:

@@ -32,7 +32,7 @@ static void rate_along(const vec *rate, vec slope[N_X][N_W], vec along[N_X][N_W]
     for (int i = 0; i < N_Q; i++) {
         const vec *row = rate + N_Q + i * N_W;
         for (int c = 0; c < N_W; c++) {
-            vec sum = c == N_X ? row[N_X] : spread(0.0);
+            vec sum = c == N_X ? row[N_X] : splat(0.0);
             for (int j = 0; j < N_X; j++) sum += row[j] * slope[j][c];
             along[i][c] = slope[N_Q + i][c];
             along[N_Q + i][c] = sum;
@@ -44,7 +44,7 @@ static void shoot(int group, int slopes) {
     vec x[N_X], s[N_X][N_W], h = now.data[group][0] / (double)SUBSTEPS, *first = now.z[group][0];
     const vec *weights = now.shared + 1;
     memcpy(x, first, sizeof x);
-    for (int i = 0; i < N_X; i++) for (int c = 0; c < N_W; c++) s[i][c] = spread(i == c);
+    for (int i = 0; i < N_X; i++) for (int c = 0; c < N_W; c++) s[i][c] = splat(i == c);
     for (int sub = 0; sub < SUBSTEPS; sub++) {
         vec k[4][N_X], along[4][N_X][N_W];
         for (int l = 0; l < 4; l++) {
@@ -86,8 +86,8 @@ static void move_to(const double *x, const double *p) {
     memcpy(now.x, x, sizeof now.x);
     memcpy(now.p, p, sizeof now.p);
     now.level = NOTHING;
-    for (int i = 0; i < N_SHARED; i++) now.shared[i] = spread(p[N_X + i]);
-    for (int i = 0; i < N_X; i++) now.last[i] = spread(x[N * N_W + i]);
+    for (int i = 0; i < N_SHARED; i++) now.shared[i] = splat(p[N_X + i]);
+    for (int i = 0; i < N_X; i++) now.last[i] = splat(x[N * N_W + i]);
     for (int group = 0; group < GROUPS; group++) for (int lane = 0; lane < LANES; lane++) {
         int k = stage_of(group, lane);
         now.data[group][0][lane] = lengths[k];
@@ -131,7 +131,7 @@ static void constraints(double *g) {
 
 /* The middle's derivatives with respect to w: those with respect to x times the slope of x. */
 static vec through_middle(int group, const vec *slope, int c) {
-    vec sum = spread(0.0);
+    vec sum = splat(0.0);
     for (int i = 0; i < N_X; i++) sum += slope[i] * now.middle_slope[group][i][c];
     return sum;
 }
@@ -170,12 +170,12 @@ static void jacobian(double *d) {
 static void add_curve(vec h[N_W][N_W], const vec *curve, int n, vec slope[N_X][N_W]) {
     vec half[N_W][N_W];
     for (int i = 0; i < n; i++) for (int c = 0; c < N_W; c++) {
-        vec sum = c == N_X && n == N_W ? curve[i * n + N_X] : spread(0.0);
+        vec sum = c == N_X && n == N_W ? curve[i * n + N_X] : splat(0.0);
         for (int j = 0; j < N_X; j++) sum += curve[i * n + j] * slope[j][c];
         half[i][c] = sum;
     }
     for (int b = 0; b < N_W; b++) for (int c = 0; c < N_W; c++) {
-        vec sum = b == N_X && n == N_W ? half[N_X][c] : spread(0.0);
+        vec sum = b == N_X && n == N_W ? half[N_X][c] : splat(0.0);
         for (int i = 0; i < N_X; i++) sum += slope[i][b] * half[i][c];
         h[b][c] += sum;
     }
@@ -204,7 +204,7 @@ static void shoot_back(int group, vec lambda[N_X], const vec *of_middle, vec h[N
             rate_curve(now.z[group][at], now.shared + 1, rate, of_k + N_Q, curve);
             add_curve(h, curve, N_W, now.z_slope[group][at]);
             for (int j = 0; j < N_X; j++) {
-                of_z[j] = j < N_Q ? spread(0.0) : of_k[j - N_Q];
+                of_z[j] = j < N_Q ? splat(0.0) : of_k[j - N_Q];
                 for (int i = 0; i < N_Q; i++) of_z[j] += rate[N_Q + i * N_W + j] * of_k[N_Q + i];
                 before[j] += of_z[j];
             }
@@ -217,7 +217,7 @@ static void hessian(double lam_f, const double *lam_g, double *d) {
     vec of_end[1 + N_END], end[N_X * N_X];
     for (int group = 0; group < GROUPS; group++) {
         vec lambda[N_X], of_start[1 + N_START], of_middle[1 + N_MIDDLE], h[N_W][N_W];
-        of_start[0] = of_middle[0] = spread(lam_f);
+        of_start[0] = of_middle[0] = splat(lam_f);
         for (int lane = 0; lane < LANES; lane++) {
             const double *own = lam_g + row_of(stage_of(group, lane));
             for (int i = 0; i < N_X; i++) lambda[i][lane] = -own[i];
@@ -229,8 +229,8 @@ static void hessian(double lam_f, const double *lam_g, double *d) {
         for (int lane = 0; lane < LANES && group * LANES + lane < N; lane++)
             for (int i = 0; i < N_W * N_W; i++) *d++ = h[i / N_W][i % N_W][lane];
     }
-    of_end[0] = spread(lam_f);
-    for (int i = 0; i < N_END; i++) of_end[1 + i] = spread(lam_g[N * ROWS + N_X + i]);
+    of_end[0] = splat(lam_f);
+    for (int i = 0; i < N_END; i++) of_end[1 + i] = splat(lam_g[N * ROWS + N_X + i]);
     end_curve(now.last, now.shared, now.data[0], of_end, end);
     for (int i = 0; i < N_X * N_X; i++) *d++ = end[i][0];
 }

@@ -11,6 +11,7 @@ from torch import Tensor
 
 from repro.codegen.array_evaluation import evaluate
 from repro.evaluation.metrics import MetricValues
+from repro.mechanics.runge_kutta import rk4_step
 from repro.mechanics.system import System
 from repro.models.link_chain import ChainLink, link_chain
 from repro.models.model import Model
@@ -57,11 +58,7 @@ def simulate_chain(link: ChainLink, start: np.ndarray) -> Motion:
     rate, energy = _rate(chain), casadi.Function("energy", [chain.state], [chain.energy])
     x, kept = start, [start]
     for step in range(1, round(SECONDS / TIME_STEP) + 1):
-        k1 = rate(x)
-        k2 = rate(x + TIME_STEP / 2 * k1)
-        k3 = rate(x + TIME_STEP / 2 * k2)
-        k4 = rate(x + TIME_STEP * k3)
-        x = x + TIME_STEP / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        x = rk4_step(rate, x, TIME_STEP)
         if step % KEPT == 0:
             kept.append(x)
     took = time.process_time() - begun

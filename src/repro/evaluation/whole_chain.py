@@ -10,6 +10,7 @@ import numpy as np
 from repro.data.dataset import Dataset
 from repro.evaluation.chains import SECONDS, TIME_STEP, random_start, simulate_chain
 from repro.evaluation.metrics import MetricValues
+from repro.mechanics.runge_kutta import rk4_step
 from repro.mechanics.system import System
 from repro.models.link_chain import ChainLink
 
@@ -82,11 +83,7 @@ def follow(coefficients: np.ndarray, start: np.ndarray, mass: float) -> np.ndarr
     x = start / np.repeat([1.0, mass], links)
     with np.errstate(over="ignore", invalid="ignore"):
         for _ in range(round(SECONDS / TIME_STEP)):
-            k1 = rate(x)
-            k2 = rate(x + TIME_STEP / 2 * k1)
-            k3 = rate(x + TIME_STEP / 2 * k2)
-            k4 = rate(x + TIME_STEP * k3)
-            x = x + TIME_STEP / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+            x = rk4_step(rate, x, TIME_STEP)
     return x * np.repeat([1.0, mass], links)
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import casadi
 
 from repro.learning.objective import Objective
+from repro.mechanics.derive import solve_symmetric
 from repro.models.model import Model
 
 COLUMNS = ("q", "qd", "qdd", "tau", "energy", "weight")
@@ -47,7 +48,8 @@ def residual(model: Model, objective: Objective, s: Symbols) -> casadi.SX:
         rows.append(model.port_error(s.q, s.qd, s.qdd, s.tau, s.parameters))
     elif objective.equation is not None:
         error = model.inverse_dynamics(s.q, s.qd, s.qdd, s.parameters) - s.tau
-        rows.append(error if objective.equation == "inverse" else -_solve(casadi.jacobian(momentum, s.qd), error))
+        mass = casadi.jacobian(momentum, s.qd)
+        rows.append(error if objective.equation == "inverse" else -solve_symmetric(mass, error))
     if objective.momentum_weight:
         transformed = model.transformed_momentum(s.q, s.qd, s.parameters)
         rows.append(objective.momentum_weight**0.5 * (transformed - momentum))
@@ -56,9 +58,3 @@ def residual(model: Model, objective: Objective, s: Symbols) -> casadi.SX:
         energy = energies.kinetic + energies.potential if objective.energy_form == "sum" else legendre
         rows.append(objective.energy_weight**0.5 * (energy - s.energy))
     return casadi.sqrt(s.weight) * casadi.vertcat(*rows)
-
-
-def _solve(matrix: casadi.SX, right: casadi.SX) -> casadi.SX:
-    if matrix.shape[0] <= 3:
-        return casadi.mtimes(casadi.inv_minor(matrix), right)
-    return casadi.ldl_solve(right, *casadi.ldl(matrix))

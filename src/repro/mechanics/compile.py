@@ -1,4 +1,4 @@
-"""Which engine integrates: generated C where a compiler is there, an interpreter through numba otherwise."""
+"""Which engine integrates: generated C where a compiler is there, CasADi's virtual machine otherwise."""
 
 import logging
 from functools import lru_cache
@@ -11,9 +11,10 @@ from repro.codegen.c_library import CompilerError
 from repro.codegen.straight_line import statements
 from repro.errors import UserError
 from repro.mechanics import c_engine
+from repro.mechanics.casadi_engine import InterpretedIntegrator
 from repro.mechanics.substeps import SubstepRule
 
-ENGINES = ("auto", "c", "numba")
+ENGINES = ("auto", "c", "casadi")
 
 
 class Integrator(Protocol):
@@ -25,12 +26,12 @@ class Integrator(Protocol):
 
 @lru_cache(maxsize=1)
 def active_engine() -> str:
-    """Return what engine="auto" means on this machine: "c", or "numba" where nothing compiles C."""
+    """Return what engine="auto" means on this machine: "c", or "casadi" where nothing compiles C."""
     try:
         c_engine.CompiledIntegrator(["qdd[0] = tau[0]"], 0, 1)
     except (CompilerError, OSError) as error:
-        logging.getLogger("repro").warning("simulating with numba, more slowly: %s", error)
-        return "numba"
+        logging.getLogger("repro").warning("simulating with CasADi, more slowly: %s", error)
+        return "casadi"
     return "c"
 
 
@@ -39,11 +40,9 @@ def compiled(acceleration: ca.Function, engine: str = "auto") -> Integrator:
     """Compile acceleration(q, qd, tau, parameters) for an engine; UserError for one that is unknown or not there."""
     if engine not in ENGINES:
         raise UserError(f"unknown engine {engine!r}: choose one of {', '.join(ENGINES)}")
-    if (active_engine() if engine == "auto" else engine) == "numba":
-        from repro.mechanics import numba_engine
-
-        return numba_engine.InterpretedIntegrator(acceleration)
+    if (active_engine() if engine == "auto" else engine) == "casadi":
+        return InterpretedIntegrator(acceleration)
     try:
         return c_engine.CompiledIntegrator(*statements(acceleration), acceleration.numel_out(0))
     except CompilerError as error:
-        raise UserError(f"engine 'c' cannot be used ({error}): choose 'numba' or 'auto'") from error
+        raise UserError(f"engine 'c' cannot be used ({error}): choose 'casadi' or 'auto'") from error

@@ -11,7 +11,7 @@ import casadi
 import numpy as np
 
 from repro.codegen.c_library import load_library
-from repro.codegen.lanes import FUNCTIONS, LANES, vectorised
+from repro.codegen.lanes import FUNCTIONS, TYPE, vectorised
 from repro.learning.kernels.kernel import FLAGS, Kernel, address
 from repro.learning.objective import Objective
 from repro.learning.symbolic import COLUMNS, residual, symbols
@@ -23,12 +23,8 @@ MOST_PARAMETERS = 400
 MOST_STATEMENTS = 6000  # above this a compiler takes longer than it saves, and torch is faster
 
 
-_PRELUDE = f"""
-#include <math.h>
-#include <stdint.h>
-#define LANES {LANES}
+_PRELUDE = f"""{TYPE}
 #define AHEAD (4 * LANES) /* samples fetched in advance: their order is random */
-typedef double vec __attribute__((vector_size(8 * LANES)));
 {FUNCTIONS}"""
 
 _GRADIENT = """

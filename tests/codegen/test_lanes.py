@@ -1,4 +1,4 @@
-"""A compiled kernel against CasADi, lane by lane."""
+"""Generated vector code against CasADi, lane by lane."""
 
 import ctypes
 
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from repro.codegen.c_library import has_compiler, load_library
-from repro.codegen.stage_kernels import LANES, kernel, preamble
+from repro.codegen.lanes import FUNCTIONS, LANES, TYPE, vector_function
 
 pytestmark = pytest.mark.skipif(not has_compiler(), reason="kernels are compiled")
 
@@ -15,7 +15,7 @@ pytestmark = pytest.mark.skipif(not has_compiler(), reason="kernels are compiled
 def evaluated(function, values):
     """The kernel of a function of one input on values (LANES, n)."""
     call = "void call(const double *x, double *y) { apply((const vec *)x, (vec *)y); }\n"
-    library = load_library(preamble() + kernel(function, ("x",)) + call, ("-O1",))
+    library = load_library(TYPE + FUNCTIONS + vector_function(function, ("x",)) + call, ("-O1",))
     # vectors want to lie at multiples of their size
     room = np.zeros((2, 64 * LANES))
     given, result = (row[(-row.ctypes.data // 8) % 8 :] for row in room)

@@ -1,0 +1,60 @@
+"""The simulator for machines without a C compiler: CasADi's virtual machine runs the Runge-Kutta steps."""
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from repro.mechanics.runge_kutta import rk4_step
+from repro.mechanics.substeps import SubstepRule
+
+
+class InterpretedIntegrator:
+    """One interpreted acceleration; see `simulate` for what the arguments mean."""
+
+    def __init__(self, acceleration: ca.Function) -> None:
+        self._n_x = 2 * acceleration.numel_out(0)
+        self._step = _step(acceleration)
+        self._run = lru_cache(maxsize=256)(self._steps)
+
+    def __call__(self, rule: SubstepRule, tau: np.ndarray, parameters: np.ndarray, states: np.ndarray) -> None:
+        """Fill states[:, 1:] from states[:, 0]."""
+        batch, steps, n_q = tau.shape
+        n_x = self._n_x
+        weights = np.broadcast_to(parameters, (batch, parameters.shape[1]))
+        column, following = np.empty(n_x + n_q + 1 + weights.shape[1]), np.empty(n_x + n_q + 1 + weights.shape[1])
+        alive = np.arange(batch)
+        for k in range(steps):
+            counts = rule.substeps(states[alive, k])
+            states[alive[counts == 0], k + 1 :] = np.nan
+            alive, counts = alive[counts > 0], counts[counts > 0]
+            for b, count in zip(alive.tolist(), counts.tolist(), strict=True):
+                column[:n_x] = states[b, k]
+                column[n_x : n_x + n_q] = tau[b, k]
+                column[n_x + n_q] = rule.time_step / count
+                column[n_x + n_q + 1 :] = weights[b]
+                buffer, run = self._run(count)
+                buffer.set_arg(0, column.data)
+                buffer.set_res(0, following.data)
+                run()
+                states[b, k + 1] = following[:n_x]
+            reached = states[alive, k + 1]
+            states[alive, k + 1] = np.where(np.isfinite(reached).all(axis=1, keepdims=True), reached, np.nan)
+
+    def _steps(self, count: int) -> tuple[Any, Callable[[], None]]:
+        return self._step.fold(count).buffer()
+
+
+def _step(acceleration: ca.Function) -> ca.Function:
+    """[x; tau; h; parameters] after one Runge-Kutta step of x, the rest unchanged: a function that can be repeated."""
+    n_q = acceleration.numel_out(0)
+    x, tau, h = ca.SX.sym("x", 2 * n_q), ca.SX.sym("tau", n_q), ca.SX.sym("h")
+    parameters = ca.SX.sym("parameters", acceleration.numel_in(3))
+
+    def rate(at: ca.SX) -> ca.SX:
+        return ca.vertcat(at[n_q:], acceleration(at[:n_q], at[n_q:], tau, parameters))
+
+    column = ca.vertcat(x, tau, h, parameters)
+    return ca.Function("step", [column], [ca.vertcat(rk4_step(rate, x, h), tau, h, parameters)])
