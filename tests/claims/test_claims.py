@@ -30,6 +30,8 @@ STATEMENT = {
     "predicate": {"name": "median_below", "metric": "mae_tau", "value": 1.0, "where": {"basis": "t2"}},
 }
 PREDICATE = STATEMENT["predicate"]
+DECLARED = {key: value for key, value in NUMBER.items() if key != "tolerance"}
+DECLARED |= {"id": "C3", "kind": "declared", "declared": "not comparable", "reason": "r"}
 
 
 def write(folder: Path, *rows) -> Path:
@@ -50,37 +52,50 @@ def test_the_projects_claims_are_complete_and_well_formed():
 @pytest.mark.parametrize(
     ("row", "message"),
     [
-        ({**NUMBER, "kind": "guess"}, "kind is 'guess'; allowed: number, statement, declared"),
-        ({k: v for k, v in NUMBER.items() if k != "quote"}, "needs quote"),
-        ({**NUMBER, "verdict": "matched"}, "verdict is not a field .*verdicts are computed"),
-        ({**NUMBER, "printed": "5e-4"}, "printed is '5e-4', not a number"),
-        ({**NUMBER, "selector": {"bases": "t2"}}, "bases is not a card column; allowed: system"),
-        ({**NUMBER, "tolerance": {"factor": 1.5}}, "a tolerance has one of factor, relative, absolute and a reason"),
-        ({**NUMBER, "tolerance": {"factor": 1.0, "reason": "r"}}, "leaves no room"),
+        ({**NUMBER, "kind": "guess"}, "kind is 'guess': .*'number', 'statement' or 'declared'"),
+        ({k: v for k, v in NUMBER.items() if k != "quote"}, "quote is needed"),
+        ({k: v for k, v in NUMBER.items() if k != "metric"}, "a number claim needs metric"),
+        ({**NUMBER, "declared": "not comparable"}, "a number claim has no declared"),
+        ({**NUMBER, "verdict": "matched"}, "has unknown key verdict; allowed are id, part, kind"),
+        ({**NUMBER, "printed": "5e-4"}, "printed is '5e-4': should be a number"),
+        ({**NUMBER, "printed": True}, "printed is True: should be a number"),
+        ({**NUMBER, "selector": {"bases": "t2"}}, "selector has no column bases; allowed are system"),
+        ({**NUMBER, "selector": "t2"}, "selector must be a mapping, not 't2'"),
+        ({**NUMBER, "tolerance": {"factor": 1.5}}, "tolerance.reason is needed"),
+        ({**NUMBER, "tolerance": {"reason": "r"}}, "tolerance has one of factor, relative, absolute"),
+        ({**NUMBER, "tolerance": {"factor": 2, "absolute": 1, "reason": "r"}}, "tolerance has one of factor, relative"),
+        ({**NUMBER, "tolerance": {"factor": 1.0, "reason": "r"}}, "tolerance.factor is 1.0: .*greater than 1"),
         (
             {**STATEMENT, "predicate": {"name": "looks_fine"}},
-            "no predicate is called 'looks_fine'; allowed: ",
+            "predicate is called 'looks_fine'; allowed are .*loops_su",
         ),
-        ({**STATEMENT, "predicate": {"name": "median_below", "metric": "m"}}, "median_below needs value, where"),
-        ({**STATEMENT, "predicate": {**PREDICATE, "valu": 1}}, "does not know valu"),
-        ({**STATEMENT, "predicate": {**PREDICATE, "value": "low"}}, "value must be a number, not 'low'"),
-        ({**STATEMENT, "predicate": {**PREDICATE, "where": {"bases": 1}}}, "where names bases; allowed: system"),
-        ({**NUMBER, "kind": "declared", "declared": "unclear", "reason": "r", "tolerance": None}, "tolerance is not a"),
+        ({**STATEMENT, "predicate": "median_below"}, "predicate must be a mapping, not 'median_below'"),
+        ({**STATEMENT, "predicate": {k: v for k, v in PREDICATE.items() if k != "value"}}, "predicate.value is needed"),
+        ({**STATEMENT, "predicate": {**PREDICATE, "valu": 1}}, "predicate has unknown key valu; allowed are .*value"),
+        ({**STATEMENT, "predicate": {**PREDICATE, "value": "low"}}, "predicate.value is 'low': should be a number"),
+        ({**STATEMENT, "predicate": {**PREDICATE, "where": {"bases": 1}}}, "predicate.where has no column bases"),
+        ({**DECLARED, "tolerance": NUMBER["tolerance"]}, "a declared claim has no tolerance"),
+        ({**DECLARED, "declared": "unclear"}, "declared is 'unclear': .*'not comparable' or 'under-specified'"),
+        ("C1", "must be a mapping, not 'C1'"),
     ],
 )
-def test_a_faulty_claim_is_one_clear_error(tmp_path, row, message):
-    with pytest.raises(UserError, match=message):
+def test_a_malformed_claim_is_one_line_with_its_row_and_key(tmp_path, row, message):
+    with pytest.raises(UserError, match=rf"^claims.yaml, row 1 \((C\d|\?)\): .*{message}.*$"):
         load_claims(write(tmp_path, row))
 
 
-def test_an_unknown_declaration_is_an_error(tmp_path):
-    row = {k: v for k, v in NUMBER.items() if k != "tolerance"}
-    with pytest.raises(UserError, match="declared is 'unclear'; allowed: not comparable, under-specified"):
-        load_claims(write(tmp_path, {**row, "kind": "declared", "declared": "unclear", "reason": "r"}))
+def test_every_mistake_of_the_file_has_a_line(tmp_path):
+    with pytest.raises(UserError) as caught:
+        load_claims(write(tmp_path, {**NUMBER, "quote": "", "printed": "x"}, STATEMENT, {**DECLARED, "unit": 1}))
+    assert [line.partition(" is ")[0] for line in str(caught.value).splitlines()] == [
+        "claims.yaml, row 1 (C1): quote",
+        "claims.yaml, row 1 (C1): printed",
+        "claims.yaml, row 3 (C3): unit",
+    ]
 
 
 def test_two_rows_of_one_name_are_an_error(tmp_path):
-    with pytest.raises(UserError, match="C1 stands there twice"):
+    with pytest.raises(UserError, match=r"^claims.yaml: C1 occurs twice"):
         load_claims(write(tmp_path, NUMBER, NUMBER))
     assert [claim.name for claim in load_claims(write(tmp_path, NUMBER, {**NUMBER, "part": "b"}))] == ["C1", "C1b"]
 

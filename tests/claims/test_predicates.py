@@ -1,9 +1,10 @@
 import math
 
 import pytest
+from pydantic import TypeAdapter
 
-from repro.claims.predicate_registry import ask
-from repro.claims.predicates import Evidence
+from repro.claims.evidence import Evidence
+from repro.claims.predicate import Predicate
 from repro.results.gather import gather
 from repro.results.selectors import NotRunError
 
@@ -11,8 +12,9 @@ T2 = {"basis": "t2", "objective": "inverse"}
 FORWARD = {"basis": "t2", "objective": "forward"}
 
 
-def outcome(store, name, **arguments):
-    return ask({"name": name, **arguments}, Evidence(gather(store.outputs, "paper"), "e"))
+def judged(store, name, **parameters):
+    predicate = TypeAdapter(Predicate).validate_python({"name": name, **parameters})
+    return predicate.judge(Evidence(gather(store.outputs, "paper"), "e"))
 
 
 def test_medians_are_compared_strictly(store):
@@ -23,44 +25,44 @@ def test_medians_are_compared_strictly(store):
         ("median_above", 0.2, False),
         ("median_above", 0.19, True),
     ):
-        assert outcome(store, predicate, metric="mae_H_sum", value=value, where=T2).holds is holds
+        assert judged(store, predicate, metric="mae_H_sum", value=value, where=T2).holds is holds
 
 
 def test_every_member_must_lie_below_and_a_failed_one_does_not(store):
     store.run("e", {"passivity_margin": [-1.0, -2.0]})
     store.run("e", {"passivity_margin": [-1.0, math.nan]}, basis="t1")
-    ask_below = {"metric": "passivity_margin", "value": 0.0}
-    assert outcome(store, "all_members_below", where=T2, **ask_below).holds
-    assert not outcome(store, "all_members_below", where={"basis": "t1"}, **ask_below).holds
+    below = {"metric": "passivity_margin", "value": 0.0}
+    assert judged(store, "all_members_below", where=T2, **below).holds
+    assert not judged(store, "all_members_below", where={"basis": "t1"}, **below).holds
 
 
 def test_every_setting_of_a_family_must_lie_below(store):
     store.run("e", {"passivity_margin": [-1.0, -2.0]})
     store.run("e", {"passivity_margin": [-3.0, 0.5]}, basis="t1")
-    asked = {"metric": "passivity_margin", "where": {"model": "lagrangian"}}
-    found = outcome(store, "every_setting_below", value=0.6, **asked)
-    assert found.holds
-    assert (found.estimate.median, found.estimate.n, len(found.settings)) == (0.5, 4, 2)
-    assert not outcome(store, "every_setting_below", value=0.0, **asked).holds
+    parameters = {"metric": "passivity_margin", "where": {"model": "lagrangian"}}
+    finding = judged(store, "every_setting_below", value=0.6, **parameters)
+    assert finding.holds
+    assert (finding.estimate.median, finding.estimate.n, len(finding.runs)) == (0.5, 4, 2)
+    assert not judged(store, "every_setting_below", value=0.0, **parameters).holds
     store.run("e", {"passivity_margin": [-1.0, math.nan]}, basis="raw")
-    assert not outcome(store, "every_setting_below", value=0.6, **asked).holds
+    assert not judged(store, "every_setting_below", value=0.6, **parameters).holds
     with pytest.raises(NotRunError, match="not measured"):
-        outcome(store, "every_setting_below", value=0.6, metric="damping_error", where={"model": "lagrangian"})
+        judged(store, "every_setting_below", value=0.6, metric="damping_error", where={"model": "lagrangian"})
 
 
 def test_every_member_must_lie_away_from_the_value(store):
     store.run("e", {"min_T": [-3.0, 0.5]})
     arguments = {"metric": "min_T", "value": 0.0, "where": T2}
-    assert outcome(store, "all_members_away_from", distance=0.5, **arguments).holds
-    assert not outcome(store, "all_members_away_from", distance=0.6, **arguments).holds
+    assert judged(store, "all_members_away_from", distance=0.5, **arguments).holds
+    assert not judged(store, "all_members_away_from", distance=0.6, **arguments).holds
 
 
 def test_a_share_has_its_wilson_interval(store):
     store.run("e", {"success": [1, 1, 1, 0]})
-    found = outcome(store, "share_at_least", metric="success", share_of_members=0.75, where=T2)
-    assert found.holds
-    assert found.estimate.low < 0.75 < found.estimate.high
-    assert not outcome(store, "share_at_least", metric="success", share_of_members=0.76, where=T2).holds
+    finding = judged(store, "share_at_least", metric="success", share_of_members=0.75, where=T2)
+    assert finding.holds
+    assert finding.estimate.low < 0.75 < finding.estimate.high
+    assert not judged(store, "share_at_least", metric="success", share_of_members=0.76, where=T2).holds
 
 
 def test_a_fit_fails_in_any_of_three_ways(store):
@@ -71,26 +73,26 @@ def test_a_fit_fails_in_any_of_three_ways(store):
         status=["ok", "ok", "ok", "diverged at step 3"],
         objective="forward",
     )
-    found = outcome(store, "share_of_failures_at_least", share_of_members=0.75, where=FORWARD)
-    assert found.estimate.median == 0.75
-    assert found.holds
-    assert "1 diverged, 1 worse than the trivial model, 1 with an indefinite mass matrix" in found.note
+    finding = judged(store, "share_of_failures_at_least", share_of_members=0.75, where=FORWARD)
+    assert finding.estimate.median == 0.75
+    assert finding.holds
+    assert "1 diverged, 1 worse than the trivial model, 1 with an indefinite mass matrix" in finding.note
 
 
 def test_a_run_that_died_is_no_failed_fit(store):
     store.run("e", {}, seeds=[0, 1], outcome="failed", objective="forward")
     with pytest.raises(NotRunError, match="failed: MemoryError: no room"):
-        outcome(store, "share_of_failures_at_least", share_of_members=1.0, where=FORWARD)
+        judged(store, "share_of_failures_at_least", share_of_members=1.0, where=FORWARD)
 
 
 def test_pairs_are_compared_member_by_member_in_every_metric(store):
     store.run("e", {"mae_tau": [0.1, 1.0, 10.0], "mae_qdd": [1.0, 1.0, 1.0]})
     store.run("e", {"mae_tau": [0.21, 2.0, 20.0], "mae_qdd": [1.1, 0.9, 1.0]}, objective="forward")
     compared = {"where": T2, "against": FORWARD}
-    assert outcome(store, "paired_ratio_below", metrics=["mae_tau"], **compared).holds
-    both = outcome(store, "paired_ratio_below", metrics=["mae_tau", "mae_qdd"], **compared)
+    assert judged(store, "paired_ratio_below", metrics=["mae_tau"], **compared).holds
+    both = judged(store, "paired_ratio_below", metrics=["mae_tau", "mae_qdd"], **compared)
     assert not both.holds
-    assert len(both.runs or [run for setting in both.settings for run in setting.run_ids]) == 2
+    assert len(both.runs) == 2
 
 
 def test_only_like_is_compared_with_like(store):
@@ -98,34 +100,34 @@ def test_only_like_is_compared_with_like(store):
     store.run("e", {"mae_tau": [0.3, 0.3]}, objective="forward", epochs=1000)
     compared = {"metrics": ["mae_tau"], "where": T2, "against": FORWARD}
     with pytest.raises(NotRunError, match=r"no like-for-like pair.*epochs \(1000, 5000\)"):
-        outcome(store, "paired_ratio_below", **compared)
+        judged(store, "paired_ratio_below", **compared)
     store.run("e", {"mae_tau": [0.2, 0.21]}, epochs=1000, literal=False)
-    assert outcome(store, "paired_ratio_below", **compared).estimate.median == pytest.approx(0.6833, abs=1e-4)
+    assert judged(store, "paired_ratio_below", **compared).estimate.median == pytest.approx(0.6833, abs=1e-4)
 
 
 def test_a_forward_fit_that_always_fails_loses_every_pair(store):
     store.run("e", {"mae_tau": [0.1, 0.1]})
     store.run("e", {"mae_tau": [math.nan] * 2}, objective="forward", status=["diverged at step 1"] * 2)
     compared = {"metrics": ["mae_tau"], "where": T2, "against": FORWARD}
-    assert outcome(store, "paired_ratio_below", **compared).holds
+    assert judged(store, "paired_ratio_below", **compared).holds
     swapped = {"metrics": ["mae_tau"], "where": FORWARD, "against": T2}
-    assert not outcome(store, "paired_ratio_below", **swapped).holds
+    assert not judged(store, "paired_ratio_below", **swapped).holds
 
 
 def test_unpaired_medians_may_have_unlike_budgets(store):
     store.run("e", {"mae_qdd": [6.0, 8.0]}, epochs=1)
     store.run("e", {"mae_qdd": [2.0, 2.0]}, objective="forward", epochs=2)
-    asked = {"metric": "mae_qdd", "where": T2, "against": FORWARD}
-    assert outcome(store, "ratio_at_least", ratio=3.5, **asked).holds
-    assert not outcome(store, "ratio_at_least", ratio=3.6, **asked).holds
+    parameters = {"metric": "mae_qdd", "where": T2, "against": FORWARD}
+    assert judged(store, "ratio_at_least", ratio=3.5, **parameters).holds
+    assert not judged(store, "ratio_at_least", ratio=3.6, **parameters).holds
 
 
 def test_every_timing_must_win_with_its_lower_quartile(store):
     row = {"name": "forward_vs_inverse", "size": "1x10", "ratio_median": 1.2, "ratio_q25": 1.1, "ratio_q75": 1.3}
     store.bench([row, {**row, "size": "2x32", "ratio_median": 1.05, "ratio_q25": 0.99}])
-    every = outcome(store, "bench_ratio_above", ratio=1.0, bench={"name": "forward_vs_inverse"})
+    every = judged(store, "bench_ratio_above", ratio=1.0, bench={"name": "forward_vs_inverse"})
     assert not every.holds
     assert every.estimate.median == 1.05
-    assert outcome(store, "bench_ratio_above", ratio=1.0, bench={"name": "forward_vs_inverse", "size": "1x10"}).holds
+    assert judged(store, "bench_ratio_above", ratio=1.0, bench={"name": "forward_vs_inverse", "size": "1x10"}).holds
     with pytest.raises(NotRunError, match="no timing with name=delan"):
-        outcome(store, "bench_ratio_above", ratio=1.0, bench={"name": "delan"})
+        judged(store, "bench_ratio_above", ratio=1.0, bench={"name": "delan"})

@@ -7,7 +7,7 @@ from repro.claims.verdicts import judge, verdict_of_number
 from repro.results.gather import gather
 from repro.results.statistics import Estimate
 
-HALF = Tolerance("factor", 1.5, "one run")
+HALF = Tolerance(factor=1.5, reason="one run")
 
 
 def claim(**changes) -> Claim:
@@ -59,9 +59,9 @@ def test_a_setting_of_which_a_member_failed_is_never_better():
 @pytest.mark.parametrize(
     ("tolerance", "around"),
     [
-        (Tolerance("factor", 2.0, "r"), (1.0, 4.0)),
-        (Tolerance("relative", 0.1, "r"), (1.8, 2.2)),
-        (Tolerance("absolute", 0.5, "r"), (1.5, 2.5)),
+        (Tolerance(factor=2.0, reason="r"), (1.0, 4.0)),
+        (Tolerance(relative=0.1, reason="r"), (1.8, 2.2)),
+        (Tolerance(absolute=0.5, reason="r"), (1.5, 2.5)),
     ],
 )
 def test_the_three_tolerances(tolerance, around):

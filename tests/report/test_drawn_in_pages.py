@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from repro.claims.claims import Claim, Tolerance
+from repro.claims.verdict_kind import VerdictKind
 from repro.claims.verdicts import Verdict
 from repro.report.drawing import FIGURES
 from repro.report.html.described import SEEN, described
@@ -17,10 +18,12 @@ from repro.results.statistics import NOTHING, Estimate
 
 
 def verdict(median: float, low: float = math.nan, high: float = math.nan, printed: float | None = 2.0) -> Verdict:
-    tolerance = Tolerance("factor", 10.0, "a decade")
-    claim = Claim("C1", "", "number", "V", "quote", "about", "sip_basis", printed=printed, tolerance=tolerance)
+    texts = dict.fromkeys(("section", "quote", "about", "experiment", "metric", "unit"), "text")
+    tolerance = Tolerance(factor=10.0, reason="a decade")
+    claim = Claim(id="C1", kind="number", **texts, printed=2.0, selector={"basis": "t2"}, tolerance=tolerance)
     found = NOTHING if math.isnan(median) else Estimate(median, low, high, 5)
-    return Verdict(claim, "matched", "mae_tau", "N", found)
+    claim = claim.model_copy(update={"printed": printed})
+    return Verdict(claim, VerdictKind.MATCHED, "mae_tau", "N", found)
 
 
 def test_the_printed_value_is_in_the_middle_and_decades_are_even():

@@ -2,7 +2,6 @@
 
 import json
 import re
-from dataclasses import replace
 
 import pytest
 
@@ -47,12 +46,12 @@ def test_every_claim_names_an_experiment():
 
 
 def plan(claims, instead, folder):
-    row = replace(LEDGER["gravity"], trials=(Trial(claims, instead),))
+    row = LEDGER["gravity"].model_copy(update={"sensitivity": [Trial(claims=claims, instead=instead)]})
     return plan_cases([row], CLAIMS, Paths(folder))
 
 
 def test_a_case_pairs_the_run_of_a_claim_with_one_that_differs_in_the_alternative(tmp_path):
-    (case,), jobs = plan(("C17a",), ("system.g=9.80665",), tmp_path)
+    (case,), jobs = plan(["C17a"], ["system.g=9.80665"], tmp_path)
     assert (case.choice, case.alternative) == ("system.g=9.8", "system.g=9.80665")
     ours, other = ({job.run: job.pipeline.config for job in jobs}[run] for run in (case.run, case.instead))
     assert ours.scale.name == "quick"
@@ -64,9 +63,9 @@ def test_a_case_pairs_the_run_of_a_claim_with_one_that_differs_in_the_alternativ
 
 def test_a_trial_that_changes_nothing_or_names_no_claim_is_refused(tmp_path):
     with pytest.raises(UserError, match=r"gravity: system.g=9.8 changes no run that answers C17a"):
-        plan(("C17a",), ("system.g=9.8",), tmp_path)
+        plan(["C17a"], ["system.g=9.8"], tmp_path)
     with pytest.raises(UserError, match="no claim is called C99"):
-        plan(("C99",), ("system.g=1.0",), tmp_path)
+        plan(["C99"], ["system.g=1.0"], tmp_path)
 
 
 def test_unknown_assumptions_are_refused(capsys):

@@ -1,12 +1,13 @@
-"""The runs behind the sensitivities: which run takes whose place, and the claims judged again with it there."""
+"""What an assumption does to a claim: the claim judged by the runs of our choice, and by those of an alternative."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from repro.claims.claims import Claim
-from repro.claims.verdicts import NOT_RUN, Verdict, judge
+from repro.claims.verdict_kind import VerdictKind
+from repro.claims.verdicts import Verdict, judge
 from repro.results.gather import gather_runs
 from repro.results.results import Case, Results, Sensitivity, typed
 from repro.results.schema import CARD
@@ -17,20 +18,12 @@ if TYPE_CHECKING:
 
 METRIC = "metric="
 NOT_NEEDED = ("curves", "trajectories", "closed_loops", "identifiability")
-# The columns by which a claim finds its runs: those of a run in another's place are taken from that other.
-DESCRIBED: Mapping[str, Sequence[str]] = {
-    "runs": ("setting", *CARD),
-    "metrics": ("setting", *CARD),
-    "control": (
-        *("setting", "system", "model", "basis", "hidden", "objective", "optimiser", "energies", "task"),
-        *("intervals", "adaptive", "discretisation", "solver", "mismatch", "mismatch_kind", "noise", "friction"),
-    ),
-}
+TABLES = ("runs", "metrics", "control")
 
 
 @dataclass(frozen=True)
-class Comparison:
-    """A claim judged twice: by our choice, and by what was put in its place."""
+class AssumptionEffect:
+    """A claim judged twice: by our choice, and by an alternative in its place."""
 
     assumption: str
     choice: str
@@ -41,7 +34,9 @@ class Comparison:
     @property
     def moved(self) -> bool | None:
         """Whether the verdict is another; None where either was not run."""
-        return None if NOT_RUN in (self.ours.verdict, self.other.verdict) else self.ours.verdict != self.other.verdict
+        if VerdictKind.NOT_RUN in (self.ours.verdict, self.other.verdict):
+            return None
+        return self.ours.verdict != self.other.verdict
 
 
 def gather_sensitivity(lists: Sequence[Path], runs: Sequence[StoredRun]) -> Sensitivity | None:
@@ -51,81 +46,79 @@ def gather_sensitivity(lists: Sequence[Path], runs: Sequence[StoredRun]) -> Sens
     """
     if not runs:
         return None
-    empty: dict[str, Any] = {name: typed(name, []) for name in NOT_NEEDED}
+    empty = {name: typed(name, []) for name in NOT_NEEDED}
     cases = tuple(Case(**case) for path in lists for case in read_json(path).get("cases", []))
-    return Sensitivity(replace(gather_runs(runs, []), **empty), cases)
+    return Sensitivity(replace(gather_runs(runs, []), **empty), cases)  # type: ignore[arg-type]
 
 
-def comparisons(sensitivity: Sensitivity, claims: Sequence[Claim]) -> list[Comparison]:
+def assumption_effects(sensitivity: Sensitivity, claims: Sequence[Claim]) -> list[AssumptionEffect]:
     """Judge every claim of every case by our choice and by the alternative, in the order of the cases."""
     named = {claim.name: claim for claim in claims}
     groups: dict[tuple[str, str, str], list[Case]] = {}
     for case in sensitivity.cases:
         if case.claim in named:
             groups.setdefault((case.assumption, case.alternative, case.claim), []).append(case)
-    judging = _Judge(sensitivity.results)
-    return [
-        Comparison(
-            assumption=assumption,
-            choice=next((case.choice for case in cases if case.choice), f"{METRIC}{_metric(named[name])}"),
-            alternative=alternative,
-            ours=judging.judged(named[name], cases[0].experiment, {case.run: case.run for case in cases}),
-            other=judging.judged(
-                _measured_by(named[name], alternative),
-                cases[0].experiment,
-                {case.run: case.instead for case in cases},
-            ),
+    judge_with = _Substitution(sensitivity.results)
+    effects = []
+    for (assumption, alternative, name), cases in groups.items():
+        claim, experiment = named[name], cases[0].experiment
+        by_metric = alternative.startswith(METRIC)
+        other = claim.by_metric(alternative.removeprefix(METRIC)) if by_metric else claim
+        effects.append(
+            AssumptionEffect(
+                assumption=assumption,
+                choice=next((case.choice for case in cases if case.choice), f"{METRIC}{claim.quantity}"),
+                alternative=alternative,
+                ours=judge_with.runs(claim, experiment, {case.run: case.run for case in cases}),
+                other=judge_with.runs(other, experiment, {case.run: case.instead for case in cases}),
+            )
         )
-        for (assumption, alternative, name), cases in groups.items()
-    ]
+    return effects
 
 
-def _metric(claim: Claim) -> str:
-    return claim.metric or str(claim.predicate.get("metric", ""))
-
-
-def _measured_by(claim: Claim, alternative: str) -> Claim:
-    """The claim with another metric, where that is the alternative."""
-    if not alternative.startswith(METRIC):
-        return claim
-    metric = alternative.removeprefix(METRIC)
-    if claim.kind == "statement":
-        return replace(claim, predicate={**claim.predicate, "metric": metric})
-    return replace(claim, metric=metric)
-
-
-class _Judge:
-    """Judges claims on a few runs at a time; each verdict once."""
+class _Substitution:
+    """Judges claims on a few runs at a time, some in the place of others; each verdict is computed once."""
 
     def __init__(self, results: Results) -> None:
         self.results = results
-        self.tables = {name: getattr(results, name) for name in DESCRIBED}
+        self.tables: dict[str, pd.DataFrame] = {name: getattr(results, name) for name in TABLES}
         self.places = {name: table.groupby(["experiment", "run"]).indices for name, table in self.tables.items()}
         self.known: dict[tuple[str, str, tuple[tuple[str, str], ...]], Verdict] = {}
 
-    def judged(self, claim: Claim, experiment: str, places: Mapping[str, str]) -> Verdict:
-        """Judge a claim where the runs {ours: instead} take the places of ours."""
-        key = (claim.name, _metric(claim), tuple(places.items()))
+    def runs(self, claim: Claim, experiment: str, substitutes: Mapping[str, str]) -> Verdict:
+        """Judge a claim by the substitutes {our run: the run in its place}, each with the card of our run."""
+        key = (claim.name, claim.quantity, tuple(substitutes.items()))
         if key not in self.known:
-            tables: dict[str, Any] = {name: self._standing_in(name, experiment, places) for name in DESCRIBED}
-            self.known[key] = judge(claim, replace(self.results, **tables))
+            columns = {
+                "runs": ["setting", *CARD],
+                "metrics": ["setting", *CARD],
+                "control": ["setting", *{column for selector in claim.selectors for column in selector}],
+            }
+            tables = {name: self._substituted(name, experiment, substitutes, columns[name]) for name in TABLES}
+            self.known[key] = judge(claim, replace(self.results, **tables))  # type: ignore[arg-type]
         return self.known[key]
 
-    def _standing_in(self, name: str, experiment: str, places: Mapping[str, str]) -> "pd.DataFrame":
-        """The rows of the runs that stand in, described as ours are, so that a claim finds them."""
+    def _substituted(
+        self, name: str, experiment: str, substitutes: Mapping[str, str], columns: Sequence[str]
+    ) -> "pd.DataFrame":
         import pandas as pd
 
-        parts = [self._described(name, experiment, ours, instead) for ours, instead in places.items()]
+        parts = [self._as_ours(name, experiment, ours, other, columns) for ours, other in substitutes.items()]
         filled = [part for part in parts if len(part)]
         return pd.concat(filled, ignore_index=True) if filled else self.tables[name].iloc[:0]
 
-    def _described(self, name: str, experiment: str, ours: str, instead: str) -> "pd.DataFrame":
-        rows, example = self._rows(name, experiment, instead), self._rows(name, experiment, ours)
-        if rows.empty or example.empty or ours == instead:
+    def _as_ours(self, name: str, experiment: str, ours: str, other: str, columns: Sequence[str]) -> "pd.DataFrame":
+        """The rows of the other run with the columns by which a claim finds ours, where ours has one value there."""
+        rows, example = self._rows(name, experiment, other), self._rows(name, experiment, ours)
+        if rows.empty or example.empty or ours == other:
             return rows
-        columns = [*DESCRIBED[name]]
-        first = example[columns].iloc[[0] * len(rows)].set_axis(rows.index)
-        return rows.drop(columns=columns).join(first)
+        fixed = [column for column in dict.fromkeys(columns) if column in example and _is_one_value(example[column])]
+        first = example[fixed].iloc[[0] * len(rows)].set_axis(rows.index)
+        return rows.drop(columns=fixed).join(first)
 
     def _rows(self, name: str, experiment: str, run: str) -> "pd.DataFrame":
         return self.tables[name].iloc[self.places[name].get((experiment, run), [])]
+
+
+def _is_one_value(column: "pd.Series") -> bool:
+    return column.nunique(dropna=False) == 1

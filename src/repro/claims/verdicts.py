@@ -1,20 +1,20 @@
 """A claim and the stored runs in, a verdict out: by rule, never by hand."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import assert_never
 
-from repro.claims.claims import Claim, Tolerance
-from repro.claims.predicate_registry import ask
-from repro.claims.predicates import Evidence
+from repro.claims.claims import Claim, ClaimKind, Tolerance
+from repro.claims.evidence import Evidence
+from repro.claims.verdict_kind import VerdictKind
 from repro.results.metric_names import metric_named
 from repro.results.results import Results
-from repro.results.selectors import DEGENERATE, ORACLE, TRIVIAL, NotRunError, Setting, anchor, one_setting, test_set_of
+from repro.results.run_setting import Setting
+from repro.results.selectors import DEGENERATE, ORACLE, TRIVIAL, NotRunError, anchor, test_set_of
 from repro.results.statistics import NOTHING, Estimate
 
-MATCHED, BETTER, WORSE, INCONCLUSIVE = "matched", "better", "worse", "inconclusive"
-NOT_REPRODUCED, NOT_RUN = "not reproduced", "not run"
-VERDICTS = (MATCHED, BETTER, WORSE, INCONCLUSIVE, NOT_REPRODUCED, "not comparable", "under-specified", NOT_RUN)
+VERDICTS = tuple(VerdictKind)
 FULL_SCALE = "paper"
 
 
@@ -26,7 +26,7 @@ class Verdict:
     """
 
     claim: Claim
-    verdict: str
+    verdict: VerdictKind
     quantity: str
     unit: str
     estimate: Estimate
@@ -45,55 +45,64 @@ def judge_all(claims: Sequence[Claim], results: Results) -> list[Verdict]:
 
 def judge(claim: Claim, results: Results) -> Verdict:
     """Judge one claim by its kind; `not run` where no stored run answers it."""
+    evidence = Evidence(results, claim.experiment)
     try:
-        return _statement(claim, results) if claim.kind == "statement" else _number(claim, results)
+        match claim.kind:
+            case ClaimKind.STATEMENT:
+                return _statement(claim, evidence)
+            case ClaimKind.NUMBER | ClaimKind.DECLARED:
+                return _number(claim, evidence)
+            case _:
+                assert_never(claim.kind)
     except NotRunError as reason:
-        verdict = claim.declared or NOT_RUN
         note = f"{claim.reason}; {reason}" if claim.reason else str(reason)
-        quantity = claim.metric or str(claim.predicate.get("metric", ""))
-        return Verdict(claim, verdict, quantity, claim.unit, NOTHING, note=note)
+        return Verdict(claim, _without_judgement(claim), claim.quantity, claim.unit, NOTHING, note=note)
 
 
-def verdict_of_number(found: Estimate, printed: float, tolerance: Tolerance, *, lower_is_better: bool = True) -> str:
+def verdict_of_number(
+    measured: Estimate, printed: float, tolerance: Tolerance, *, lower_is_better: bool = True
+) -> VerdictKind:
     """Apply the rule for numbers: matched by tolerance, else better or worse by the whole interval, else inconclusive.
 
     A setting of which a member failed is never `better`; one of which the median member failed is `worse`.
     """
     least, greatest = tolerance.around(printed)
-    if least <= found.median <= greatest:
-        return MATCHED
-    if not math.isfinite(found.median):
-        return WORSE
-    below, above = found.high < printed, found.low > printed
+    if least <= measured.median <= greatest:
+        return VerdictKind.MATCHED
+    if not math.isfinite(measured.median):
+        return VerdictKind.WORSE
+    below, above = measured.high < printed, measured.low > printed
     better, worse = (below, above) if lower_is_better else (above, below)
     if better:
-        return INCONCLUSIVE if found.failed else BETTER
-    return WORSE if worse else INCONCLUSIVE
+        return VerdictKind.INCONCLUSIVE if measured.failed else VerdictKind.BETTER
+    return VerdictKind.WORSE if worse else VerdictKind.INCONCLUSIVE
 
 
-def _number(claim: Claim, results: Results) -> Verdict:
-    setting = one_setting(results, claim.experiment, claim.selector)
-    found = setting.estimate(claim.metric)
-    if found.n == 0:
-        raise NotRunError(f"{claim.metric} was not measured in {claim.experiment}")
-    verdict, flag = claim.declared, ""
+def _without_judgement(claim: Claim) -> VerdictKind:
+    return VerdictKind(claim.declared) if claim.declared else VerdictKind.NOT_RUN
+
+
+def _number(claim: Claim, evidence: Evidence) -> Verdict:
+    setting, measured = evidence.measured(claim.selector, claim.metric)
+    verdict, flag = _without_judgement(claim), ""
     if claim.printed is not None and claim.tolerance is not None:
         lower_is_better = metric_named(claim.metric).lower_is_better
-        verdict = verdict_of_number(found, claim.printed, claim.tolerance, lower_is_better=lower_is_better)
-        if verdict in (MATCHED, BETTER):
-            flag = _flag(claim, results, setting)
+        verdict = verdict_of_number(measured, claim.printed, claim.tolerance, lower_is_better=lower_is_better)
+        if verdict in (VerdictKind.MATCHED, VerdictKind.BETTER):
+            flag = _flag(claim, evidence, setting, claim.tolerance.around(claim.printed), lower_is_better)
     notes = [claim.reason] if claim.reason else []
-    if found.failed:
-        notes.append(f"{found.failed} of {found.n} members failed")
-    if results.scale == FULL_SCALE and not setting.literal:
+    if measured.failed:
+        notes.append(f"{measured.failed} of {measured.n} members failed")
+    full_scale = evidence.results.scale == FULL_SCALE
+    if full_scale and not setting.literal:
         notes.append("not the paper's full protocol")
     return Verdict(
         claim,
         verdict,
         claim.metric,
         claim.unit,
-        found,
-        preview=results.scale != FULL_SCALE or not setting.literal,
+        measured,
+        preview=not full_scale or not setting.literal,
         stale=setting.stale,
         flag=flag,
         note="; ".join(notes),
@@ -102,38 +111,36 @@ def _number(claim: Claim, results: Results) -> Verdict:
     )
 
 
-def _statement(claim: Claim, results: Results) -> Verdict:
-    outcome = ask(claim.predicate, Evidence(results, claim.experiment))
-    runs = outcome.runs or tuple(run for setting in outcome.settings for run in setting.run_ids)
-    commands = outcome.commands or tuple(setting.command for setting in outcome.settings if setting.command)
+def _statement(claim: Claim, evidence: Evidence) -> Verdict:
+    assert claim.predicate is not None
+    finding = claim.predicate.judge(evidence)
     return Verdict(
         claim,
-        MATCHED if outcome.holds else NOT_REPRODUCED,
-        outcome.quantity,
-        outcome.unit,
-        outcome.estimate,
-        preview=results.scale != FULL_SCALE,
-        stale=any(setting.stale for setting in outcome.settings),
-        note=outcome.note,
-        runs=tuple(dict.fromkeys(runs)),
-        commands=tuple(dict.fromkeys(commands)),
+        VerdictKind.MATCHED if finding.holds else VerdictKind.NOT_REPRODUCED,
+        finding.quantity,
+        finding.unit,
+        finding.estimate,
+        preview=evidence.results.scale != FULL_SCALE,
+        stale=finding.stale,
+        note=finding.note,
+        runs=finding.runs,
+        commands=finding.commands,
     )
 
 
-def _flag(claim: Claim, results: Results, setting: Setting) -> str:
-    """Name the anchors that do as well: knowing nothing (trivial, degenerate), or knowing all (the oracle)."""
-    if claim.printed is None or claim.tolerance is None:
-        return ""
-    least, greatest = claim.tolerance.around(claim.printed)
-    lower_is_better = metric_named(claim.metric).lower_is_better
-    scores: Mapping[str, float] = {
-        name: found.estimate(claim.metric).median
+def _flag(
+    claim: Claim, evidence: Evidence, setting: Setting, matched: tuple[float, float], lower_is_better: bool
+) -> str:
+    """Name the anchors that do as well: without any learning (trivial, degenerate), or with the truth (the oracle)."""
+    least, greatest = matched
+    scores = {
+        name: measured.estimate(claim.metric).median
         for name in (TRIVIAL, DEGENERATE, ORACLE)
-        if (found := anchor(results, claim.experiment, name, test_set_of(setting.card))) is not None
+        if (measured := anchor(evidence.results, claim.experiment, name, test_set_of(setting.card))) is not None
     }
     reached = [
-        name
+        f"{name} {score:.3g}"
         for name, score in scores.items()
         if least <= score <= greatest or (name != ORACLE and (score < least if lower_is_better else score > greatest))
     ]
-    return "also reached by: " + ", ".join(f"{name} {scores[name]:.3g}" for name in reached) if reached else ""
+    return "also reached by: " + ", ".join(reached) if reached else ""

@@ -3,7 +3,7 @@
 import argparse
 from collections.abc import Sequence
 
-from repro.claims.assumption_effects import comparisons, gather_sensitivity
+from repro.claims.assumption_effects import assumption_effects, gather_sensitivity
 from repro.claims.assumptions import Assumption, load_assumptions
 from repro.claims.claims import Claim, load_claims
 from repro.errors import UserError
@@ -56,7 +56,7 @@ def _show(paths: Paths, claims: Sequence[Claim], tried: Sequence[str]) -> None:
     lists = sorted((paths.experiments / SENSITIVITY).glob("*.json"))
     found = gather_sensitivity(lists, stored_runs(paths.root, SENSITIVITY))
     if found is not None:
-        compared = [each for each in comparisons(found, claims) if each.assumption in tried]
+        compared = [each for each in assumption_effects(found, claims) if each.assumption in tried]
         show_sensitivity(sorted(compared, key=lambda each: tried.index(each.assumption)))
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from repro.claims.assumption_effects import comparisons, gather_sensitivity
+from repro.claims.assumption_effects import assumption_effects, gather_sensitivity
 from repro.claims.assumptions import load_assumptions
 from repro.claims.claims import load_claims
 from repro.claims.verdicts import Verdict, judge_all
@@ -64,7 +64,7 @@ def render(results: Results, folder: Path) -> list[Verdict]:
     verdicts = judge_all(claims, results)
     tables = all_tables(results, verdicts)
     if results.sensitivity is not None:
-        tables.append(sensitivity_table(assumptions, comparisons(results.sensitivity, claims)))
+        tables.append(sensitivity_table(assumptions, assumption_effects(results.sensitivity, claims)))
         write_text(folder / "results" / "sensitivity.csv", tables[-1].csv())
     for table in tables:
         table.save(folder / "tables")

@@ -21,7 +21,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from repro.claims.verdicts import NOT_RUN, VERDICTS, Verdict
+from repro.claims.verdict_kind import VerdictKind
+from repro.claims.verdicts import VERDICTS, Verdict
 from repro.errors import UserError
 from repro.report import writing
 from repro.report.tables.cost import cost_fact
@@ -33,6 +34,7 @@ from repro.results.statistics import paired_ratio
 if TYPE_CHECKING:
     import pandas as pd
 
+NOT_RUN = VerdictKind.NOT_RUN
 _PLACEHOLDER = re.compile(r"\{([^{}]*)\}")
 _GUARD = re.compile(r"(- )?\{if ([^{}]*)\}\s*")
 _BREAK = re.compile(r"(\n\s*\n|\n(?=- )|\n(?=\{if ))")

@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-from repro.claims.assumption_effects import comparisons
+from repro.claims.assumption_effects import assumption_effects
 from repro.claims.assumptions import load_assumptions
 from repro.claims.claims import load_claims
 from repro.claims.verdicts import VERDICTS, Verdict, judge_all
@@ -73,7 +73,7 @@ def drift(root: Path) -> list[str]:
     computed: dict[str, tuple[Table, Sequence[str]]] = {"claims.csv": (verdict_table(verdicts), ("id",))}
     if results.sensitivity is not None:
         ledger = load_assumptions(paper / "assumptions.yaml")
-        table = sensitivity_table(ledger, comparisons(results.sensitivity, claims))
+        table = sensitivity_table(ledger, assumption_effects(results.sensitivity, claims))
         computed["sensitivity.csv"] = (table, ("assumption", "alternative", "claim"))
     for name, (table, key) in computed.items():
         found += table_drift(paper / "results" / name, table, key)

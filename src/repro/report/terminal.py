@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from repro.claims.assumption_effects import Comparison
+from repro.claims.assumption_effects import AssumptionEffect
 from repro.claims.verdicts import VERDICTS
 from repro.report.summary import Summary, VerdictLine
 from repro.report.tables.sensitivity import change
@@ -63,7 +63,7 @@ def show(summary: Summary, console: "Console | None" = None) -> None:
             console.print(f"{title:<11}{_short(place)}", highlight=False, soft_wrap=True)
 
 
-def show_sensitivity(compared: Sequence[Comparison], console: "Console | None" = None) -> None:
+def show_sensitivity(compared: Sequence[AssumptionEffect], console: "Console | None" = None) -> None:
     """Print what was put in the place of each assumption, and what that did to the verdict on each claim.
 
     A narrow terminal gets the verdicts alone.

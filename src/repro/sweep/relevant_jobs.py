@@ -10,15 +10,11 @@ from repro.pipeline.card import run_card
 from repro.results.schema import as_text
 from repro.sweep.planned_job import Planned
 
-SELECTORS = ("where", "against", "loops", "other_loops")
-
 
 def answering(claim: Claim, jobs: Sequence[Planned]) -> list[Planned]:
     """Those jobs of the claim's experiment that its selectors mean, in their order."""
-    given = [claim.predicate[name] for name in SELECTORS if name in claim.predicate]
-    selectors = given or [claim.selector]
     foreseen = [(job, _foreseen(job.pipeline.config)) for job in jobs]
-    return [job for job, columns in foreseen if any(_agrees(columns, where) for where in selectors)]
+    return [job for job, columns in foreseen if any(_agrees(columns, where) for where in claim.selectors)]
 
 
 def _foreseen(config: Config) -> dict[str, Any]:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from repro.claims.assumption_effects import Comparison, comparisons
+from repro.claims.assumption_effects import AssumptionEffect, assumption_effects
 from repro.claims.claims import load_claims
 from repro.report.figures.figure import Figure, new_canvas
 from repro.report.style import TEXT_WIDTH, Role
@@ -23,7 +23,7 @@ def draw(results: Results) -> "Canvas | None":
     """Draw a row an assumption: the factor by which each alternative changes the value of each claim."""
     if results.sensitivity is None:
         return None
-    found = _factors(comparisons(results.sensitivity, load_claims(project_folder() / "paper" / "claims.yaml")))
+    found = _factors(assumption_effects(results.sensitivity, load_claims(project_folder() / "paper" / "claims.yaml")))
     if not found:
         return None
     names = sorted(found, key=lambda name: max(abs(decades) for decades, _ in found[name]))
@@ -48,7 +48,7 @@ def draw(results: Results) -> "Canvas | None":
     return canvas
 
 
-def _factors(compared: Sequence[Comparison]) -> Mapping[str, list[tuple[float, bool]]]:
+def _factors(compared: Sequence[AssumptionEffect]) -> Mapping[str, list[tuple[float, bool]]]:
     """Decades between the two values, and whether the verdict moves, by assumption; positive values alone have them."""
     found: dict[str, list[tuple[float, bool]]] = {}
     for each in compared:

@@ -12,8 +12,9 @@ def rule(verdict: Verdict) -> Mapping[str, str]:
     lines = {"experiment": claim.experiment}
     if claim.selector:
         lines["runs meant"] = _spelled(claim.selector)
-    if claim.predicate:
-        lines["question asked"] = _spelled({key: value for key, value in claim.predicate.items() if value != {}})
+    if claim.predicate is not None:
+        parameters = claim.predicate.model_dump(exclude_unset=True)
+        lines["question asked"] = _spelled({key: value for key, value in parameters.items() if value != {}})
     if claim.tolerance is not None:
         least, greatest = claim.tolerance.around(claim.printed or 0.0)
         lines["counts as matched"] = f"{least:.3g} to {greatest:.3g} ({claim.tolerance})"

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from repro.claims.assumption_effects import Comparison
+from repro.claims.assumption_effects import AssumptionEffect
 from repro.claims.assumptions import Assumption
 from repro.claims.verdicts import Verdict
 from repro.report import writing
@@ -17,7 +17,7 @@ CAPTION = (
 MOVED = {True: "moved", False: "no", None: writing.ABSENT}
 
 
-def sensitivity_table(ledger: Sequence[Assumption], compared: Sequence[Comparison]) -> Table:
+def sensitivity_table(ledger: Sequence[Assumption], compared: Sequence[AssumptionEffect]) -> Table:
     """Make the table, in the order of the assumptions; one that nothing can be run for says why."""
     rows = []
     for row in ledger:
@@ -27,13 +27,13 @@ def sensitivity_table(ledger: Sequence[Assumption], compared: Sequence[Compariso
     return Table("sensitivity", "Sensitivities", CAPTION, tuple(Column(title) for title in columns), tuple(rows))
 
 
-def change(comparison: Comparison) -> str:
+def change(comparison: AssumptionEffect) -> str:
     """Write the verdict, or how it moves: matched → worse."""
     before, after = comparison.ours.verdict, comparison.other.verdict
     return before if before == after else f"{before} → {after}"
 
 
-def _compared(comparison: Comparison) -> Row:
+def _compared(comparison: AssumptionEffect) -> Row:
     ours, other = comparison.ours, comparison.other
     return Row(
         cells=(

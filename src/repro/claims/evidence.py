@@ -1,0 +1,72 @@
+"""What a predicate is judged on, what comes of it, and the base of all predicates."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+from repro.claims.selector import Selector
+from repro.claims.yaml_rows import Row
+from repro.results.results import Results
+from repro.results.run_setting import Setting
+from repro.results.selectors import NotRunError, Where, one_setting
+from repro.results.statistics import Estimate
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Where a predicate looks: the results, and the experiment that answers the claim."""
+
+    results: Results
+    experiment: str
+
+    def measured(self, where: Where, metric: str) -> tuple[Setting, Estimate]:
+        """The one setting that a selector means, and the estimate of its metric; NotRunError where there is none."""
+        setting = one_setting(self.results, self.experiment, where)
+        estimate = setting.estimate(metric)
+        if estimate.n == 0:
+            raise NotRunError(f"{metric} was not measured in {self.experiment}")
+        return setting, estimate
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Whether a predicate holds, the quantity it is about, and the runs and commands behind it."""
+
+    holds: bool
+    quantity: str
+    unit: str
+    estimate: Estimate
+    note: str
+    runs: tuple[str, ...]
+    commands: tuple[str, ...]
+    stale: bool = False
+
+    @classmethod
+    def of_settings(
+        cls, holds: bool, quantity: str, unit: str, estimate: Estimate, note: str, *settings: Setting
+    ) -> "Finding":
+        """A finding on settings, with their runs and commands."""
+        return cls(
+            bool(holds),
+            quantity,
+            unit,
+            estimate,
+            note,
+            runs=tuple(dict.fromkeys(run for setting in settings for run in setting.run_ids)),
+            commands=tuple(dict.fromkeys(setting.command for setting in settings if setting.command)),
+            stale=any(setting.stale for setting in settings),
+        )
+
+
+class StatementPredicate(Row, ABC):
+    """One kind of statement; its fields are the parameters that a claim gives, `name` among them."""
+
+    name: str
+
+    @property
+    @abstractmethod
+    def selectors(self) -> list[Selector]:
+        """What selects the runs that it is judged on."""
+
+    @abstractmethod
+    def judge(self, evidence: Evidence) -> Finding:
+        """Whether it holds for stored runs. Raises NotRunError where no run answers."""

@@ -1,0 +1,105 @@
+"""Statements about stored closed loops."""
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from repro.claims.evidence import Evidence, Finding, StatementPredicate
+from repro.claims.selector import LoopSelector, Selector
+from repro.claims.yaml_rows import Number
+from repro.results.schema import as_text, plain
+from repro.results.selectors import NotRunError
+from repro.results.statistics import Estimate, estimate, share
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+class LoopPredicate(StatementPredicate):
+    """A statement on the closed loops that `loops` selects."""
+
+    loops: LoopSelector
+
+    @property
+    def selectors(self) -> list[Selector]:
+        """The selector of its closed loops."""
+        return [self.loops]
+
+
+class LoopsSucceed(LoopPredicate):
+    """At least this share of the closed loops succeeds: erect for the last 2 s, and no contact."""
+
+    name: Literal["loops_succeed"]
+    share_of_loops: Number
+
+    def judge(self, evidence: Evidence) -> Finding:
+        """Compare the share of successes."""
+        selected = _selected(evidence, self.loops)
+        successes = _successes(selected)
+        note = f"asked: at least {self.share_of_loops:g}; {len(selected)} closed loops, "
+        note += f"{int(selected['contact'].sum())} with contact"
+        holds = successes.median >= self.share_of_loops
+        return _finding(holds, "success", "1", successes, note, evidence, selected)
+
+
+class LoopsSucceedMoreOften(LoopPredicate):
+    """The share of successes lies above that of `other_loops`, interval against interval."""
+
+    name: Literal["loops_succeed_more_often"]
+    other_loops: LoopSelector
+
+    @property
+    def selectors(self) -> list[Selector]:
+        """The selectors of both sides."""
+        return [self.loops, self.other_loops]
+
+    def judge(self, evidence: Evidence) -> Finding:
+        """Compare the intervals of both shares."""
+        import pandas as pd
+
+        selected, others = _selected(evidence, self.loops), _selected(evidence, self.other_loops)
+        ours, other = _successes(selected), _successes(others)
+        note = f"asked: more often than the others, whose share is {other.median:.3g} "
+        note += f"[{other.low:.3g}, {other.high:.3g}] of {other.n} closed loops"
+        holds = ours.low > other.high
+        return _finding(holds, "success", "1", ours, note, evidence, pd.concat([selected, others]))
+
+
+class StepTakesLonger(LoopPredicate):
+    """The median control step of the median closed loop takes longer (CPU time)."""
+
+    name: Literal["step_takes_longer"]
+    milliseconds: Number
+
+    def judge(self, evidence: Evidence) -> Finding:
+        """Compare the median of the loops' median step times."""
+        selected = _selected(evidence, self.loops)
+        measured = estimate(selected["solve_ms_median"].to_numpy(dtype=float), log=True)
+        note = f"asked: above {self.milliseconds:g} ms; {len(selected)} closed loops"
+        holds = measured.median > self.milliseconds
+        return _finding(holds, "solve_ms_median", "ms", measured, note, evidence, selected)
+
+
+def _successes(loops: "pd.DataFrame") -> Estimate:
+    return share(loops["success"].to_numpy(dtype=bool))
+
+
+def _selected(evidence: Evidence, selector: Selector) -> "pd.DataFrame":
+    loops = evidence.results.control
+    loops = loops[loops["experiment"] == evidence.experiment]
+    for column, required in selector.items():
+        texts = {as_text(value) for value in (required if isinstance(required, list) else [required])}
+        loops = loops[np.array([as_text(plain(value)) in texts for value in loops[column]], dtype=bool)]
+    if loops.empty:
+        described = ", ".join(f"{column}={as_text(value)}" for column, value in selector.items())
+        raise NotRunError(f"no closed loop of {evidence.experiment} with {described}")
+    return loops
+
+
+def _finding(
+    holds: bool, quantity: str, unit: str, estimate: Estimate, note: str, evidence: Evidence, loops: "pd.DataFrame"
+) -> Finding:
+    runs = tuple(dict.fromkeys(loops["run"]))
+    rows = evidence.results.runs
+    commands = dict.fromkeys(rows[rows["run"].isin(runs)]["command"])
+    return Finding(bool(holds), quantity, unit, estimate, note, runs, tuple(filter(None, commands)))

@@ -1,0 +1,25 @@
+"""Selectors of a claim: columns of a result table, and the value or values that a run must have there."""
+
+from collections.abc import Callable, Collection
+from typing import Annotated
+
+from pydantic import AfterValidator
+
+from repro.results.schema import BENCH, CARD, CONTROL
+
+Value = bool | int | float | str
+Selector = dict[str, Value | list[Value]]
+
+
+def _columns_of(columns: Collection[str]) -> Callable[[Selector], Selector]:
+    def checked(selector: Selector) -> Selector:
+        if unknown := sorted(set(selector) - set(columns)):
+            raise ValueError(f"has no column {', '.join(unknown)}; allowed are {', '.join(columns)}")
+        return selector
+
+    return checked
+
+
+CardSelector = Annotated[Selector, AfterValidator(_columns_of(CARD))]
+LoopSelector = Annotated[Selector, AfterValidator(_columns_of(CONTROL))]
+BenchSelector = Annotated[Selector, AfterValidator(_columns_of(BENCH))]

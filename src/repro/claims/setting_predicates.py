@@ -1,0 +1,139 @@
+"""Statements about the members of one setting, or of each setting of a family."""
+
+import math
+from typing import Literal
+
+import numpy as np
+
+from repro.claims.evidence import Evidence, Finding, StatementPredicate
+from repro.claims.selector import CardSelector, Selector
+from repro.claims.yaml_rows import Number, Text
+from repro.results.selectors import TRIVIAL, NotRunError, anchor, one_setting, settings, test_set_of
+from repro.results.statistics import Estimate, share
+
+
+class SettingPredicate(StatementPredicate):
+    """A statement on the runs that `where` selects."""
+
+    where: CardSelector
+
+    @property
+    def selectors(self) -> list[Selector]:
+        """The selector of its runs."""
+        return [self.where]
+
+
+class MedianBound(SettingPredicate):
+    """The median member lies strictly below, or above, `value`."""
+
+    name: Literal["median_below", "median_above"]
+    metric: Text
+    value: Number
+
+    def judge(self, evidence: Evidence) -> Finding:
+        """Compare the median with the value."""
+        setting, measured = evidence.measured(self.where, self.metric)
+        side = self.name.removeprefix("median_")
+        holds = measured.median < self.value if side == "below" else measured.median > self.value
+        note = f"asked: {side} {self.value:g}"
+        return Finding.of_settings(holds, self.metric, setting.unit(self.metric), measured, note, setting)
+
+
+class AllMembersBelow(SettingPredicate):
+    """Every member lies below `value`; a failed member does not."""
+
+    name: Literal["all_members_below"]
+    metric: Text
+    value: Number
+
+    def judge(self, evidence: Evidence) -> Finding:
+        """Compare every member with the value."""
+        setting, measured = evidence.measured(self.where, self.metric)
+        holds = bool(np.all(setting.values(self.metric) < self.value))
+        note = f"asked: every member below {self.value:g}"
+        return Finding.of_settings(holds, self.metric, setting.unit(self.metric), measured, note, setting)
+
+
+class AllMembersAwayFrom(SettingPredicate):
+    """Every member that finished lies at least `distance` from `value`."""
+
+    name: Literal["all_members_away_from"]
+    metric: Text
+    value: Number
+    distance: Number
+
+    def judge(self, evidence: Evidence) -> Finding:
+        """Compare the distance of every finished member."""
+        setting, measured = evidence.measured(self.where, self.metric)
+        members = setting.values(self.metric)
+        finished = members[np.isfinite(members)]
+        holds = finished.size > 0 and bool(np.all(np.abs(finished - self.value) >= self.distance))
+        note = f"asked: every member {self.distance:g} or more away from {self.value:g}"
+        return Finding.of_settings(holds, self.metric, setting.unit(self.metric), measured, note, setting)
+
+
+class EverySettingBelow(SettingPredicate):
+    """Every member of every setting that `where` selects lies below `value`; a failed member does not."""
+
+    name: Literal["every_setting_below"]
+    metric: Text
+    value: Number
+
+    def judge(self, evidence: Evidence) -> Finding:
+        """Compare every member of the family; the worst one is shown."""
+        family = [s for s in settings(evidence.results, evidence.experiment, self.where) if s.values(self.metric).size]
+        if not family:
+            raise NotRunError(f"{self.metric} was not measured in {evidence.experiment}")
+        members = np.concatenate([setting.values(self.metric) for setting in family])
+        worst = float(np.nanmax(members)) if np.isfinite(members).any() else math.inf
+        estimate = Estimate(worst, math.nan, math.nan, members.size, int(np.sum(~np.isfinite(members))))
+        note = f"asked: every member of {len(family)} settings below {self.value:g}; the worst is shown"
+        holds = bool(np.all(members < self.value))
+        return Finding.of_settings(holds, f"worst {self.metric}", family[0].unit(self.metric), estimate, note, *family)
+
+
+class ShareAtLeast(SettingPredicate):
+    """At least this share of the members has a property, which is a metric of 0 or 1."""
+
+    name: Literal["share_at_least"]
+    metric: Text
+    share_of_members: Number
+
+    def judge(self, evidence: Evidence) -> Finding:
+        """Compare the share of the members."""
+        setting, measured = evidence.measured(self.where, self.metric)
+        holds = measured.median >= self.share_of_members
+        note = f"asked: at least {self.share_of_members:g}"
+        return Finding.of_settings(holds, self.metric, setting.unit(self.metric), measured, note, setting)
+
+
+class ShareOfFailuresAtLeast(SettingPredicate):
+    """At least this share of the fits fails.
+
+    A fit fails when it diverges, ends worse than the trivial model in MAE q̈, or has min eig M <= 0.
+    """
+
+    name: Literal["share_of_failures_at_least"]
+    share_of_members: Number
+
+    def judge(self, evidence: Evidence) -> Finding:
+        """Count the fits that failed."""
+        setting = one_setting(evidence.results, evidence.experiment, self.where)
+        errors, least = setting.values("mae_qdd"), setting.values("min_eig_M")
+        if errors.size == 0:
+            raise NotRunError(f"mae_qdd was not measured in {evidence.experiment}")
+        trivial = anchor(evidence.results, evidence.experiment, TRIVIAL, test_set_of(setting.card))
+        bound = trivial.estimate("mae_qdd").median if trivial else math.inf
+        # A failed member is nan, for which no comparison holds.
+        sound = errors <= bound
+        if least.size:
+            sound &= least > 0
+        failures = share(~sound)
+        causes = [
+            f"{setting.failed} diverged",
+            f"{int(np.sum(errors > bound))} worse than the trivial model" if trivial else "trivial model not run",
+            f"{int(np.sum(least <= 0))} with an indefinite mass matrix" if least.size else "min eig M not measured",
+        ]
+        note = f"asked: at least {self.share_of_members:g}; of {setting.n} members: " + ", ".join(causes)
+        holds = failures.median >= self.share_of_members
+        return Finding.of_settings(holds, "share of failed fits", "1", failures, note, setting)

@@ -1,0 +1,111 @@
+"""YAML files that are a list of rows, each checked against a pydantic model; a mistake is one line: file, row, key."""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, StringConstraints, ValidationError, model_validator
+
+from repro.errors import UserError
+
+Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
+
+
+def _number(value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError("should be a number (YAML reads 5.0e-4 as a number, 5e-4 as text)")
+    return float(value)
+
+
+Number = Annotated[float, BeforeValidator(_number)]
+
+
+class Row(BaseModel):
+    """A mapping in a YAML file; a key that is not a field is an error."""
+
+    model_config = ConfigDict(frozen=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _refuse_unknown_keys(cls, content: Any) -> Any:
+        if isinstance(content, dict) and (unknown := [str(key) for key in content if key not in cls.model_fields]):
+            raise ValueError(f"has unknown key {', '.join(unknown)}; allowed are {', '.join(cls.model_fields)}")
+        return content
+
+
+class NamedRow(Row):
+    """One row of a file, known by its id."""
+
+    id: Text
+
+    @property
+    def name(self) -> str:
+        """The name that sets the row apart from all others of its file."""
+        return self.id
+
+
+RowT = TypeVar("RowT", bound=NamedRow)
+
+
+def load_rows(path: Path, model: type[RowT], if_repeated: str) -> list[RowT]:
+    """Read and check all rows of a file.
+
+    Raises UserError, one line per mistake, when the file is no list, a row is malformed or two rows have one name;
+    if_repeated says what to do about the latter.
+    """
+    rows, mistakes = [], []
+    for number, content in enumerate(_read_list(path), start=1):
+        try:
+            rows.append(model.model_validate(content))
+        except ValidationError as error:
+            id = content.get("id", "?") if isinstance(content, dict) else "?"
+            mistakes += [f"{path.name}, row {number} ({id}): {line}" for line in _lines(error, content)]
+    names = [row.name for row in rows]
+    if repeated := sorted({name for name in names if names.count(name) > 1}):
+        mistakes.append(f"{path.name}: {', '.join(repeated)} occurs twice; {if_repeated}")
+    if mistakes:
+        raise UserError("\n".join(mistakes))
+    return rows
+
+
+def _read_list(path: Path) -> list[object]:
+    import yaml
+
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, yaml.YAMLError) as error:
+        raise UserError(f"{path} cannot be read: {' '.join(str(error).split())}") from error
+    if not isinstance(content, list):
+        raise UserError(f"{path} must be a list of rows")
+    return content
+
+
+def _lines(error: ValidationError, content: object) -> Iterator[str]:
+    """One line per mistake: the key, and what is wrong with its value."""
+    for problem in error.errors():
+        key = ".".join(_path(problem["loc"], content, missing=problem["type"] == "missing"))
+        value = problem["input"]
+        match problem["type"]:
+            case "missing":
+                message = "is needed"
+            case "union_tag_invalid":
+                message = f"is called {problem['ctx']['tag']!r}; allowed are {problem['ctx']['expected_tags']}"
+            case "model_type" | "model_attributes_type" | "dict_type":
+                message = f"must be a mapping, not {value!r}"
+            case "value_error" if isinstance(value, Mapping | Row):
+                message = problem["msg"].removeprefix("Value error, ")
+            case _:
+                message = f"is {value!r}: " + problem["msg"].removeprefix("Input ").removeprefix("Value error, ")
+        yield f"{key} {message}".strip()
+
+
+def _path(location: tuple[int | str, ...], content: object, missing: bool) -> Iterator[str]:
+    """The keys that lead to a mistake, without the names of alternatives that pydantic puts between them."""
+    for number, part in enumerate(location):
+        if isinstance(content, Mapping) and (part in content or (missing and number == len(location) - 1)):
+            content = content.get(part)
+        elif isinstance(content, list) and isinstance(part, int):
+            content = content[part]
+        else:
+            continue
+        yield str(part)

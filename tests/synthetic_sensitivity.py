@@ -1,0 +1,59 @@
+"""A claim on a number and one on a pair, and runs by which each is judged with another in the place of its own."""
+
+import json
+from dataclasses import asdict
+
+from synthetic_store import SyntheticStore
+
+from repro.claims.assumption_effects import gather_sensitivity
+from repro.claims.claims import Claim
+from repro.results.results import SENSITIVITY, Case, Sensitivity
+from repro.results.stored import stored_runs
+
+TEXTS = dict.fromkeys(("section", "quote", "about"), "text")
+NUMBER = Claim(
+    **TEXTS,
+    id="C4",
+    part="a",
+    kind="number",
+    experiment="sip_basis",
+    metric="mae_tau",
+    unit="N",
+    printed=0.3,
+    selector={"basis": "t2", "regime": "episodes", "objective": "inverse"},
+    tolerance={"factor": 1.5, "reason": "one run"},
+)
+PAIR = Claim(
+    **TEXTS,
+    id="C14",
+    part="a",
+    kind="statement",
+    experiment="sip_basis",
+    predicate={
+        "name": "paired_ratio_below",
+        "metrics": ["mae_tau"],
+        "where": {"objective": "inverse"},
+        "against": {"objective": "forward"},
+    },
+)
+CLAIMS = [NUMBER, PAIR]
+
+
+def sensitivity_runs(store: SyntheticStore) -> Sensitivity | None:
+    """Our choice answers C4a and C14a well; on one long run the force error is ten times as large."""
+    store.scale = SENSITIVITY
+    ours = store.run("sip_basis", {"mae_tau": [0.25, 0.3, 0.35], "mae_qdd": [3.0, 3.0, 3.0]})
+    forward = store.run("sip_basis", {"mae_tau": [0.5, 0.7, 0.8]}, objective="forward")
+    long = store.run("sip_basis", {"mae_tau": [2.5, 3.0, 3.5]}, regime="long")
+    long_forward = store.run("sip_basis", {"mae_tau": [0.5, 0.6, 0.7]}, regime="long", objective="forward")
+    choice = ("data_regime", "data=episodes", "data=long")
+    metric = Case("metric_average", "", "metric=mae_qdd", "C4a", "sip_basis", ours, ours)
+    cases = [
+        Case(*choice, "C4a", "sip_basis", ours, long),
+        Case(*choice, "C14a", "sip_basis", ours, long),
+        Case(*choice, "C14a", "sip_basis", forward, long_forward),
+        metric,
+    ]
+    path = store.outputs / "experiments" / SENSITIVITY / "sip_basis.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"cases": [asdict(case) for case in cases]}))
+    return gather_sensitivity([path], stored_runs(store.outputs, SENSITIVITY))
