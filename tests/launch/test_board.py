@@ -6,7 +6,7 @@ import pytest
 
 from repro.launch import board
 from repro.launch.board import Board, Clock
-from repro.launch.jobs import Event, Job, JobResult
+from repro.launch.jobs import Event, EventKind, Job, JobError, JobOutcome, JobResult
 from repro.tracking.text import duration, size, table
 
 JOBS = [Job(name, "m:f") for name in ("a", "b", "c", "d")]
@@ -20,17 +20,17 @@ def now(monkeypatch):
     return time
 
 
-def ended(index, outcome="ok", seconds=10.0, error=None):
+def ended(index, outcome=JobOutcome.OK, seconds=10.0, error=None):
     result = JobResult(JOBS[index], outcome, seconds=seconds, error=error)
-    return Event("ended", index, JOBS[index], result=result)
+    return Event(EventKind.ENDED, index, JOBS[index], result=result)
 
 
 def test_time_left(now):
     clock = Clock(JOBS, workers=2)
     assert clock.seconds_left() is None
-    clock.take(Event("started", 0, JOBS[0]))
+    clock.take(Event(EventKind.STARTED, 0, JOBS[0]))
     now[0] = 5.0
-    clock.take(Event("progress", 0, JOBS[0], fraction=0.25))
+    clock.take(Event(EventKind.PROGRESS, 0, JOBS[0], fraction=0.25))
     # One job takes 20 s: 15 s of it are left, and three whole ones, on two workers.
     assert clock.seconds_left() == pytest.approx((15 + 3 * 20) / 2)
     now[0] = 20.0
@@ -48,13 +48,13 @@ def test_expected_times_are_used_before_any_job_has_ended(now):
 
 def test_plain_lines(now, capsys):
     with Board(JOBS, workers=1, live=False) as shown:
-        shown(Event("started", 0, JOBS[0]))
+        shown(Event(EventKind.STARTED, 0, JOBS[0]))
         shown(ended(0))
-        shown(Event("notice", 1, JOBS[1], text="look"))
-        shown(ended(1, "failed", 2.0, {"type": "ValueError", "message": "no\nmore"}))
+        shown(Event(EventKind.NOTICE, 1, JOBS[1], text="look"))
+        shown(ended(1, JobOutcome.FAILED, 2.0, JobError("no\nmore", "ValueError")))
         now[0] = 60.0
-        shown(Event("started", 2, JOBS[2]))
-        shown(Event("progress", 2, JOBS[2], fraction=0.5, text="epoch 3"))
+        shown(Event(EventKind.STARTED, 2, JOBS[2]))
+        shown(Event(EventKind.PROGRESS, 2, JOBS[2], fraction=0.5, text="epoch 3"))
     lines = capsys.readouterr().err.splitlines()
     assert lines[0] == "[1/4] a: done (10 s); about 30 s left"
     assert lines[1] == "b: look"
@@ -66,10 +66,10 @@ def test_plain_lines(now, capsys):
 def test_live_display_takes_every_event(now, capsys):
     with Board(JOBS, workers=2, live=True) as shown:
         for index in (0, 1):
-            shown(Event("started", index, JOBS[index]))
-            shown(Event("progress", index, JOBS[index], fraction=0.5, text="[half]"))
+            shown(Event(EventKind.STARTED, index, JOBS[index]))
+            shown(Event(EventKind.PROGRESS, index, JOBS[index], fraction=0.5, text="[half]"))
         shown(ended(0))
-        shown(ended(1, "killed", 1.0, {"message": "[SIGKILL]"}))
+        shown(ended(1, JobOutcome.KILLED, 1.0, JobError("[SIGKILL]")))
     assert "b: killed: [SIGKILL]" in capsys.readouterr().err
 
 

@@ -139,7 +139,7 @@ def kill_maker_of_a_fit(outputs: Path) -> None:
         time.sleep(0.1)
 
 
-def test_a_job_that_left_no_word_did_not_end_well(outputs: Path) -> None:
+def test_a_job_without_an_ending_was_killed(outputs: Path) -> None:
     result = cluster._ending(outputs, 0, Job("job 0", "module:function", {}, "repro run"))
     assert result.outcome == "killed"
     assert result.log == str(outputs)

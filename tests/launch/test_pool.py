@@ -52,9 +52,9 @@ ENDINGS = """
     jobs += [Job(name, f"toyjobs:{name}", command=f"repro run {name}") for name in names]
     jobs += [Job("last", "toyjobs:double", {"x": 2})]
     order = []
-    note = lambda event: order.append((event.what, event.job.name))
+    note = lambda event: order.append((event.kind, event.job.name))
     results = run_jobs(jobs, workers=2, timeout_s=1.0, preload=(), on_progress=note)
-    rows = [[r.job.name, r.outcome, r.value, dict(r.error or {}), r.log] for r in results]
+    rows = [[r.job.name, r.outcome, r.value, vars(r.error) if r.error else {}, r.log] for r in results]
     print(json.dumps({"rows": rows, "order": order, "table": failure_table(results)}))
 """
 
@@ -112,7 +112,7 @@ def test_progress_and_notices_reach_the_caller(start):
             from repro.launch.pool import run_jobs
             seen = []
             run_jobs([Job("a", "toyjobs:reports")], workers=1, preload=(),
-                     on_progress=lambda e: seen.append([e.what, e.fraction, e.text]))
+                     on_progress=lambda e: seen.append([e.kind, e.fraction, e.text]))
             print(json.dumps(seen))
             """,
             JOBS,
@@ -199,7 +199,7 @@ def test_a_fault_of_the_callers_display_is_not_the_jobs(start):
             from repro.launch.jobs import Job
             from repro.launch.pool import run_jobs
             def shows(event):
-                if event.what == "progress":
+                if event.kind == "progress":
                     raise OSError("no display")
             try:
                 run_jobs([Job("a", "toyjobs:reports")], workers=1, preload=(), on_progress=shows)

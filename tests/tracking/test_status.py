@@ -8,7 +8,7 @@ import time
 import pytest
 
 from repro.errors import UserError
-from repro.tracking import code, lock, status
+from repro.tracking import code, ids, lock, status
 from repro.tracking.paths import HOLDER_FILE
 from repro.tracking.stage import Stage
 from repro.tracking.store import StageFailed
@@ -160,14 +160,14 @@ def test_a_job_without_a_run_is_missing(store):
 
 
 def test_ids_may_be_cut(store, stage):
-    ids = [store.compute(stage(a=a), lambda folder: {}).id for a in range(3)]
-    assert status.resolve(store.paths, ids[1]).name == ids[1]
-    assert status.resolve(store.paths, ids[1][-10:]).name == ids[1]
-    assert status.resolve(store.paths, ids[1][-10:-4]).name == ids[1]
+    made = [store.compute(stage(a=a), lambda folder: {}).id for a in range(3)]
+    assert ids.resolve(store.paths, made[1]).name == made[1]
+    assert ids.resolve(store.paths, made[1][-10:]).name == made[1]
+    assert ids.resolve(store.paths, made[1][-10:-4]).name == made[1]
     with pytest.raises(UserError, match="fits 3 stages"):
-        status.resolve(store.paths, "toy-fit")
+        ids.resolve(store.paths, "toy-fit")
     with pytest.raises(UserError, match="no stage nothing"):
-        status.resolve(store.paths, "nothing")
+        ids.resolve(store.paths, "nothing")
 
 
 def many_runs(store, stage, count):
@@ -199,3 +199,11 @@ def test_holder_is_readable_while_waiting(store, stage, tmp_path):
     assert lock.holder_text(tmp_path / HOLDER_FILE) == "another process"
     (tmp_path / HOLDER_FILE).write_text(json.dumps({"pid": 12, "host": "node7"}))
     assert lock.holder_text(tmp_path / HOLDER_FILE) == "process 12 on node7"
+
+
+def test_a_whole_id_wins_over_longer_ones():
+    names = ["sip-t2-aa1", "sip-t2-aa12", "dip-aa1f"]
+    assert ids.matching(names, "sip-t2-aa1") == ["sip-t2-aa1"]
+    assert ids.matching(names, "aa1") == names
+    assert ids.matching(names, "dip") == ["dip-aa1f"]
+    assert ids.matching(names, "t2") == []

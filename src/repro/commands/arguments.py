@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from repro.errors import UserError
-from repro.tracking import record, status
+from repro.tracking import ids, record
 from repro.tracking.paths import Paths
 from repro.tracking.record import Record
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def stored_record(paths: Paths, text: str) -> Record:
     """The stage that an id, its start or its last digits name; UserError for a damaged, missing or ambiguous one."""
-    folder = status.resolve(paths, text)
+    folder = ids.resolve(paths, text)
     try:
         return record.read(folder)
     except record.Damage as damage:

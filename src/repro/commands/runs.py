@@ -10,6 +10,7 @@ from typing import Any
 
 from repro.errors import UserError
 from repro.tracking import index
+from repro.tracking.ids import digits
 from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.text import duration, table, terminal_width
 
@@ -55,7 +56,7 @@ def _runs_table(found: Sequence[tuple[index.Entry, Mapping[str, Any]]]) -> str:
     failed = ["outcome"] if any(entry.outcome != "ok" for entry, _ in found) else []
     rows = [
         [
-            *([entry.id] if width is None else [entry.id.rpartition("-")[2], entry.name]),
+            *([entry.id] if width is None else [digits(entry.id), entry.name]),
             *(entry.outcome for _ in failed),
             *(_cell(values.get(name), 3) for name in results),
             *(_cell(card.get(column), 6) for column in columns),

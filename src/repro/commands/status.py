@@ -10,6 +10,7 @@ from dataclasses import asdict
 
 from repro.errors import UserError
 from repro.tracking import status as states
+from repro.tracking.ids import matching
 from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.stage import Stage
 from repro.tracking.text import short, table
@@ -59,11 +60,10 @@ def _survey(paths: Paths, verify: bool) -> list[states.Item]:
 
 
 def _chosen(items: Sequence[states.Item], text: str) -> list[states.Item]:
-    exact = [item for item in items if item.id == text]
-    fitting = exact or [item for item in items if item.id.startswith(text) or item.id.rpartition("-")[2] == text]
+    fitting = matching([item.id for item in items], text)
     if not fitting:
         raise UserError(f"no stage {text} is stored or listed; `repro status --all` names them")
-    return fitting
+    return [item for item in items if item.id in fitting]
 
 
 def _print_status(items: Sequence[states.Item], paths: Paths, everything: bool) -> None:

@@ -1,13 +1,13 @@
-"""What a sweep shows while it runs: all jobs and the time left, live in a terminal, plain lines elsewhere."""
+"""The display of a running sweep: all jobs and the time left, live in a terminal, plain lines elsewhere."""
 
 from __future__ import annotations
 
 import sys
 import time
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Self, assert_never
 
-from repro.launch.jobs import Event, Job, JobResult, reason
+from repro.launch.jobs import Event, EventKind, Job, JobResult, reason
 from repro.tracking.text import duration
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ class Board:
         self._progress: Progress | None = None
         self._overall: TaskID | None = None
         self._bars: dict[int, TaskID] = {}
-        self._spoke = time.monotonic()
+        self._last_line = time.monotonic()
 
     def __enter__(self) -> Self:
         if self.live:
@@ -44,40 +44,45 @@ class Board:
             self._progress.stop()
 
     def __call__(self, event: Event) -> None:
-        """Take one event of a job."""
+        """Show one event of a job."""
         self.clock.take(event)
-        if event.what == "notice":
-            self._say(f"{event.job.name}: {event.text}")
+        if event.kind is EventKind.NOTICE:
+            self._print(f"{event.job.name}: {event.text}")
         elif event.result is not None:
-            self._say_end(event.result)
+            self._print_end(event.result)
         if self._progress is not None:
             self._redraw(self._progress, event)
-        elif event.what == "progress" and time.monotonic() - self._spoke > _PLAIN_PAUSE_S:
-            self._say(f"{self.clock.text()}; now {event.job.name} {_percent(event.fraction)} {event.text}".rstrip())
+        elif event.kind is EventKind.PROGRESS and time.monotonic() - self._last_line > _PLAIN_PAUSE_S:
+            self._print(f"{self.clock.text()}; now {event.job.name} {_percent(event.fraction)} {event.text}".rstrip())
 
-    def _say_end(self, result: JobResult) -> None:
+    def _print_end(self, result: JobResult) -> None:
         state = "done" if result.ok else reason(result)
         count = f"[{len(self.clock.ended)}/{len(self.clock.jobs)}]"
         if result.ok and self.live:
             return
         left = self.clock.text_left()
-        self._say(f"{count} {result.job.name}: {state} ({duration(result.seconds)}){left and '; '}{left}")
+        self._print(f"{count} {result.job.name}: {state} ({duration(result.seconds)}){left and '; '}{left}")
 
-    def _say(self, line: str) -> None:
-        self._spoke = time.monotonic()
+    def _print(self, line: str) -> None:
+        self._last_line = time.monotonic()
         if self._progress is not None:
             self._progress.console.print(line, markup=False, highlight=False)
         else:
             print(line, file=sys.stderr, flush=True)
 
     def _redraw(self, shown: Progress, event: Event) -> None:
-        if event.what == "started":
-            self._bars[event.index] = shown.add_task(event.job.name, total=1.0, note="")
-        elif event.what == "progress":
-            note = f"{_percent(event.fraction)} {event.text}".strip()
-            shown.update(self._bars[event.index], completed=event.fraction or 0.0, note=note)
-        elif event.what == "ended":
-            shown.remove_task(self._bars.pop(event.index))
+        match event.kind:
+            case EventKind.STARTED:
+                self._bars[event.index] = shown.add_task(event.job.name, total=1.0, note="")
+            case EventKind.PROGRESS:
+                note = f"{_percent(event.fraction)} {event.text}".strip()
+                shown.update(self._bars[event.index], completed=event.fraction or 0.0, note=note)
+            case EventKind.ENDED:
+                shown.remove_task(self._bars.pop(event.index))
+            case EventKind.NOTICE:
+                return
+            case _:
+                assert_never(event.kind)
         if self._overall is not None:
             shown.update(self._overall, completed=len(self.clock.ended), note=self.clock.text())
 
@@ -93,8 +98,8 @@ class Clock:
         self.ended: dict[int, JobResult] = {}
 
     def take(self, event: Event) -> None:
-        """Take one event of a job."""
-        if event.what == "started":
+        """Count one event of a job."""
+        if event.kind is EventKind.STARTED:
             self.started[event.index] = time.monotonic()
         elif event.fraction is not None:
             self.fractions[event.index] = event.fraction
@@ -134,8 +139,8 @@ class Clock:
             for index, fraction in self.fractions.items()
             if index not in self.ended and fraction > 0
         ]
-        known = times + running
-        return sum(known) / len(known) if known else None
+        seconds = times + running
+        return sum(seconds) / len(seconds) if seconds else None
 
 
 def _percent(fraction: float | None) -> str:

@@ -1,7 +1,7 @@
 """The jobs of a sweep on one of Hydra's launchers: submitit (SLURM, or local processes) and Ray.
 
-Hydra sweeps over the jobs' numbers; each looks its number up in a file, runs in a process of its own, leaves its result
-in the store, and how it ended beside its log. The store must lie where all machines see it.
+Hydra sweeps over the jobs' numbers; each job is read from a file by its number, runs in a process of its own, leaves
+its result in the store and its outcome beside its log. The store must lie on a file system that all machines share.
 """
 
 import importlib
@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from repro.errors import UserError
-from repro.launch.jobs import Event, Job, JobResult, reason
+from repro.launch.jobs import Event, EventKind, Job, JobError, JobOutcome, JobResult, reason
 from repro.launch.pool import run_jobs
 from repro.tracking.files import write_json
 from repro.tracking.text import hydra_quoted
@@ -29,7 +29,7 @@ EXTRAS = {
     "submitit_local": ("slurm", "hydra_plugins.hydra_submitit_launcher"),
     "ray": ("ray", "hydra_plugins.hydra_ray_launcher"),
 }
-# What stands on a launcher for a flag that is for one machine.
+# By launcher: the setting that takes the place of a flag for one machine.
 INSTEAD = {
     "submitit_slurm": {"--workers": "hydra.launcher.array_parallelism=N", "--timeout": "hydra.launcher.timeout_min=N"},
     "submitit_local": {"--timeout": "hydra.launcher.timeout_min=N"},
@@ -39,27 +39,28 @@ _SUBMITTED = "_submitted.pkl"
 
 
 def split(overrides: Sequence[str]) -> tuple[list[str], list[str]]:
-    """The overrides that make the jobs, and those that say where they run; UserError for a launcher that is not there.
+    """The overrides that make the jobs, and those that choose and set the launcher.
 
-    Without `hydra/launcher=...` the second list is empty: the jobs run on this machine.
+    Without `hydra/launcher=...` the second list is empty: the jobs run on this machine. Raises UserError for a launcher
+    that does not exist or is not installed.
     """
     jobs = [override for override in overrides if not override.lstrip("+").startswith("hydra")]
-    where = [override for override in overrides if override not in jobs]
-    names = [override.removeprefix(LAUNCHER) for override in where if override.startswith(LAUNCHER)]
-    if where and not names:
-        raise UserError(f"{where[0]}: settings of Hydra itself go with hydra/launcher={'|'.join(EXTRAS)}")
+    launcher = [override for override in overrides if override not in jobs]
+    names = [override.removeprefix(LAUNCHER) for override in launcher if override.startswith(LAUNCHER)]
+    if launcher and not names:
+        raise UserError(f"{launcher[0]}: settings of Hydra itself go with hydra/launcher={'|'.join(EXTRAS)}")
     for name in names:
         if name not in EXTRAS:
             raise UserError(f"{LAUNCHER}{name}: allowed are {', '.join(EXTRAS)}; leave it out to run on this machine")
         extra, plugin = EXTRAS[name]
-        if not _is_there(plugin):
+        if not _is_installed(plugin):
             raise UserError(f"{LAUNCHER}{name} needs an extra: pip install -e '.[{extra}]' in the project's folder")
-    return jobs, where
+    return jobs, launcher
 
 
-def refuse(flags: Mapping[str, float | None], where: Sequence[str]) -> None:
-    """UserError for a flag with a value that is for one machine, when the jobs run on a launcher."""
-    name = next(override.removeprefix(LAUNCHER) for override in where if override.startswith(LAUNCHER))
+def refuse(flags: Mapping[str, float | None], launcher: Sequence[str]) -> None:
+    """Raise UserError for a flag that applies to one machine only, since the jobs run on a launcher."""
+    name = next(override.removeprefix(LAUNCHER) for override in launcher if override.startswith(LAUNCHER))
     for flag, value in flags.items():
         if value is not None:
             setting = INSTEAD[name].get(flag)
@@ -67,14 +68,14 @@ def refuse(flags: Mapping[str, float | None], where: Sequence[str]) -> None:
             raise UserError(f"{flag} is for jobs on this machine, not for {LAUNCHER}{name}; leave it out: {advice}")
 
 
-def launch(jobs: Sequence[Job], where: Sequence[str], logs: Path) -> list[JobResult]:
+def launch(jobs: Sequence[Job], launcher: Sequence[str], logs: Path) -> list[JobResult]:
     """Run the jobs on a launcher and wait; returns how each ended, in their order."""
     folder = logs / f"{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}"
     write_json(_jobs_file(folder), [asdict(job) for job in jobs])
-    told = [f"+folder={hydra_quoted(folder)}", f"hydra.sweep.dir={hydra_quoted(folder)}", f"+job=range({len(jobs)})"]
+    sweep = [f"+folder={hydra_quoted(folder)}", f"hydra.sweep.dir={hydra_quoted(folder)}", f"+job=range({len(jobs)})"]
     quiet = ["hydra.job.name=repro", "hydra.output_subdir=null", "hydra.job.chdir=false"]
-    print(f"{len(jobs)} jobs on {' '.join(where)}; their logs: {folder}", file=sys.stderr, flush=True)
-    subprocess.run([sys.executable, "-m", __name__, str(folder), "-m", *quiet, *where, *told], check=False)
+    print(f"{len(jobs)} jobs on {' '.join(launcher)}; their logs: {folder}", file=sys.stderr, flush=True)
+    subprocess.run([sys.executable, "-m", __name__, str(folder), "-m", *quiet, *launcher, *sweep], check=False)
     return [_ending(folder, number, job) for number, job in enumerate(jobs)]
 
 
@@ -88,13 +89,15 @@ def _ending_file(folder: Path, number: int) -> Path:
 
 def _ending(folder: Path, number: int, job: Job) -> JobResult:
     try:
-        return JobResult(job, **json.loads(_ending_file(folder, number).read_bytes()))
+        content = json.loads(_ending_file(folder, number).read_bytes())
+        error = None if content["error"] is None else JobError(**content["error"])
+        return JobResult(job, JobOutcome(content["outcome"]), None, error, content["seconds"], content["log"])
     except FileNotFoundError:
         message = "the scheduler stopped it, or never started it: see the messages above and the logs"
-        return JobResult(job, "killed", error={"message": message}, log=str(folder))
+        return JobResult(job, JobOutcome.KILLED, error=JobError(message), log=str(folder))
 
 
-def _is_there(plugin: str) -> bool:
+def _is_installed(plugin: str) -> bool:
     try:
         return importlib.util.find_spec(plugin) is not None
     except ModuleNotFoundError:
@@ -102,24 +105,25 @@ def _is_there(plugin: str) -> bool:
 
 
 def _run_one(config: Any) -> None:
-    """One job, on the machine that the launcher chose.
+    """Run one job on the machine that the launcher chose.
 
-    Whatever happens in its process, this one ends well: Hydra's launchers give up a whole sweep for one failed job.
+    Raises nothing, whatever the job does: Hydra's launchers give up a whole sweep for one failed job.
     """
     folder, number = Path(config.folder), config.job
     job = Job(**json.loads(_jobs_file(folder).read_bytes())[number])
     print(job.command, flush=True)
-    own = _ending_file(folder, number)
+    file = _ending_file(folder, number)
     try:
-        [result] = run_jobs([job], workers=1, preload=(), on_progress=_print_notice, logs=own.parent)
-    except Exception as error:  # submitit's word, raised by its signal handler, that the time is over
-        result = JobResult(job, "killed", error={"type": type(error).__name__, "message": str(error)})
+        [result] = run_jobs([job], workers=1, preload=(), on_progress=_print_notice, logs=file.parent)
+    except Exception as error:  # submitit's signal handler raises when the time is over
+        result = JobResult(job, JobOutcome.KILLED, error=JobError(str(error), type(error).__name__))
     print(reason(result), result.log, flush=True)
-    write_json(own, {"outcome": result.outcome, "error": result.error, "seconds": result.seconds, "log": result.log})
+    error_content = None if result.error is None else asdict(result.error)
+    write_json(file, {"outcome": result.outcome, "error": error_content, "seconds": result.seconds, "log": result.log})
 
 
 def _print_notice(event: Event) -> None:
-    if event.what == "notice":
+    if event.kind is EventKind.NOTICE:
         print(event.text, flush=True)
 
 
@@ -133,12 +137,12 @@ def _drive() -> None:
     except KeyboardInterrupt:
         sys.exit(130)
     except (Exception, SystemExit):
-        _wait_for_the_others(folder)
+        _wait_for_other_jobs(folder)
         raise
 
 
-def _wait_for_the_others(folder: Path) -> None:
-    """Submitit's launchers listen no more once the scheduler has killed a job; the others still run."""
+def _wait_for_other_jobs(folder: Path) -> None:
+    """Submitit's launchers stop waiting once the scheduler has killed a job, while the other jobs still run."""
     if f"{LAUNCHER}submitit_local" in sys.argv:
         with suppress(ChildProcessError):
             while True:

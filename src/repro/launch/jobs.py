@@ -1,9 +1,10 @@
-"""The words between the launcher of jobs and whoever asked for them."""
+"""Data types shared by the job launcher and its callers."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import StrEnum
 from typing import Any
 
 
@@ -11,49 +12,77 @@ from typing import Any
 class Job:
     """One call of `target` ("module:function") with plain keyword arguments, in a process of its own.
 
-    command    the command line that repeats it alone
-    expected_s how long it should take; sharpens the time left
+    command     the command line that repeats it alone
+    expected_s  how long it should take, for a better estimate of the time left
     """
 
     name: str
     target: str
-    arguments: dict[str, Any] = field(default_factory=dict)
+    arguments: Mapping[str, object] = field(default_factory=dict)
     command: str = ""
     expected_s: float | None = None
 
 
+class JobOutcome(StrEnum):
+    """How a job ended; KILLED is the end without a result: a signal, os._exit, lack of memory."""
+
+    OK = "ok"
+    FAILED = "failed"
+    KILLED = "killed"
+    TIMED_OUT = "timed out"
+    INTERRUPTED = "interrupted"
+    NOT_STARTED = "not started"
+
+
+@dataclass(frozen=True)
+class JobError:
+    """Why a job did not end well; `type` is the exception's, "" for an error that the user can fix."""
+
+    message: str
+    type: str = ""
+    trace: str = ""
+
+
 @dataclass(frozen=True)
 class JobResult:
-    """How a job ended.
+    """The end of a job.
 
-    outcome "ok", "failed" (exception), "killed" (no result: signal, os._exit, lack of memory), "timed out",
-            "interrupted" (Ctrl-C) or "not started"
-    value   what the target returned, when ok
-    error   {"type", "message", "trace"}, when not
-    log     file with everything the job printed
+    value  what the target returned, when OK
+    log    file with everything the job printed
     """
 
     job: Job
-    outcome: str
+    outcome: JobOutcome
     value: Any = None
-    error: Mapping[str, Any] | None = None
+    error: JobError | None = None
     seconds: float = 0.0
     log: str = ""
 
     @property
     def ok(self) -> bool:
         """Whether it returned a value."""
-        return self.outcome == "ok"
+        return self.outcome is JobOutcome.OK
+
+
+class EventKind(StrEnum):
+    """What happened to a job."""
+
+    STARTED = "started"
+    PROGRESS = "progress"
+    NOTICE = "notice"
+    ENDED = "ended"
 
 
 @dataclass(frozen=True)
 class Event:
     """Something that happened to the job at `index` of the list.
 
-    what   "started", "progress", "notice" or "ended"
+    fraction  finished part of the job (0 to 1), None when unknown
+    text      what the job is doing, or its notice
+    result    only when it has ENDED
     """
 
-    what: str
+    kind: EventKind
     index: int
     job: Job
     fraction: float | None = None
@@ -70,8 +99,9 @@ class SweepInterrupted(KeyboardInterrupt):
 
 
 def failure_table(results: Sequence[JobResult]) -> str:
-    """Every job that did not end well: name, what happened, its log and the command that repeats it; "" when none."""
-    bad = [result for result in results if result.outcome not in ("ok", "not started", "interrupted")]
+    """Every job that failed: name, what happened, its log and the command that repeats it; "" when there are none."""
+    harmless = (JobOutcome.OK, JobOutcome.NOT_STARTED, JobOutcome.INTERRUPTED)
+    bad = [result for result in results if result.outcome not in harmless]
     if not bad:
         return ""
     lines = [f"{len(bad)} of {len(results)} jobs failed:"]
@@ -84,7 +114,6 @@ def failure_table(results: Sequence[JobResult]) -> str:
 
 def reason(result: JobResult) -> str:
     """Why a job did not end well, on one line."""
-    error = result.error or {}
-    message = str(error.get("message", "")).strip().partition("\n")[0]
-    kind = error.get("type", "")
-    return ": ".join(part for part in (result.outcome, kind, message) if part)
+    error = result.error or JobError("")
+    message = error.message.strip().partition("\n")[0]
+    return ": ".join(part for part in (result.outcome, error.type, message) if part)

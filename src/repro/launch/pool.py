@@ -1,8 +1,8 @@
 """The launcher: every job in a fresh process, forked from a server that has loaded the heavy libraries once.
 
-Whatever a job does (raise, os._exit, run out of memory, hang) costs that job alone. Ctrl-C once starts no more jobs and
-asks the running ones to end, which keep their checkpoints; twice kills them. Jobs die with their launcher. Editing a
-module that the server has loaded changes no job of this sweep.
+Whatever a job does (raise, os._exit, run out of memory, hang) costs that job alone. The first Ctrl-C starts no more
+jobs and interrupts the running ones, which keep their checkpoints; the second kills them. Jobs die with their launcher.
+Editing a module that the server has loaded changes no job of this sweep.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pathlib import Path
 from types import FrameType
 
 from repro.launch import worker
-from repro.launch.jobs import Event, Job, JobResult, SweepInterrupted
+from repro.launch.jobs import Event, EventKind, Job, JobOutcome, JobResult, SweepInterrupted
 from repro.launch.running import Running
 from repro.tracking import progress
 from repro.tracking.paths import Paths, outputs_root
@@ -44,7 +44,7 @@ def run_jobs(
     preload     modules the server loads before the first job
     on_progress takes an Event at every change, in the calling thread
     logs        folder of the jobs' printed output (default: a new one under outputs/logs)
-    threads     threads of the numerical libraries in each job, unless the environment already says
+    threads     threads of the numerical libraries in each job, unless the environment sets them
 
     Raises SweepInterrupted (a KeyboardInterrupt that carries the results) after Ctrl-C.
     """
@@ -60,17 +60,14 @@ def run_jobs(
             # Jobs that printed nothing leave no log; a folder with logs stays.
             with suppress(OSError):
                 logs.rmdir()
-    results = [launcher.results.get(index) or JobResult(job, "not started") for index, job in enumerate(jobs)]
+    results = [launcher.results.get(index) or JobResult(job, JobOutcome.NOT_STARTED) for index, job in enumerate(jobs)]
     if launcher.interrupts:
         raise SweepInterrupted(results)
     return results
 
 
 def start_server(preload: Sequence[str], *, threads: int = 1) -> None:
-    """Start the server that all jobs are forked from; it loads the modules while this process goes on.
-
-    One that runs already stays as it is.
-    """
+    """Start the server that all jobs are forked from, unless it runs; it loads the modules in the background."""
     # The libraries read these when they are loaded, which happens in the server.
     for variable in _THREAD_VARIABLES:
         os.environ.setdefault(variable, str(threads))
@@ -106,7 +103,7 @@ class _Launcher:
                 self._start(*self.waiting.pop())
             self._pass_on_interrupts()
             connection.wait(
-                [watched for job in self.running for watched in (job.pipe, job.process.sentinel)], timeout=_TICK_S
+                [source for job in self.running for source in (job.pipe, job.process.sentinel)], timeout=_TICK_S
             )
             for job in list(self.running):
                 self._attend(job)
@@ -122,7 +119,7 @@ class _Launcher:
 
     def _start(self, index: int, job: Job) -> None:
         self.running.append(Running(index, job, self.logs))
-        self.on_progress(Event("started", index, job))
+        self.on_progress(Event(EventKind.STARTED, index, job))
 
     def _pass_on_interrupts(self) -> None:
         if self.interrupts and not self.announced:
@@ -136,7 +133,7 @@ class _Launcher:
 
     def _attend(self, job: Running) -> None:
         alive = job.process.is_alive()
-        for event in job.heard():
+        for event in job.events():
             self.on_progress(event)
         if self.timeout_s is not None and job.seconds > self.timeout_s and not job.has_ended(alive=alive):
             job.timed_out = True
@@ -146,7 +143,7 @@ class _Launcher:
             result = job.end(interrupted=self.interrupts > 0)
             self.running.remove(job)
             self.results[job.index] = result
-            self.on_progress(Event("ended", job.index, job.job, result=result))
+            self.on_progress(Event(EventKind.ENDED, job.index, job.job, result=result))
 
 
 @contextmanager
@@ -155,8 +152,8 @@ def _interrupts(handler: Callable[[int, FrameType | None], None] | signal.Handle
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGINT, handler)
+    previous = signal.signal(signal.SIGINT, handler)
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.signal(signal.SIGINT, previous)

@@ -1,4 +1,4 @@
-"""The last module that the server of jobs loads: what has been loaded by now is the code of all its jobs."""
+"""The last module that the job server loads: records the code of the modules loaded before it, for all jobs."""
 
 from repro.tracking import code
 

@@ -1,4 +1,4 @@
-"""A job while it runs: its process, what it says, and how it ended."""
+"""A job while it runs: its process, its messages, and how it ended."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ import time
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import assert_never
 
 from repro.launch import worker
-from repro.launch.jobs import Event, Job, JobResult
+from repro.launch.jobs import Event, EventKind, Job, JobError, JobOutcome, JobResult
+from repro.launch.worker import Ending, Message, Notice, ProgressReport, Ready
 
 _EXIT_S = 2.0
 _TAIL_LINES = 15
@@ -22,9 +23,9 @@ _TAIL_LINES = 15
 class Running:
     """Starts a job in a process forked from the server.
 
-    pipe, process  readable and ready, respectively, when there is something to hear
+    pipe, process  readable and ready, respectively, when `events` or `has_ended` have something new
     ready          it can end gracefully when interrupted
-    interrupts     how many Ctrl-C it has been told of
+    interrupts     how many Ctrl-C were passed on to it
     timed_out      the launcher killed it for taking too long
     """
 
@@ -33,16 +34,16 @@ class Running:
         self.job = job
         self.log = logs / f"{index:04d}-{re.sub(r'[^A-Za-z0-9._=-]+', '-', job.name)[:80]}.log"
         context = multiprocessing.get_context("forkserver")
-        self.pipe, theirs = context.Pipe(duplex=False)
-        arguments = (theirs, job.target, job.arguments, str(self.log))
+        self.pipe, end_of_job = context.Pipe(duplex=False)
+        arguments = (end_of_job, job.target, job.arguments, str(self.log))
         self.process = context.Process(target=worker.main, args=arguments, name=job.name)
         self.process.start()
-        theirs.close()
+        end_of_job.close()
         self.started = time.monotonic()
         self.ready = False
         self.interrupts = 0
         self.timed_out = False
-        self._answer: tuple[str, Any] | None = None
+        self._ending: Ending | None = None
 
     @property
     def seconds(self) -> float:
@@ -59,57 +60,60 @@ class Running:
                 except ProcessLookupError:  # it has not yet made its own group
                     os.kill(pid, number)
 
-    def heard(self) -> Iterator[Event]:
-        """What it has said since the last call."""
-        for what, content in iter(self._receive, None):
-            if what == "ready":
-                self.ready = True
-            elif what == "progress":
-                fraction, text = content
-                yield Event("progress", self.index, self.job, fraction, text)
-            elif what == "notice":
-                yield Event("notice", self.index, self.job, text=content)
-            else:
-                self._answer = (what, content)
+    def events(self) -> Iterator[Event]:
+        """Progress and notices since the last call."""
+        while (message := self._receive()) is not None:
+            match message:
+                case Ready():
+                    self.ready = True
+                case ProgressReport(fraction, text):
+                    yield Event(EventKind.PROGRESS, self.index, self.job, fraction, text)
+                case Notice(text):
+                    yield Event(EventKind.NOTICE, self.index, self.job, text=text)
+                case Ending():
+                    self._ending = message
+                case _:
+                    assert_never(message)
 
     def has_ended(self, *, alive: bool) -> bool:
-        """Whether it has given its answer, or was not alive before it was last listened to."""
-        return self._answer is not None or not alive
+        """Whether its last message has arrived, or it was not alive before its messages were last read."""
+        return self._ending is not None or not alive
 
     def end(self, *, interrupted: bool) -> JobResult:
-        """Wait for the process, kill it if it lingers, and tell how the job ended."""
+        """Wait for the process, kill it if it lingers, and return how the job ended."""
         seconds = self.seconds
         self.process.join(_EXIT_S)
         self.signal(signal.SIGKILL)
         self.process.join()
         self.pipe.close()
-        if self._answer is not None and self._answer[0] == "ok":
+        ending = self._ending or self._death(interrupted)
+        log = str(self.log)
+        if ending.outcome is JobOutcome.OK:
             if self.log.is_file() and not self.log.stat().st_size:
                 self.log.unlink()
-            log = str(self.log) if self.log.is_file() else ""
-            return JobResult(self.job, "ok", self._answer[1], seconds=seconds, log=log)
-        outcome, error = self._answer or self._death(interrupted)
-        return JobResult(self.job, outcome, error=error, seconds=seconds, log=str(self.log))
+            log = log if self.log.is_file() else ""
+        return JobResult(self.job, ending.outcome, ending.value, ending.error, seconds, log)
 
-    def _receive(self) -> tuple[str, Any] | None:
+    def _receive(self) -> Message | None:
         try:
-            return self.pipe.recv() if self._answer is None and self.pipe.poll() else None
+            message: Message | None = self.pipe.recv() if self._ending is None and self.pipe.poll() else None
+            return message
         except (EOFError, OSError):
-            return None  # it died; its exit code tells the rest
+            return None  # it died; its exit code shows how
         except Exception as error:
-            message = f"its answer cannot be read here: {error}"
-            return "failed", {"type": type(error).__name__, "message": message, "trace": ""}
+            text = f"its value cannot be read by the launcher: {error}"
+            return Ending(JobOutcome.FAILED, error=JobError(text, type(error).__name__))
 
-    def _death(self, interrupted: bool) -> tuple[str, dict[str, str] | None]:
-        """Outcome and error of a job that died without an answer."""
+    def _death(self, interrupted: bool) -> Ending:
+        """How a job ended that died without a last message."""
         if interrupted:
-            return "interrupted", None
+            return Ending(JobOutcome.INTERRUPTED)
         if self.timed_out:
-            outcome, message = "timed out", f"killed after {self.seconds:.3g} s"
+            outcome, message = JobOutcome.TIMED_OUT, f"killed after {self.seconds:.3g} s"
         else:
-            outcome, message = "killed", _exit_text(self.process.exitcode)
+            outcome, message = JobOutcome.KILLED, _exit_text(self.process.exitcode)
         lines = self.log.read_text(errors="replace").splitlines() if self.log.is_file() else []
-        return outcome, {"message": message, "trace": "\n".join(lines[-_TAIL_LINES:])}
+        return Ending(outcome, error=JobError(message, trace="\n".join(lines[-_TAIL_LINES:])))
 
 
 def _exit_text(code: int | None) -> str:

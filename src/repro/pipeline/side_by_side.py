@@ -9,6 +9,7 @@ from repro.pipeline.finished_run import OpenedRun, open_run
 from repro.recording.viewer import FILENAME, KIND
 from repro.results.metric_names import written
 from repro.results.schema import as_text
+from repro.tracking.ids import digits
 from repro.tracking.paths import outputs_root
 from repro.tracking.stage import Stage
 from repro.tracking.store import Store
@@ -95,6 +96,6 @@ def _labels(cards: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
     labels = {id: ", ".join(filter(None, parts)) for id, parts in words.items()}
     told = list(labels.values())
     return {
-        id: label if label and told.count(label) == 1 else f"{label} {id.rpartition('-')[2]}".strip()
+        id: label if label and told.count(label) == 1 else f"{label} {digits(id)}".strip()
         for id, label in labels.items()
     }

@@ -12,7 +12,8 @@ import numpy as np
 from repro.recording import palette
 from repro.recording import settings_text as card
 from repro.recording.chart import Chart, part
-from repro.recording.layout import CARD, PLANT, TIMELINE
+from repro.recording.contents import PLANT
+from repro.recording.layout import CARD, TIMELINE
 from repro.recording.writer import APPLICATION, read_recording
 from repro.tracking.files import replacing
 

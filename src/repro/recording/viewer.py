@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from repro.errors import UserError
+from repro.tracking.ids import matching
 from repro.tracking.store import Store
 
 if TYPE_CHECKING:
@@ -40,13 +41,14 @@ def find_recording(run: str, root: Path) -> Path:
             raise UserError(f"no file {path}")
         return path
     store = Store(root)
-    names = {record.id: (record.id, record.identity.upstream.get("run", "")) for record in store.records(KIND)}
-    exact = [id for id, both in names.items() if run in both]
-    found = exact or [id for id, both in names.items() if any(_is_short_for(run, name) for name in both)]
-    if len(found) == 1:
-        return store.paths.folder(KIND, found[0]) / FILENAME
-    if found:
-        raise UserError(f"{run!r} fits the ids of {len(found)} recordings; type more of one of them:{_listed(found)}")
+    names = {record.id: {record.id, record.identity.upstream.get("run", "")} for record in store.records(KIND)}
+    named = set(matching([name for both in names.values() for name in both], run))
+    fitting = [id for id, both in names.items() if both & named]
+    if len(fitting) == 1:
+        return store.paths.folder(KIND, fitting[0]) / FILENAME
+    if fitting:
+        listed = _listed(fitting)
+        raise UserError(f"{run!r} fits the ids of {len(fitting)} recordings; type more of one of them:{listed}")
     if not names:
         raise UserError(f"no recordings in {store.paths.kind(KIND)}; make some with: repro reproduce")
     raise UserError(f"no recording of a run {run!r} in {store.paths.kind(KIND)}; there are:{_listed(list(names))}")
@@ -149,10 +151,6 @@ def _connect(process: subprocess.Popen[bytes], port: int) -> ViewerClient:
         except ConnectionError:
             time.sleep(0.1)
     raise UserError(f"the viewer did not start: {GRAPHICS_HELP}")
-
-
-def _is_short_for(text: str, id: str) -> bool:
-    return id.startswith(text) or id.rpartition("-")[2].startswith(text)
 
 
 def _listed(ids: Sequence[str]) -> str:

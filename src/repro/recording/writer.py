@@ -15,8 +15,8 @@ from repro.errors import UserError
 from repro.recording import palette, scene
 from repro.recording import settings_text as card
 from repro.recording.chart import part
-from repro.recording.contents import RunRecording
-from repro.recording.layout import CARD, LEARNING_TIMELINE, PLANT, TIMELINE, blueprint, layout_of
+from repro.recording.contents import PLANT, RunRecording
+from repro.recording.layout import CARD, LEARNING_TIMELINE, TIMELINE, blueprint, layout_of
 from repro.tracking.files import replacing
 
 # One for all recordings, so that the viewer treats them as of one kind.

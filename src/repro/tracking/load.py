@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from repro.errors import UserError
-from repro.tracking import index, record, status
+from repro.tracking import ids, index, record
 from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.record import Record
 
@@ -57,7 +57,7 @@ class Run:
 
 def load_run(id: str, *, root: Path | None = None) -> Run:
     """The stage that an id, its start or the digits at its end name; raises UserError when none or several do."""
-    folder = status.resolve(Paths(root or outputs_root()), id)
+    folder = ids.resolve(Paths(root or outputs_root()), id)
     try:
         return Run(record.read(folder))
     except record.Damage as damage:

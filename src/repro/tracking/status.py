@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any
 
 from repro.errors import UserError
 from repro.tracking import code, index, lock
-from repro.tracking.index import Entry, Index
+from repro.tracking.index import Index
+from repro.tracking.index_database import Entry
 from repro.tracking.paths import HOLDER_FILE, Paths
 from repro.tracking.record import Identity, read
 from repro.tracking.stage import Stage
@@ -192,21 +192,3 @@ def _verified(item: Item, store: Store) -> Item:
     if damage is None:
         return item
     return replace(item, state="damaged", why=(f"{damage}; moved aside, its command makes it again",))
-
-
-def resolve(paths: Paths, text: str) -> Path:
-    """The folder of the stage that a full id, the start of one or the digits at its end name.
-
-    Looks among finished stages first, then among failures. Raises UserError when none or several fit.
-    """
-    for shelf in ("", ".failed"):
-        places = {id: paths.root / kind / shelf / id for kind in paths.kinds() for id in paths.ids(kind, shelf)}
-        fitting = [id for id in places if id == text] or [
-            id for id in places if id.startswith(text) or id.rpartition("-")[2].startswith(text)
-        ]
-        if len(fitting) == 1:
-            return places[fitting[0]]
-        if fitting:
-            some = ", ".join(fitting[:5]) + (", ..." if len(fitting) > 5 else "")
-            raise UserError(f"{text} fits {len(fitting)} stages: {some}; give more of the id")
-    raise UserError(f"no stage {text} under {paths.root}; `repro runs` lists the ids")
