@@ -54,26 +54,25 @@ def test_light_commands_load_nothing_heavy(tmp_path, arguments):
     assert output.splitlines()[-1] == "0 []"
 
 
-def test_help_lists_existing_commands_with_examples(capsys):
+def test_help_lists_the_commands_with_examples(capsys):
     assert cli.main([]) == 0
     text = capsys.readouterr().out
-    for command in cli.COMMANDS:
-        assert (f"  {command.name} " in text) == cli._exists(command)
+    for name, command in cli.commands().items():
+        assert f"  {name} " in text and f"repro {name} {command.EXAMPLE}".rstrip() in text
     assert "repro status --why" in text
     assert all(len(line) < 120 for line in text.splitlines())
 
 
-@pytest.mark.parametrize("command", cli.COMMANDS, ids=lambda command: command.name)
+@pytest.mark.parametrize("command", cli.commands())
 def test_each_command_explains_itself(command, capsys):
     with pytest.raises(SystemExit) as stop:
-        cli.main([command.name, "--help"])
+        cli.main([command, "--help"])
     assert stop.value.code == 0
     usage, _, told = capsys.readouterr().out.partition("\n\n")
-    assert usage.startswith(f"usage: repro {command.name} ")
+    assert usage.startswith(f"usage: repro {command} ")
     says, _, example = told.partition("example")
     assert says.strip()
-    assert f"repro {command.name}" in example
-    assert command.example.split()[0] == command.name
+    assert f"repro {command}" in example
 
 
 def test_a_typing_mistake_is_answered(capsys):
@@ -92,7 +91,7 @@ def test_troubles_end_calmly(monkeypatch, capsys, trouble, code, said):
     def raises(argv):
         raise trouble
 
-    monkeypatch.setattr("repro.commands.status.status", raises)
+    monkeypatch.setattr("repro.commands.status.main", raises)
     assert cli.main(["status"]) == code
     told = capsys.readouterr().err
     assert said in told

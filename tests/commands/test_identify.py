@@ -35,7 +35,7 @@ def test_each_phase_is_told(identify):
 
 def test_a_basis_without_freedom_says_so(identify):
     _, text = identify("basis=t1")
-    assert "rank 4 of 4 terms" in text and "every term is seen" in text and "none the next" in text
+    assert "rank 4 of 4 terms" in text and "every term is determined" in text and "none the next" in text
 
 
 @pytest.mark.parametrize(

@@ -113,7 +113,7 @@ def test_what_cannot_be_exported_is_said(outputs, tmp_path, monkeypatch, capsys)
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "thesis.tex").write_text("")
     for arguments, said in (
-        ([run.id, str(tmp_path / "full")], "is there already and not empty"),
+        ([run.id, str(tmp_path / "full")], "exists and is not empty"),
         ([run.id, str(tmp_path / "new"), "--member", "5"], "--member 5: " + run.id + " has the seeds 4, 7"),
         ([fit, str(tmp_path / "new")], "is no run but one of fits"),
         (["nothing", str(tmp_path / "new")], "no stage nothing under"),

@@ -20,7 +20,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from repro.commands import run as sweep
+from repro.commands import run
 from repro.config.overrides import expand
 from repro.errors import UserError
 from repro.launch import cluster
@@ -106,7 +106,7 @@ def test_flags_for_one_machine_are_refused_on_a_launcher(
 ) -> None:
     monkeypatch.setitem(cluster.EXTRAS, launcher, ("slurm", "hydra"))
     with pytest.raises(UserError, match=re.escape(told)) as error:
-        sweep.run(["-m", "basis=t1,t2", f"hydra/launcher={launcher}", flag])
+        run.main(["-m", "basis=t1,t2", f"hydra/launcher={launcher}", flag])
     assert len(str(error.value).splitlines()) == 1
     assert not outputs.exists()
 
@@ -182,20 +182,20 @@ def test_a_sweep_on_a_launcher(
 ) -> None:
     good, bad = recordings
     where = launcher(name)
-    assert sweep.run(["-m", *SMOKE, "data=file", f"data.path={bad},{good}", *where]) == 1
+    assert run.main(["-m", *SMOKE, "data=file", f"data.path={bad},{good}", *where]) == 1
     told = capsys.readouterr().out
     assert "1 of 2 jobs failed" in told
     assert "no column 'theta'" in told
     assert len(Store(outputs).records("runs")) == 1
     logs = set((outputs / "logs").iterdir())
-    assert sweep.run(["-m", *SMOKE, "data=file", f"data.path={good}", *where]) == 0
+    assert run.main(["-m", *SMOKE, "data=file", f"data.path={good}", *where]) == 0
     assert set((outputs / "logs").iterdir()) == logs, "a finished run was handed to the launcher again"
 
 
 @pytest.mark.extras
 def test_settings_reach_slurm(launcher: Callable[[str], list[str]], outputs: Path) -> None:
     where = [*launcher("submitit_slurm"), "hydra.launcher.timeout_min=7", "hydra.launcher.cpus_per_task=2"]
-    assert sweep.run([*SMOKE, *where]) == 0
+    assert run.main([*SMOKE, *where]) == 0
     [submitted] = (outputs / "logs").glob("*/.submitit/*/*_submitted.pkl")
     number = submitted.name.partition("_")[0]
     shown = subprocess.run(["scontrol", "show", "job", number], capture_output=True, text=True, check=True).stdout
@@ -212,10 +212,10 @@ def test_a_launcher_s_process_that_is_killed_costs_its_job_alone(
     where = launcher("submitit_local")
     killer = threading.Thread(target=kill_launcher_of_a_fit, args=(outputs,))
     killer.start()
-    assert sweep.run(["-m", *SMOKE, "optimiser.epochs=10000000000,20000000", *where]) == 1
+    assert run.main(["-m", *SMOKE, "optimiser.epochs=10000000000,20000000", *where]) == 1
     killer.join()
-    [run] = Store(outputs).records("runs")
-    assert "20000000" in run.provenance.command
+    [made] = Store(outputs).records("runs")
+    assert "20000000" in made.provenance.command
 
 
 def kill_launcher_of_a_fit(outputs: Path) -> None:

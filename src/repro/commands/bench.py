@@ -1,30 +1,29 @@
 """`repro bench`: paired timings, stored like any other result."""
 
-import argparse
 import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
+
+from repro.commands.arguments import command_parser
 
 if TYPE_CHECKING:
     import pandas as pd
     from rich.table import Table
 
-WIDE = 110
-
+HELP = "time this project against others"
+EXAMPLE = ""
 EXAMPLES = """examples:
   repro bench                  half a minute; nothing else should run on the machine
   repro bench --scale paper    larger networks, more pairs
-A finished bench of this machine and code is shown again, not repeated; `repro report` judges it."""
+A finished bench of this machine and code is shown again, not repeated; `repro report` uses it for its verdicts."""
+
+WIDE = 110  # columns of a terminal from which the times fit beside the ratios
 
 
 def main(argv: Sequence[str]) -> int:
     """Run `repro bench`; 1 when a comparison failed."""
-    parser = argparse.ArgumentParser(
-        prog="repro bench",
-        description="Time the training steps in pairs: forward against inverse, our engine against others.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    description = "Time training steps in pairs: forward against inverse, this engine against others."
+    parser = command_parser("bench", description, EXAMPLES)
     parser.add_argument("--scale", default="quick", choices=("smoke", "quick", "paper"), help="how much (quick)")
     scale = parser.parse_args(argv).scale
 
@@ -50,7 +49,7 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _table(name: str, rows: "pd.DataFrame", *, wide: bool) -> "Table":
-    """One comparison; a narrow terminal gets the ratios alone."""
+    """One comparison, without the times where the terminal is narrow."""
     from rich import box
     from rich.table import Table
     from rich.text import Text

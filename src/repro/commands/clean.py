@@ -2,39 +2,38 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 
+from repro.commands.arguments import command_parser
 from repro.errors import UserError
-from repro.tracking.paths import Paths, outputs_root
-from repro.tracking.text import size
+
+HELP = "remove leftovers, never a current result"
+EXAMPLE = "--yes"
 
 
-def clean(argv: Sequence[str]) -> int:
-    """`repro clean`: remove leftovers; shows first, removes with --yes."""
-    from repro.tracking import leftovers as cleaning
+def main(argv: Sequence[str]) -> int:
+    """List the leftovers; remove them with --yes."""
+    from repro.tracking import leftovers
+    from repro.tracking.paths import Paths, outputs_root
+    from repro.tracking.text import size
 
-    parser = argparse.ArgumentParser(
-        prog="repro clean",
-        description="List what can go without losing a current result; with --yes, remove it.",
-        epilog="example: repro clean stale --yes",
-    )
-    parser.add_argument(
-        "sorts", nargs="*", metavar="what", help=f"{', '.join(cleaning.SORTS)} (default: all but stale)"
-    )
+    description = "List what can be removed without losing a current result; with --yes, remove it."
+    parser = command_parser("clean", description, "example: repro clean stale --yes")
+    sorts = ", ".join(leftovers.SORTS)
+    parser.add_argument("sorts", nargs="*", metavar="what", help=f"{sorts} (default: all but stale)")
     parser.add_argument("--yes", action="store_true", help="remove them")
-    options = parser.parse_args(argv)
-    for sort in options.sorts:
-        if sort not in cleaning.SORTS:
-            raise UserError(f"clean knows no {sort}; choose from {', '.join(cleaning.SORTS)}")
+    arguments = parser.parse_args(argv)
+    if unknown := [sort for sort in arguments.sorts if sort not in leftovers.SORTS]:
+        raise UserError(f"repro clean: there is no {unknown[0]} to remove; choose from {sorts}")
     paths = Paths(outputs_root())
-    folders = cleaning.removable(paths, options.sorts or cleaning.USUAL)
-    sizes = {folder: cleaning.size_of(folder) for folder in folders}
-    gone = list(cleaning.remove(paths, folders)) if options.yes else folders
-    for folder in gone:
+    folders = leftovers.removable(paths, arguments.sorts or leftovers.USUAL)
+    sizes = {folder: leftovers.size_of(folder) for folder in folders}
+    shown = list(leftovers.remove(paths, folders)) if arguments.yes else folders
+    for folder in shown:
         print(f"{size(sizes[folder]):>10}  {folder.relative_to(paths.root)}")
-    total = size(sum(sizes[folder] for folder in gone))
-    print(
-        f"{total} removed." if options.yes else f"{total} can be removed: add --yes." if gone else "Nothing to remove."
-    )
+    total = size(sum(sizes[folder] for folder in shown))
+    if arguments.yes:
+        print(f"{total} removed.")
+    else:
+        print(f"{total} can be removed: add --yes." if shown else "Nothing to remove.")
     return 0

@@ -1,33 +1,31 @@
-"""`repro identify`: what some data can tell of a linear basis, before anything is fitted."""
+"""`repro identify`: which combinations of terms of a linear basis some data determine, before anything is fitted."""
 
-import argparse
 from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
+from repro.commands.arguments import command_parser
 from repro.errors import UserError
 
 if TYPE_CHECKING:
     from repro.evaluation.identifiability import Identifiability
 
+HELP = "which terms of a linear basis data determine"
+EXAMPLE = "system=dip basis=fxf"
 EXAMPLES = """examples:
-  repro identify system=dip basis=fxf sequence=pretrain_only        what force-free motion with known energy leaves open
+  repro identify system=dip basis=fxf sequence=pretrain_only        what force-free motion of known energy determines
   repro identify system=dip basis=fxf_gauge sequence=joint sequence.energy_form=sum
   repro identify basis=library data.episode_steps=100
-  repro identify basis=t1 data=file data.path=my.csv           of one's own recording
-Settings are those of `repro run`; each phase of the sequence is examined, for the first seed unless seeds= is given.
-A combination is one of terms of T, unless V is named.
+  repro identify basis=t1 data=file data.path=my.csv             of a recording of your own
+Settings are those of `repro run`; each phase of the sequence is examined, for the first seed unless seeds= is set.
+A combination consists of terms of T, unless V is named.
 """
 
 
 def main(argv: Sequence[str]) -> int:
     """Examine the training data of a configuration and print rank, condition and null directions."""
-    parser = argparse.ArgumentParser(
-        prog="repro identify",
-        description="Rank, condition and the combinations of terms that the data cannot see, for a linear basis.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    description = "Rank, condition and the combinations of terms that the data do not determine, for a linear basis."
+    parser = command_parser("identify", description, EXAMPLES)
     parser.add_argument("overrides", nargs="*", metavar="key=value")
     overrides = parser.parse_args(argv).overrides
     if not any(override.startswith("seeds=") for override in overrides):
@@ -38,17 +36,17 @@ def main(argv: Sequence[str]) -> int:
 
 
 def report(phase: str, members: Sequence["Identifiability"]) -> str:
-    """A paragraph a phase: the first member in full, and how the ranks of the others compare."""
+    """One phase: the first member in full, and the ranks of the others where they differ."""
     one = members[0]
     ranks = sorted({other.rank for other in members})
     lines = [
         f"{phase}: rank {one.rank} of {len(one.names)} terms",
         f"  condition {one.condition_raw:.3g}, with columns of unit norm {one.condition_scaled:.3g}",
-        f"  singular values: {_value(one, one.rank - 1)} the least that counts, {_value(one, one.rank)} the next",
+        f"  singular values: {_value(one, one.rank - 1)} the smallest that counts, {_value(one, one.rank)} the next",
     ]
     if len(ranks) > 1:
         lines.append(f"  of {len(members)} members the ranks differ: {', '.join(map(str, ranks))}")
-    lines.append("  not seen in these data:" if one.words else "  every term is seen")
+    lines.append("  not determined by these data:" if one.words else "  every term is determined")
     return "\n".join([*lines, *(f"    {words}" for words in one.words)])
 
 

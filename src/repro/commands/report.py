@@ -4,11 +4,15 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
+from repro.commands.arguments import command_parser
+
+HELP = "make tables, figures and verdicts from stored runs"
+EXAMPLE = ""
 EXAMPLES = """examples:
   repro report                          the report of the last quick runs, under outputs/report/quick
   repro report --scale paper --open     the full one, opened in the browser
   repro report --from paper/results     everything drawn again from the committed results, nothing run
-  repro report --interactive ID ID      besides, recordings to scrub in the browser, without a server
+  repro report --interactive ID ID      also one page with recordings to replay in the browser, without a server
   repro report --scale paper --publish  results, tables, figures and the README's verdicts into the checkout
 """
 
@@ -57,12 +61,7 @@ def _recordings(runs: Sequence[str], outputs: Path) -> list[Path]:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="repro report",
-        description="Gather stored runs into verdicts, tables, figures and a page.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = command_parser("report", "Gather stored runs into verdicts, tables, figures and a page.", EXAMPLES)
     parser.add_argument("--scale", default="quick", choices=("smoke", "quick", "paper"), help="whose runs (quick)")
     parser.add_argument("--from", dest="source", type=Path, metavar="FOLDER", help="draw from this folder of results")
     parser.add_argument("--publish", action="store_true", help="write the committed results (scale paper, clean tree)")
@@ -71,7 +70,7 @@ def _parser() -> argparse.ArgumentParser:
         nargs="+",
         default=(),
         metavar="RUN",
-        help="besides, one page (about 20 MB) that holds the viewer and the recordings of these runs",
+        help="also one page (about 20 MB) that holds the viewer and the recordings of these runs",
     )
     parser.add_argument("--open", action="store_true", help="open the report, or the interactive page, in the browser")
     return parser

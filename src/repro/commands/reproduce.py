@@ -1,28 +1,33 @@
 """`repro reproduce`: every experiment, then the report."""
 
-import argparse
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from repro.config.overrides import expand, experiments
+from repro.commands.arguments import command_parser
 from repro.errors import UserError
-from repro.launch.pool import start_server
-from repro.sweep.listing import list_jobs
-from repro.sweep.missing import CORES, PRELOAD, run_missing
-from repro.sweep.planned_job import planned
-from repro.tracking.paths import Paths, outputs_root
-from repro.tracking.store import StageFailed
 
+if TYPE_CHECKING:
+    from repro.tracking.paths import Paths
+
+HELP = "run every experiment and make the report"
+EXAMPLE = "scale=quick"
 # Networks trained for a fraction of their epochs drive the solver to its limits at every step: minutes a loop.
 FULLY_TRAINED = ("control_net_size", "sip_control")
 
 
-def reproduce(argv: Sequence[str]) -> int:
-    """`repro reproduce scale=quick`: every experiment, then the report; 1 when a job failed."""
+def main(argv: Sequence[str]) -> int:
+    """Run every experiment, then make the report; 1 when a job failed."""
+    from repro.config.overrides import expand
+    from repro.launch.pool import start_server
     from repro.report import drawing
+    from repro.sweep.listing import list_jobs
+    from repro.sweep.missing import CORES, PRELOAD, run_missing
+    from repro.sweep.planned_job import planned
+    from repro.tracking.paths import Paths, outputs_root
 
     what = f"Run every experiment ({', '.join(FULLY_TRAINED)} by name below scale paper), and make the report."
     example = "example: repro reproduce scale=smoke experiment=sip_basis,sip_energies"
-    parser = argparse.ArgumentParser(prog="repro reproduce", description=what, epilog=example)
+    parser = command_parser("reproduce", what, example)
     parser.add_argument("overrides", nargs="*", help="scale=smoke|quick|paper, experiment=NAME,NAME for some")
     parser.add_argument("--workers", type=int, default=CORES, help="jobs at once")
     options = parser.parse_args(argv)
@@ -43,12 +48,15 @@ def reproduce(argv: Sequence[str]) -> int:
 
 def experiments_at(scale: str) -> list[str]:
     """Names of the experiments that are made unasked: all at the paper's scale, below it those that are quick there."""
+    from repro.config.overrides import experiments
+
     return [name for name in experiments() if scale == "paper" or name not in FULLY_TRAINED]
 
 
-def _time(paths: Paths, scale: str) -> bool:
+def _time(paths: "Paths", scale: str) -> bool:
     """Run the benchmark, alone on the machine, so after all jobs; whether it went well."""
     from repro.bench.run import run as bench
+    from repro.tracking.store import StageFailed
 
     try:
         bench(paths.root, scale)
@@ -58,7 +66,7 @@ def _time(paths: Paths, scale: str) -> bool:
     return True
 
 
-def _report(paths: Paths, scale: str) -> None:
+def _report(paths: "Paths", scale: str) -> None:
     from repro.report import build, terminal
     from repro.results.staleness import judged_by_tracking
 

@@ -2,20 +2,17 @@
 
 import argparse
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from repro.config.compose import plan
-from repro.config.overrides import belongs, expand, experiment_of, setting
-from repro.config.registry import choices_text
+from repro.commands.arguments import command_parser
 from repro.errors import UserError
-from repro.launch import cluster
-from repro.launch.pool import start_server
-from repro.sweep.listing import list_jobs
-from repro.sweep.missing import CORES, PRELOAD, run_missing
-from repro.sweep.planned_job import Planned, planned
-from repro.tracking.paths import Paths, outputs_root
-from repro.tracking.store import Store
-from repro.tracking.text import duration
 
+if TYPE_CHECKING:
+    from repro.sweep.planned_job import Planned
+    from repro.tracking.paths import Paths
+
+HELP = "run one configuration, or many with -m"
+EXAMPLE = "-m basis=t1,t2"
 EPILOGUE = """examples:
   repro run basis=t1 optimiser=least_squares
   repro run -m basis=t1,t2 objective=forward,inverse
@@ -29,8 +26,16 @@ choices:
 """
 
 
-def run(argv: Sequence[str]) -> int:
-    """`repro run`: one configuration, or with -m all that the lists and the experiment make; 1 when a job failed."""
+def main(argv: Sequence[str]) -> int:
+    """Run one configuration, or with -m every one that the lists and the experiment make; 1 when a job failed."""
+    from repro.launch import cluster
+    from repro.launch.pool import start_server
+    from repro.sweep.listing import list_jobs
+    from repro.sweep.missing import CORES, PRELOAD, run_missing
+    from repro.sweep.planned_job import planned
+    from repro.tracking.paths import Paths, outputs_root
+    from repro.tracking.store import Store
+
     options = _run_parser().parse_intermixed_args(argv)
     if options.cfg not in (None, "job"):
         options.overrides.insert(0, options.cfg)  # --cfg basis=t2: what follows is an override
@@ -55,7 +60,9 @@ def run(argv: Sequence[str]) -> int:
 
 
 def _jobs(overrides: Sequence[str], paired: bool, sweep: bool) -> list[tuple[str, ...]]:
-    """The jobs that a command line asks for; without `sweep` there must be one."""
+    """The jobs of a command line; without `sweep` there must be one."""
+    from repro.config.overrides import belongs, expand, experiment_of, setting
+
     if sweep:
         return expand(overrides, paired=paired)
     jobs = expand(overrides, paired=paired, lines=False)
@@ -66,7 +73,9 @@ def _jobs(overrides: Sequence[str], paired: bool, sweep: bool) -> list[tuple[str
     return jobs
 
 
-def _print_plan(jobs: Sequence[Planned]) -> int:
+def _print_plan(jobs: Sequence["Planned"]) -> int:
+    from repro.tracking.text import duration
+
     for job in jobs:
         state = "done" if job.record else f"to run, about {duration(job.expected_seconds)}"
         print(f"{job.run}  {state}\n  {job.composed.command}")
@@ -75,7 +84,9 @@ def _print_plan(jobs: Sequence[Planned]) -> int:
     return 0
 
 
-def _print_outcome(jobs: Sequence[Planned], paths: Paths) -> None:
+def _print_outcome(jobs: Sequence["Planned"], paths: "Paths") -> None:
+    from repro.tracking.store import Store
+
     store = Store(paths.root)
     for job in jobs:
         record = job.pipeline.finished(store)
@@ -89,6 +100,8 @@ def _print_outcome(jobs: Sequence[Planned], paths: Paths) -> None:
 def _print_configuration(jobs: Sequence[tuple[str, ...]]) -> int:
     import yaml
 
+    from repro.config.compose import plan
+
     for composed in plan(jobs):
         content = composed.config.model_dump(exclude={"sweep"})
         print(yaml.safe_dump(content, sort_keys=False, default_flow_style=None), end="")
@@ -96,12 +109,11 @@ def _print_configuration(jobs: Sequence[tuple[str, ...]]) -> int:
 
 
 def _run_parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="repro run",
-        description="Run one configuration, or many. Overrides are Hydra's: group=option, group.key=value.",
-        epilog=EPILOGUE + choices_text(),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    from repro.config.registry import choices_text
+    from repro.sweep.missing import CORES
+
+    description = "Run one configuration, or many. Overrides are Hydra's: group=option, group.key=value."
+    parser = command_parser("run", description, EPILOGUE + choices_text())
     parser.add_argument("overrides", nargs="*", metavar="key=value")
     parser.add_argument("-m", "--multirun", action="store_true", help="run every combination of the lists")
     parser.add_argument("--paired", action="store_true", help="walk the lists side by side instead of multiplying them")

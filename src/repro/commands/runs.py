@@ -2,58 +2,58 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING
 
-from repro.errors import UserError
-from repro.tracking import index
-from repro.tracking.ids import digits
-from repro.tracking.paths import Paths, outputs_root
-from repro.tracking.text import duration, table, terminal_width
+from repro.commands.arguments import add_filters, add_json, command_parser, filters, fits
+
+if TYPE_CHECKING:
+    from repro.tracking.index_database import Entry
+
+HELP = "list stored runs"
+EXAMPLE = "basis=t2"
 
 _MOST_COLUMNS = 6
-
-
 _RESULTS = ("mae_tau", "mae_qdd", "success")
 
+Card = Mapping[str, object]
 
-def runs(argv: Sequence[str]) -> int:
-    """`repro runs`: list stored stages, newest last."""
-    parser = argparse.ArgumentParser(
-        prog="repro runs",
-        description="List stored runs, newest last, with the settings in which they differ.",
-        epilog="example: repro runs model=lagrangian basis=t2",
-    )
-    parser.add_argument("filters", nargs="*", metavar="key=value", help="only runs whose card says so")
+
+def main(argv: Sequence[str]) -> int:
+    """List stored stages, newest last."""
+    from repro.tracking import index
+    from repro.tracking.paths import Paths, outputs_root
+
+    description = "List stored runs, newest last, with the settings in which they differ."
+    parser = command_parser("runs", description, "example: repro runs model=lagrangian basis=t2")
+    add_filters(parser)
     parser.add_argument("--kind", default="runs", help="runs (default), fits, data, recordings, bench, ...")
-    parser.add_argument("--json", action="store_true", help="for other programs")
-    options = parser.parse_args(argv)
-    wishes = _pairs(options.filters)
-    entries = [entry for entry in index.load(Paths(outputs_root())).entries if entry.kind == options.kind]
+    add_json(parser)
+    arguments = parser.parse_args(argv)
+    values = filters(arguments.filters)
+    entries = [entry for entry in index.load(Paths(outputs_root())).entries if entry.kind == arguments.kind]
     carded = [(entry, entry.card) for entry in sorted(entries, key=lambda entry: entry.finished)]
-    found = [
-        (entry, card)
-        for entry, card in carded
-        if all(str(card.get(key, "")).lower() == value.lower() for key, value in wishes.items())
-    ]
-    if options.json:
-        plain = [asdict(entry) | {"card": card} for entry, card in found]
+    chosen = [(entry, card) for entry, card in carded if fits(card, values)]
+    if arguments.json:
+        plain = [asdict(entry) | {"card": card} for entry, card in chosen]
         print(json.dumps([{key: entry[key] for key in entry if key != "card_text"} for entry in plain], indent=1))
         return 0
-    print(_runs_table(found))
+    print(_runs_table(chosen))
     return 0
 
 
-def _runs_table(found: Sequence[tuple[index.Entry, Mapping[str, Any]]]) -> str:
-    """A row a run; a terminal gets the digits at the end of each id, which every command takes, and what fits."""
+def _runs_table(runs: Sequence[tuple[Entry, Card]]) -> str:
+    """One row per run. A terminal shows the digits at the end of each id, which every command takes, and what fits."""
+    from repro.tracking.ids import digits
+    from repro.tracking.text import duration, table, terminal_width
+
     width = terminal_width()
-    columns = _differing([card for _, card in found])
-    medians = [entry.medians for entry, _ in found]
+    columns = _differing([card for _, card in runs])
+    medians = [entry.medians for entry, _ in runs]
     results = [name for name in _RESULTS if any(name in each for each in medians)]
-    failed = ["outcome"] if any(entry.outcome != "ok" for entry, _ in found) else []
+    failed = ["outcome"] if any(entry.outcome != "ok" for entry, _ in runs) else []
     rows = [
         [
             *([entry.id] if width is None else [digits(entry.id), entry.name]),
@@ -63,7 +63,7 @@ def _runs_table(found: Sequence[tuple[index.Entry, Mapping[str, Any]]]) -> str:
             entry.finished[:16].replace("T", " "),
             duration(entry.wall_s),
         ]
-        for (entry, card), values in zip(found, medians, strict=True)
+        for (entry, card), values in zip(runs, medians, strict=True)
     ]
     names = ["id"] if width is None else ["id", "name"]
     return table(rows, [*names, *failed, *results, *columns, "finished (UTC)", "took"], width)
@@ -75,14 +75,7 @@ def _cell(value: object, digits: int) -> object:
     return f"{value:.{digits}g}"
 
 
-def _pairs(filters: Sequence[str]) -> dict[str, str]:
-    for text in filters:
-        if "=" not in text:
-            raise UserError(f"{text} is no filter; write key=value, e.g. model=lagrangian")
-    return dict(text.split("=", 1) for text in filters)
-
-
-def _differing(cards: Sequence[Mapping[str, Any]]) -> list[str]:
-    """The card's plain entries that are not the same in all."""
+def _differing(cards: Sequence[Card]) -> list[str]:
+    """The keys of single values that are not the same on all cards."""
     keys = [key for key, value in (cards[0] if cards else {}).items() if not isinstance(value, list | Mapping)]
     return [key for key in keys if len({str(card.get(key)) for card in cards}) > 1][:_MOST_COLUMNS]

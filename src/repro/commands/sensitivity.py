@@ -1,21 +1,20 @@
 """`repro sensitivity`: each assumption changed by itself, on few members, to see which verdicts it moves."""
 
-import argparse
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from repro.claims.assumption_effects import assumption_effects, gather_sensitivity
-from repro.claims.assumptions import Assumption, load_assumptions
-from repro.claims.claims import Claim, load_claims
+from repro.commands.arguments import command_parser
 from repro.errors import UserError
-from repro.launch.pool import start_server
-from repro.results.results import SENSITIVITY, Case
-from repro.results.stored import stored_runs
-from repro.sweep.assumption_runs import MEMBERS, SCALE, list_cases, plan_cases
-from repro.sweep.missing import CORES, PRELOAD, run_missing
-from repro.sweep.planned_job import Planned
-from repro.tracking.paths import Paths, outputs_root, project_folder
-from repro.tracking.text import duration
 
+if TYPE_CHECKING:
+    from repro.claims.assumptions import Assumption
+    from repro.claims.claims import Claim
+    from repro.results.results import Case
+    from repro.sweep.planned_job import Planned
+    from repro.tracking.paths import Paths
+
+HELP = "change one assumption at a time"
+EXAMPLE = "data_start"
 EPILOGUE = """examples:
   repro sensitivity                     every assumption; what is finished is not repeated
   repro sensitivity data_start gravity  some of them
@@ -26,12 +25,15 @@ What is tried for an assumption stands in paper/assumptions.yaml; `repro report`
 
 def main(argv: Sequence[str]) -> int:
     """Run what the assumptions' trials need, and list it for the report; 1 when a job failed."""
-    parser = argparse.ArgumentParser(
-        prog="repro sensitivity",
-        description=f"Change one assumption at a time, at scale {SCALE} with {MEMBERS} members.",
-        epilog=EPILOGUE,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    from repro.claims.assumptions import load_assumptions
+    from repro.claims.claims import load_claims
+    from repro.launch.pool import start_server
+    from repro.sweep.assumption_runs import MEMBERS, SCALE, list_cases, plan_cases
+    from repro.sweep.missing import CORES, PRELOAD, run_missing
+    from repro.tracking.paths import Paths, outputs_root, project_folder
+
+    description = f"Change one assumption at a time, at scale {SCALE} with {MEMBERS} members."
+    parser = command_parser("sensitivity", description, EPILOGUE)
     parser.add_argument("assumptions", nargs="*", metavar="assumption", help="ids of paper/assumptions.yaml (all)")
     parser.add_argument("--workers", type=int, default=CORES, help=f"jobs at once (default: {CORES})")
     parser.add_argument("--dry-run", action="store_true", help="list the jobs, and about how long they take")
@@ -50,8 +52,11 @@ def main(argv: Sequence[str]) -> int:
     return 1 if any(not result.ok for result in results) else 0
 
 
-def _show(paths: Paths, claims: Sequence[Claim], tried: Sequence[str]) -> None:
+def _show(paths: "Paths", claims: Sequence["Claim"], tried: Sequence[str]) -> None:
+    from repro.claims.assumption_effects import assumption_effects, gather_sensitivity
     from repro.report.terminal import show_sensitivity
+    from repro.results.results import SENSITIVITY
+    from repro.results.stored import stored_runs
 
     lists = sorted((paths.experiments / SENSITIVITY).glob("*.json"))
     found = gather_sensitivity(lists, stored_runs(paths.root, SENSITIVITY))
@@ -60,14 +65,16 @@ def _show(paths: Paths, claims: Sequence[Claim], tried: Sequence[str]) -> None:
         show_sensitivity(sorted(compared, key=lambda each: tried.index(each.assumption)))
 
 
-def _chosen(ledger: Sequence[Assumption], names: Sequence[str]) -> list[Assumption]:
+def _chosen(ledger: Sequence["Assumption"], names: Sequence[str]) -> list["Assumption"]:
     ids = [row.id for row in ledger]
     if unknown := [name for name in names if name not in ids]:
         raise UserError(f"no assumption is called {', '.join(unknown)}; there are {', '.join(ids)}")
     return [row for row in ledger if not names or row.id in names]
 
 
-def _print_plan(cases: Sequence[Case], jobs: Sequence[Planned]) -> int:
+def _print_plan(cases: Sequence["Case"], jobs: Sequence["Planned"]) -> int:
+    from repro.tracking.text import duration
+
     said = [f"{case.assumption}, {case.claim}: {case.alternative}" for case in cases]
     print("\n".join(dict.fromkeys(said)))
     missing = [job for job in jobs if job.record is None]

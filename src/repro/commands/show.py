@@ -1,33 +1,29 @@
-"""The commands of the front door that look into stages: show, diff."""
+"""`repro show`: one stored stage in full."""
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
-from repro.commands.arguments import stored_record
-from repro.tracking.paths import RUN_FILE, Paths, outputs_root
-from repro.tracking.plain_data import flattened
-from repro.tracking.text import duration, short, size, table
+from repro.commands.arguments import ID, add_json, command_parser, stored_record
 
-if TYPE_CHECKING:
-    pass
+HELP = "one run in full"
+EXAMPLE = "9f3c2a81bd"
 
 
-def show(argv: Sequence[str]) -> int:
-    """`repro show ID`: one stage in full."""
-    parser = argparse.ArgumentParser(
-        prog="repro show",
-        description="Show one stored stage: settings, results, where it comes from, its files, its failure.",
-        epilog="example: repro show 9f3c2a81bd",
-    )
-    parser.add_argument("id", help="the id, its start, or the digits at its end")
-    parser.add_argument("--json", action="store_true", help="run.json as it is")
-    options = parser.parse_args(argv)
-    entry = stored_record(Paths(outputs_root()), options.id)
-    if options.json:
+def main(argv: Sequence[str]) -> int:
+    """Print one stage: failure, origin, results, settings and files."""
+    from repro.tracking.paths import RUN_FILE, Paths, outputs_root
+    from repro.tracking.plain_data import flattened
+    from repro.tracking.text import duration, short, size, table
+
+    description = "Show one stored stage: settings, results, where it comes from, its files, its failure."
+    parser = command_parser("show", description, f"example: repro show {EXAMPLE}")
+    parser.add_argument("id", help=ID)
+    add_json(parser)
+    arguments = parser.parse_args(argv)
+    entry = stored_record(Paths(outputs_root()), arguments.id)
+    if arguments.json:
         sys.stdout.write(entry.path(RUN_FILE).read_text())
         return 0
     origin = entry.provenance
@@ -45,7 +41,7 @@ def show(argv: Sequence[str]) -> int:
     for title, content in (
         ("from", entry.identity.upstream),
         *((title, flattened(content)) for title, content in sections.items()),
-        ("also told", flattened(summary)),
+        ("other results", flattened(summary)),
         ("settings of this stage", flattened(entry.identity.config)),
         ("files", {name: size(about.bytes) for name, about in entry.files.items()}),
     ):

@@ -1,20 +1,23 @@
 """`repro view`: opens the recording of a run, or of several beside one plant."""
 
-import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from repro.recording import viewer
-from repro.tracking.paths import outputs_root
+from repro.commands.arguments import command_parser
+
+HELP = "open a run's recording, or several in one"
+EXAMPLE = "9f3c2a81bd 04be7d1f6a"
+EXAMPLES = """examples:
+  repro view 9f3c2a81bd --web
+  repro view 9f3c2a81bd 04be7d1f6a --screenshot both.png"""
 
 
 def main(argv: Sequence[str]) -> int:
     """Run `repro view`; raises UserError when the recording is missing, ambiguous or cannot be shown here."""
-    parser = argparse.ArgumentParser(
-        prog="repro view",
-        description="Open the recording of a run; of several runs, their models beside the plant they were tested on.",
-        epilog="examples: repro view 9f3c2a81bd --web; repro view 9f3c2a81bd 04be7d1f6a --screenshot both.png",
-    )
+    from repro.recording import viewer
+
+    description = "Open the recording of a run; of several runs, their models beside the plant they were tested on."
+    parser = command_parser("view", description, EXAMPLES)
     parser.add_argument(
         "run", nargs="+", help="id of a run, its beginning or last digits, or the path of an .rrd file; or several ids"
     )
@@ -22,18 +25,21 @@ def main(argv: Sequence[str]) -> int:
     way.add_argument("--web", action="store_true", help="serve it to a browser instead of opening a window")
     way.add_argument("--screenshot", metavar="FILE", type=Path, help="write a PNG picture; needs no display")
     parser.add_argument("--at", metavar="SECONDS", type=float, help="moment in the picture (default: the middle)")
-    options = parser.parse_args(argv)
-    path = _recording(options.run)
-    if options.screenshot:
-        viewer.screenshot(path, options.screenshot, options.at)
-        print(options.screenshot)
+    arguments = parser.parse_args(argv)
+    path = _recording(arguments.run)
+    if arguments.screenshot:
+        viewer.screenshot(path, arguments.screenshot, arguments.at)
+        print(arguments.screenshot)
         return 0
-    return viewer.serve(path) if options.web else viewer.open_window(path)
+    return viewer.serve(path) if arguments.web else viewer.open_window(path)
 
 
 def _recording(runs: Sequence[str]) -> Path:
     if len(runs) == 1:
-        return viewer.find_recording(runs[0], outputs_root())
+        from repro.recording.viewer import find_recording
+        from repro.tracking.paths import outputs_root
+
+        return find_recording(runs[0], outputs_root())
     from repro.pipeline.side_by_side import compared
 
     return compared(runs)

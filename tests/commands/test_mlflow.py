@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from repro import cli
-from repro.commands import mlflow as mlflow_export
 from repro.errors import UserError
+from repro.export.mlflow_runs import copy_runs
 from repro.tracking.stage import Stage
 from repro.tracking.store import Store
 
@@ -36,7 +36,7 @@ print(run.info.status, run.data.metrics, run.data.params["seeds"], files)
 
 
 @pytest.fixture
-def runs(store: Store) -> list[str]:
+def runs(root: Path) -> list[str]:
     """Ids of two finished runs; a median that is no number has no place in MLflow."""
 
     def work(basis: str) -> Callable[[Path], dict[str, object]]:
@@ -50,6 +50,7 @@ def runs(store: Store) -> list[str]:
     made = [
         Stage("runs", basis, {"basis": basis}, {}, (), command=f"repro run basis={basis}") for basis in ("t1", "t2")
     ]
+    store = Store(root)
     return [store.compute(stage, work(stage.name)).id for stage in made]
 
 
@@ -78,7 +79,7 @@ def test_runs_arrive_once(runs: list[str], tmp_path: Path) -> None:
 def test_missing_extra_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "mlflow", None)
     with pytest.raises(UserError, match=r"\.\[mlflow\]"):
-        mlflow_export.export("sqlite:///never.db")
+        copy_runs([], "sqlite:///never.db")
 
 
 def test_the_front_door_has_a_word_for_it(
@@ -95,4 +96,4 @@ def test_the_front_door_has_a_word_for_it(
 
 def test_what_is_no_filter_is_named() -> None:
     with pytest.raises(UserError, match="t2 is no filter"):
-        mlflow_export.main(["sqlite:///never.db", "t2"])
+        cli.commands()["mlflow"].main(["sqlite:///never.db", "t2"])
