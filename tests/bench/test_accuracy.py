@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import torch
 
-from repro.bench.accuracy import CONTINUED, OPTIMISERS, Kept, Race, Racer
-from repro.bench.case import lagrangian_case, triangular_case
+from repro.bench.accuracy import CONTINUED, OPTIMISERS, MemoryCheckpoint, Race, Racer
+from repro.bench.training_case import lagrangian_case, triangular_case
 from repro.learning.result import NoCheckpoint, silent
 from repro.models.bases import t2
 
@@ -57,7 +57,7 @@ def test_a_longer_training_begins_with_the_shorter_one(optimiser, case):
     """So that a budget can go on where the one before it ended."""
     build, budget = OPTIMISERS[optimiser]
     problem, start = case.problem("inverse").member(0), case.parameters[:1]
-    kept = Kept()
+    kept = MemoryCheckpoint()
     build(budget).fit(problem, start, silent, kept)
     continued = build(2 * budget).fit(problem, start, silent, kept)
     whole = build(2 * budget).fit(problem, start, silent, NoCheckpoint())

@@ -5,8 +5,8 @@ import pytest
 import torch
 from torch.func import grad, hessian, jacrev, vmap
 
-from repro.bench.case import structured_case
 from repro.bench.delan import DeLaN, delan_step
+from repro.bench.training_case import structured_case
 
 # torch.func loads its rules for forward mode with a function that torch itself deprecates
 pytestmark = pytest.mark.filterwarnings("ignore:`torch.jit.script` is deprecated:DeprecationWarning")

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from repro.bench import growth
-from repro.bench.case import random_case
 from repro.bench.growth import streamed
 from repro.bench.step import native_step, torch_step
+from repro.bench.training_case import random_case
 from repro.codegen.c_library import has_compiler
 
 TRUE_T1 = [0.4, 0.025, 0.1, 0.98]

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import torch
 
-from repro.bench.case import Case, lagrangian_case, structured_case
 from repro.bench.naive import engineered_features, naive_step, t2_features
 from repro.bench.step import native_step, torch_step
+from repro.bench.training_case import TrainingCase, lagrangian_case, structured_case
 from repro.codegen.c_library import has_compiler
 from repro.errors import UserError
 from repro.models.bases import engineered, t2
@@ -89,4 +89,4 @@ def test_a_large_free_form_network_has_no_compiled_code():
     model = BlackBox(2, hidden=(150,))
     weights = torch.from_numpy(model.initial([np.random.default_rng(0)]))
     with pytest.raises(UserError, match="no compiled code"):
-        native_step(Case(model, weights, case.dataset), "forward")
+        native_step(TrainingCase(model, weights, case.dataset), "forward")

@@ -10,7 +10,7 @@ import time
 import pytest
 import yaml
 
-from repro.bench.run import EXPERIMENT
+from repro.bench.stored_bench import EXPERIMENT
 from repro.bench.suite import comparisons
 from repro.claims.claims import load_claims
 from repro.commands.reproduce import experiments_at

@@ -4,12 +4,13 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from torch import Tensor
 
-from repro.bench.case import Case, Equation
 from repro.bench.pairing import Clock, Pairs
+from repro.bench.training_case import Equation, TrainingCase
 from repro.learning.adam import Adam
 from repro.learning.lbfgs import LBFGS
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
@@ -17,7 +18,7 @@ from repro.learning.optimiser import Optimiser
 from repro.learning.result import NoCheckpoint, silent
 
 GROWTH = 1.5  # from one budget to the next: a time is known to this factor
-CONTINUED = ("Adam",)  # what a longer training does first is the shorter one: it goes on from there
+CONTINUED = ("Adam",)  # a longer training starts with the steps of the shorter one: its checkpoint is continued
 OPTIMISERS: Mapping[str, tuple[Callable[[int], Optimiser], int]] = {  # by number of iterations, and the first to try
     "Adam": (lambda epochs: Adam(epochs=epochs), 40),
     "L-BFGS": (lambda iterations: LBFGS(iterations=iterations), 20),
@@ -25,24 +26,24 @@ OPTIMISERS: Mapping[str, tuple[Callable[[int], Optimiser], int]] = {  # by numbe
 }
 
 
-class Kept:
-    """The state of a training that goes on later."""
+class MemoryCheckpoint:
+    """A checkpoint that is kept in memory, see `repro.learning.result.Checkpoint`."""
 
     def __init__(self) -> None:
-        self.state: dict | None = None
+        self.state: dict[str, Any] | None = None
 
-    def load(self) -> dict | None:
+    def load(self) -> dict[str, Any] | None:
         """The last state, or None."""
         return self.state
 
-    def save(self, state: dict) -> None:
-        """Keep it."""
+    def save(self, state: dict[str, Any]) -> None:
+        """Replace the last state."""
         self.state = state
 
 
 @dataclass(frozen=True)
 class Racer:
-    """A model by its name in the race, what it is trained for, and how."""
+    """A model by its name in the race, its training equation and its optimiser."""
 
     model: str
     equation: Equation
@@ -50,28 +51,28 @@ class Racer:
 
     @property
     def label(self) -> str:
-        """A few words for the tables."""
+        """A label for the tables."""
         return f"{self.model}, {self.equation}, {self.optimiser}"
 
 
 @dataclass(frozen=True)
 class Race:
-    """From one random start a member to a training MAE_tau of `threshold`, every optimiser with its usual settings.
+    """Seconds from one random start per member to a training MAE_tau of `threshold`, optimisers at their defaults.
 
-    Budgets grow until one reaches the threshold or takes longer than `limit_s`, or than `patience` times the seconds of
-    the one it is compared with.
+    Budgets grow until one reaches the threshold, or takes longer than `limit_s` or than `patience` times the seconds of
+    the racer it is compared with.
     """
 
-    models: Mapping[str, Callable[[], Case]]
+    models: Mapping[str, Callable[[], TrainingCase]]
     threshold: float
     patience: float
     limit_s: float
     clock: Clock = time.process_time
-    _cases: dict[str, Case] = field(default_factory=dict)
+    _cases: dict[str, TrainingCase] = field(default_factory=dict)
     _known: dict[Racer, np.ndarray] = field(default_factory=dict)
 
     def pairs(self, ours: Racer, other: Racer) -> Pairs:
-        """Both racers from the same seeds, a pair a member."""
+        """Both racers from the same seeds, one pair per member."""
         if ours not in self._known:
             limits = [self.limit_s] * self.case(ours.model).members
             self._known[ours] = np.array([self._seconds(ours, m, limit) for m, limit in enumerate(limits)])
@@ -79,7 +80,7 @@ class Race:
         limits = [min(self.patience * s, self.limit_s) for s in first]
         return Pairs(first, np.array([self._seconds(other, m, limit) for m, limit in enumerate(limits)]))
 
-    def case(self, model: str) -> Case:
+    def case(self, model: str) -> TrainingCase:
         """The networks of one model and their samples."""
         if model not in self._cases:
             self._cases[model] = self.models[model]()
@@ -91,7 +92,7 @@ class Race:
         problem, start = case.problem(racer.equation).member(member), case.parameters[member : member + 1]
         build(1).fit(problem, start, silent, NoCheckpoint())  # a warm-up: code is generated here
         continued, seconds = racer.optimiser in CONTINUED, 0.0
-        checkpoint = Kept() if continued else NoCheckpoint()
+        checkpoint = MemoryCheckpoint() if continued else NoCheckpoint()
         while True:
             begun, before = self.clock(), seconds if continued else 0.0
             fitted = build(budget).fit(problem, start, silent, checkpoint)
@@ -103,7 +104,7 @@ class Race:
             budget = math.ceil(GROWTH * budget)
 
     def error(self, model: str, parameters: Tensor, member: int) -> float:
-        """MAE_tau on a member's training samples, whatever it was trained for; parameters (1, n_parameters)."""
+        """MAE_tau on a member's training samples, for either equation; parameters (1, n_parameters)."""
         case = self.case(model)
         (task,) = case.problem("inverse").member(member).tasks
         tau = case.model.evaluate(parameters.double(), task.prepared).tau

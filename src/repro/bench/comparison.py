@@ -1,4 +1,4 @@
-"""One paired comparison: who is compared, on what, how it is measured, and the row it becomes."""
+"""One paired comparison: its contenders and their size, how they are measured, and the row of the results."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,10 +25,11 @@ COLUMNS = (
 
 
 @dataclass(frozen=True)
-class Comparison:
-    """Seconds of two contenders in pairs; `protocol` may name their number as {pairs}, what else they found as {found}.
+class PairedComparison:
+    """Seconds of two contenders in pairs.
 
-    members: networks trained side by side in one timing, whose time is that of all of them together.
+    members   networks trained side by side in one timing, whose time is that of all of them together
+    protocol  how it is measured; {pairs} stands for their number, {found} for the remark of the measurement
     """
 
     name: str
@@ -41,12 +42,12 @@ class Comparison:
 
     @property
     def label(self) -> str:
-        """A line for the progress."""
+        """A label for the progress."""
         return f"{self.name} {self.size}: {self.ours} / {self.other}"
 
     def row(self, pairs: Pairs) -> dict[str, object]:
         """The row of the results."""
-        found = {
+        values = {
             "name": self.name,
             "ours": self.ours,
             "other": self.other,
@@ -56,4 +57,4 @@ class Comparison:
             "protocol": self.protocol.format(pairs=len(pairs), found=pairs.found),
             **pairs.summary(),
         }
-        return {column: found[column] for column in COLUMNS}
+        return {column: values[column] for column in COLUMNS}

@@ -6,11 +6,11 @@ from functools import partial
 
 import numpy as np
 
-from repro.bench.comparison import Comparison
-from repro.bench.control_case import CASES, EQUAL, FAST, ControlCase, Way
+from repro.bench.comparison import PairedComparison
+from repro.bench.control_case import CASES, EQUAL, FAST, ControlCase, SolverChoice
 from repro.bench.do_mpc_peer import Collocation, DoMpc
 from repro.bench.pairing import Pairs
-from repro.bench.scale import Scale
+from repro.bench.scale import BenchScale
 from repro.control.interval import DEGREE, ELEMENTS
 from repro.control.predictive_controller import PredictiveController
 from repro.control.solver_process import GuardedSolver
@@ -22,23 +22,23 @@ PROTOCOL = (
     "{{pairs}} steps; do-mpc {version} with IPOPT and MUMPS{how}; largest state error over the horizon, median of the "
     "steps: {{found}}"
 )
-CHECKED = 4  # the plans of every so many steps are compared with the exact motion, which takes longer than a step
-ALIKE = ", as ours; both by the same collocation with the accelerations implicit"
+CHECKED = 4  # every CHECKED steps the plans are compared with the exact motion, which takes longer than a step
+SAME_DISCRETISATION = ", as ours; both by the same collocation with the accelerations implicit"
 
 
-def control(scale: Scale, version: str) -> Iterator[Comparison]:
+def control(scale: BenchScale, version: str) -> Iterator[PairedComparison]:
     """Each in its own way, then both in one discretisation with one solver."""
     equal = Collocation(DEGREE, ELEMENTS, implicit=True)
     for case in CASES:
         pairs = [(FAST, "fatrop, Runge-Kutta steps, compiled", collocation, "") for collocation in case.collocations]
-        for way, label, collocation, how in (*pairs, (EQUAL, f"IPOPT, {equal.label}", equal, ALIKE)):
+        for way, label, collocation, how in (*pairs, (EQUAL, f"IPOPT, {equal.label}", equal, SAME_DISCRETISATION)):
             intervals = len(case.problem.intervals)
             protocol = PROTOCOL.format(section=case.section, intervals=intervals, version=version, how=how)
             measure = partial(steps_in_turn, case, way, collocation, scale.control_steps)
-            yield Comparison("control", label, f"do-mpc, {collocation.label}", case.size, 1, protocol, measure)
+            yield PairedComparison("control", label, f"do-mpc, {collocation.label}", case.size, 1, protocol, measure)
 
 
-def steps_in_turn(case: ControlCase, way: Way, collocation: Collocation, steps: int) -> Pairs:
+def steps_in_turn(case: ControlCase, way: SolverChoice, collocation: Collocation, steps: int) -> Pairs:
     """Time both controllers at every state of a swing-up but the first, where they make their first plan."""
     first, *others = case.states(1 + steps)
     ours, theirs = case.ours(way), case.theirs(collocation)
@@ -63,8 +63,9 @@ def steps_in_turn(case: ControlCase, way: Way, collocation: Collocation, steps: 
 def _our_seconds(controller: PredictiveController, state: np.ndarray) -> float:
     started = time.process_time()
     decision = controller.decide(state)
-    here = time.process_time() - started
-    return here + decision.seconds if isinstance(controller.solver, GuardedSolver) else here
+    seconds = time.process_time() - started
+    # a guarded solver runs in a process of its own, whose time is not part of this one's
+    return seconds + decision.seconds if isinstance(controller.solver, GuardedSolver) else seconds
 
 
 def _their_seconds(peer: DoMpc, state: np.ndarray) -> float:

@@ -19,9 +19,9 @@ from repro.control.transcription import Transcription
 from repro.mechanics.system import load
 from repro.models.truth import Truth
 
-Way = tuple[Discretisation, SolverName]
-FAST: Way = ("shooting", "fatrop")
-EQUAL: Way = ("collocation", "ipopt")
+SolverChoice = tuple[Discretisation, SolverName]
+FAST: SolverChoice = ("shooting", "fatrop")
+EQUAL: SolverChoice = ("collocation", "ipopt")
 X_DES = 0.8  # m
 LIMITS = Limits(tolerance=1e-4, iterations=40, seconds=2.0)
 SPEED_LIMIT = 45.0  # m/s and rad/s
@@ -31,7 +31,9 @@ SPEED_LIMIT = 45.0  # m/s and rad/s
 class ControlCase:
     """Problem (9) of one system with the paper's weights, and what makes a plan accurate to 1e-2.
 
-    substeps: ours, of Runge-Kutta. collocations: do-mpc's cheapest that are about as accurate.
+    section       of the paper
+    substeps      of this project's Runge-Kutta steps
+    collocations  the cheapest of do-mpc that are about as accurate
     """
 
     system: str
@@ -42,7 +44,7 @@ class ControlCase:
 
     @property
     def size(self) -> str:
-        """A few words for the tables."""
+        """A label for the tables."""
         return f"{self.system.upper()}, {len(self.problem.intervals)} intervals"
 
     @cached_property
@@ -57,7 +59,7 @@ class ControlCase:
         assert isinstance(self.model.model, Truth)
         return self.model.model.coefficients
 
-    def ours(self, way: Way) -> PredictiveController:
+    def ours(self, way: SolverChoice) -> PredictiveController:
         """Our controller, without a plan yet."""
         discretisation, solver = way
         transcription = Transcription(self.model, self.problem, discretisation, self.substeps)
@@ -77,11 +79,11 @@ class ControlCase:
 
     def state_error(self, states: np.ndarray, forces: np.ndarray) -> float:
         """The largest difference, in m, rad, m/s or rad/s, of a plan to the exact motion under its forces."""
-        at, worst = states[0], 0.0
+        state, largest = states[0], 0.0
         for force, planned in zip(forces, states[1:], strict=True):
-            at = np.asarray(self.exact(x0=at, p=force)["xf"]).ravel()
-            worst = max(worst, float(np.abs(at - planned).max()))
-        return worst
+            state = np.asarray(self.exact(x0=state, p=force)["xf"]).ravel()
+            largest = max(largest, float(np.abs(state - planned).max()))
+        return largest
 
     def states(self, steps: int) -> np.ndarray:
         """The states of the true plant at so many control steps of a swing-up, (step, 2 n_q)."""
@@ -97,31 +99,21 @@ class ControlCase:
         return loop.states[:-1:SUBSTEPS]
 
 
+def _paper_case(
+    system: str, section: str, *, intervals: int, weight: float, radius: float, substeps: int, degree: int
+) -> ControlCase:
+    """A section of the paper: `weight` of position, and of both terminal energies; `radius` of the obstacle in m."""
+    problem = Problem(
+        intervals=(0.04,) * intervals,
+        running=Weights(potential=1.0, position=weight),
+        terminal=Weights(kinetic=weight, potential=weight),
+        obstacle=Obstacle(radius=radius),
+        speed_limit=SPEED_LIMIT,
+    )
+    return ControlCase(system, section, problem, substeps, [Collocation(degree, elements=1)])
+
+
 CASES = (
-    ControlCase(
-        "sip",
-        "V-A.1",
-        Problem(
-            intervals=(0.04,) * 20,
-            running=Weights(potential=1.0, position=1.0),
-            terminal=Weights(kinetic=1.0, potential=1.0),
-            obstacle=Obstacle(radius=0.3),
-            speed_limit=SPEED_LIMIT,
-        ),
-        2,
-        [Collocation(degree=2, elements=1)],
-    ),
-    ControlCase(
-        "dip",
-        "V-B.2",
-        Problem(
-            intervals=(0.04,) * 30,
-            running=Weights(potential=1.0, position=10.0),
-            terminal=Weights(kinetic=10.0, potential=10.0),
-            obstacle=Obstacle(radius=0.1),
-            speed_limit=SPEED_LIMIT,
-        ),
-        4,
-        [Collocation(degree=4, elements=1)],
-    ),
+    _paper_case("sip", "V-A.1", intervals=20, weight=1.0, radius=0.3, substeps=2, degree=2),
+    _paper_case("dip", "V-B.2", intervals=30, weight=10.0, radius=0.1, substeps=4, degree=4),
 )

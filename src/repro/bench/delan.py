@@ -1,4 +1,4 @@
-"""Deep Lagrangian networks (Lutter, Ritter and Peters 2019, arXiv:1907.04490), written anew from the paper."""
+"""Deep Lagrangian networks (Lutter, Ritter and Peters 2019, arXiv:1907.04490), written from the paper."""
 
 from dataclasses import dataclass, field
 
@@ -7,8 +7,8 @@ import torch
 from torch import Tensor
 from torch.nn.functional import softplus
 
-from repro.bench.case import Case
 from repro.bench.step import Step, differentiated
+from repro.bench.training_case import TrainingCase
 from repro.models.network import Network
 
 SMALLEST = 1e-3  # on the diagonal of the factor
@@ -49,7 +49,7 @@ class DeLaN:
             output, slope = softplus(before), torch.sigmoid(before).unsqueeze(-1) * (weight @ slope)
         output, slope = output @ arrays[-2].T + arrays[-1], arrays[-2] @ slope
         n_lower = self.n_q * (self.n_q - 1) // 2
-        diagonal, lower, force = output.split([self.n_q, n_lower, self.n_q], dim=-1)
+        diagonal, lower, force = output.tensor_split([self.n_q, self.n_q + n_lower], dim=-1)
         diagonal_slope = torch.sigmoid(diagonal).unsqueeze(-1) * slope[:, : self.n_q]
         entries = torch.cat([softplus(diagonal) + SMALLEST, lower], dim=-1)
         entry_slopes = torch.cat([diagonal_slope, slope[:, self.n_q : self.n_q + n_lower]], dim=1)
@@ -64,7 +64,7 @@ class DeLaN:
         return matrix
 
 
-def delan_step(case: Case, hidden: tuple[int, ...]) -> Step:
+def delan_step(case: TrainingCase, hidden: tuple[int, ...]) -> Step:
     """Loss on tau and its gradient, for the samples of a case with one member; Glorot-uniform weights."""
     peer = DeLaN(case.dataset.n_q, hidden)
     q, qd, qdd, tau = (case.measured(name)[0] for name in ("q", "qd", "qdd", "tau"))

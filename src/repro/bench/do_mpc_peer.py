@@ -15,10 +15,10 @@ from repro.control.predictive_model import PredictiveModel
 
 @dataclass(frozen=True)
 class Collocation:
-    """Gauss-Radau collocation of a degree on so many elements of every interval.
+    """Gauss-Radau collocation of a degree on `elements` elements of every interval.
 
-    implicit: the accelerations are algebraic variables of (7b), as in do-mpc's own double pendulum; else states and
-    force alone, with the mass matrix inverted in closed form, which is quicker.
+    implicit: the accelerations are algebraic variables of (7b), as in do-mpc's example of a double pendulum; else the
+    variables are states and force, with the mass matrix inverted in closed form, which is quicker.
     """
 
     degree: int
@@ -78,10 +78,10 @@ class DoMpc:
     @property
     def plan(self) -> tuple[np.ndarray, np.ndarray]:
         """States (nodes, 2 n_q) and forces (nodes - 1,) of the last solution."""
-        found, count = self.controller.opt_x_num, len(self.problem.intervals)
+        solution, count = self.controller.opt_x_num, len(self.problem.intervals)
         scale = np.asarray(self.controller._x_scaling.cat).ravel()
-        states = [np.asarray(found["_x", k, 0, -1]).ravel() * scale for k in range(count + 1)]
-        return np.stack(states), np.array([float(found["_u", k, 0]) for k in range(count)])
+        states = [np.asarray(solution["_x", k, 0, -1]).ravel() * scale for k in range(count + 1)]
+        return np.stack(states), np.array([float(solution["_u", k, 0]) for k in range(count)])
 
     def _set_up(self, mpc: Any, x: ca.SX, f: ca.SX) -> Any:
         problem, n_q = self.problem, self.model.n_q
@@ -104,11 +104,12 @@ class DoMpc:
 
     def _cost(self, weights: Weights, x: ca.SX, force: Any) -> ca.SX:
         kinetic, potential = self.model.energy(x, self.weights)
-        cost = weights.kinetic * kinetic + weights.potential * self.model.potential_cost(potential)
+        cost: ca.SX = weights.kinetic * kinetic + weights.potential * self.model.potential_cost(potential)
         cost += weights.position * (x[0] - self.x_des) ** 2 + weights.force * force**2
         obstacle = self.problem.obstacle
         if obstacle is None:
             return cost
         points = self.model.system.body_points(ca.vertsplit(x[: self.model.n_q]), ca)
         distances = ca.vertcat(*distances_squared(points, obstacle.centre, ca))
-        return cost + obstacle.weight * ca.sumsqr(ca.fmax(obstacle.least_squared - distances, 0))
+        penalty: ca.SX = obstacle.weight * ca.sumsqr(ca.fmax(obstacle.least_squared - distances, 0))
+        return cost + penalty

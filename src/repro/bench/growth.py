@@ -6,12 +6,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from repro.bench.case import EPISODE_STEPS, pendulum
-from repro.bench.comparison import Comparison
+from repro.bench.comparison import PairedComparison
 from repro.bench.contender import STEP, Contender, compared, fastest, size_text, t2_case
 from repro.bench.memory import peak_mib
 from repro.bench.pairing import Pairs, Rounds, interleaved
-from repro.bench.scale import PAPERS, Scale
+from repro.bench.scale import PAPER_HIDDEN, BenchScale
+from repro.bench.training_case import EPISODE_STEPS, pendulum
 from repro.learning.least_squares import regression
 from repro.learning.objective import Objective
 from repro.learning.streaming import streamed_solve
@@ -23,13 +23,13 @@ from repro.models.lagrangian import Lagrangian
 BLOCK = 100_000
 SAMPLES = (
     "processor time of simulating the single pendulum in episodes of {steps} steps and of least squares for T1/V1, "
-    "by blocks of {block} samples, of which none is kept; one thread; the ratio is the growth of the time; "
+    "by blocks of {block} samples, none of which is stored; one thread; the ratio is the growth of the time; "
     "{{pairs}} pairs"
 )
-MEMBERS = "; compiled where a compiler is there; the ratio is the growth of the time of all members"
+MEMBERS = "; compiled where there is a compiler; the ratio is the growth of the time of all members"
 
 
-def samples(scale: Scale) -> Iterator[Comparison]:
+def samples(scale: BenchScale) -> Iterator[PairedComparison]:
     """Streamed least squares: from each number of samples to the next."""
     protocol = SAMPLES.format(steps=EPISODE_STEPS, block=BLOCK)
     rounds = Rounds(least=1, most=scale.rounds.most, limit_s=scale.rounds.limit_s)
@@ -40,11 +40,11 @@ def samples(scale: Scale) -> Iterator[Comparison]:
             small, large = partial(streamed, less), partial(streamed, more)
             return interleaved(small, large, rounds).with_memory(peak_mib(small), peak_mib(large))
 
-        yield Comparison("samples", f"{less:g} samples", f"{more:g} samples", "T1/V1", 1, protocol, measure)
+        yield PairedComparison("samples", f"{less:g} samples", f"{more:g} samples", "T1/V1", 1, protocol, measure)
 
 
 def streamed(samples: int) -> np.ndarray:
-    """The coefficients of T1/V1 (4,) from so many samples, simulated and forgotten block by block."""
+    """The coefficients (4,) of T1/V1 from `samples` samples, simulated and used block by block."""
     model = Lagrangian(t1, 2)
 
     def blocks() -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -56,11 +56,11 @@ def streamed(samples: int) -> np.ndarray:
     return streamed_solve(blocks(), 1e-12)[0]
 
 
-def members(scale: Scale) -> Iterator[Comparison]:
+def members(scale: BenchScale) -> Iterator[PairedComparison]:
     """Ensembles: one member against many, each with a batch of its own."""
     batch = scale.many_batch
     for number in scale.many:
         one = Contender("1 member", fastest("inverse").step)
-        many = Contender(f"{number} members", fastest("inverse").step, t2_case(PAPERS, number, batch))
-        case, protocol = t2_case(PAPERS, 1, batch), STEP.format(batch=batch) + MEMBERS
-        yield compared(scale, "members", size_text(PAPERS), case, (one, many), protocol)
+        many = Contender(f"{number} members", fastest("inverse").step, t2_case(PAPER_HIDDEN, number, batch))
+        case, protocol = t2_case(PAPER_HIDDEN, 1, batch), STEP.format(batch=batch) + MEMBERS
+        yield compared(scale, "members", size_text(PAPER_HIDDEN), case, (one, many), protocol)

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from repro.bench.case import Case, Equation
 from repro.bench.step import Step
+from repro.bench.training_case import Equation, TrainingCase
 from repro.models.lagrangian import Lagrangian
 
 
-def jax_step(case: Case, equation: Equation) -> Step:
+def jax_step(case: TrainingCase, equation: Equation) -> Step:
     """Loss and gradient of an ensemble on T2/V1, float64, jit and vmap: forward by the Hessian, inverse without one."""
     # one thread, as all other contenders; read when JAX is first imported
     os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")
@@ -40,7 +40,7 @@ def jax_step(case: Case, equation: Equation) -> Step:
     return run
 
 
-def _lagrangian(case: Case, jnp: Any, jax: Any) -> Callable[[Any, Any, Any], Any]:
+def _lagrangian(case: TrainingCase, jnp: Any, jax: Any) -> Callable[[Any, Any, Any], Any]:
     model = case.model
     if not isinstance(model, Lagrangian) or model.network is None:
         raise TypeError("the peer is written for networks on a basis")

@@ -22,5 +22,5 @@ def describe() -> dict[str, object]:
 def _compiler() -> str | None:
     if not has_compiler():
         return None
-    told = subprocess.run([compiler(), "--version"], capture_output=True, text=True, check=False).stdout
-    return told.partition("\n")[0]
+    version = subprocess.run([compiler(), "--version"], capture_output=True, text=True, check=False).stdout
+    return version.partition("\n")[0]

@@ -9,11 +9,11 @@ _STATUS, _RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
 
 
 def peak_mib(call: Callable[[], object]) -> float:
-    """MiB of resident memory that one call added at its peak; nan where the system does not tell (not on Linux)."""
+    """MiB of resident memory that one call added at its peak; nan where the system does not report it."""
     try:
-        # what was freed goes back to the system, so that the call cannot hide in it
+        # returns freed memory to the system, so that the call cannot reuse it unnoticed
         ctypes.CDLL("libc.so.6").malloc_trim(0)
-        _RESET.write_text("5")  # forgets the peak so far
+        _RESET.write_text("5")  # resets the peak
         before = _read("VmRSS")
         call()
         return max(_read("VmHWM") - before, 0.0)

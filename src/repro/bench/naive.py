@@ -1,4 +1,4 @@
-"""The usual way: a Lagrangian of one sample as a function, its Hessian by torch.func, and a batch by vmap.
+"""The usual way: the Lagrangian of one sample as a function, its Hessian by torch.func, and a batch by vmap.
 
 Forward, this is the Lagrangian neural network of Cranmer et al. (2020). With the engineered features and the inverse
 equation it stands for the LINN of Bao et al. (2021), whose code is not public.
@@ -10,8 +10,8 @@ import torch
 from torch import Tensor
 from torch.func import grad, hessian, vmap
 
-from repro.bench.case import Case, Equation
 from repro.bench.step import Step, differentiated
+from repro.bench.training_case import Equation, TrainingCase
 from repro.models.lagrangian import Lagrangian
 
 # q, qd (n_q,) -> inputs of the network, features of V. Written for whole vectors, which is quicker than by components.
@@ -29,7 +29,7 @@ def engineered_features(q: Tensor, qd: Tensor) -> tuple[Tensor, Tensor]:
     return torch.cat([q, qd, torch.cos(q), torch.sin(q)]), q[:0]
 
 
-def naive_step(case: Case, equation: Equation, features: Features) -> Step:
+def naive_step(case: TrainingCase, equation: Equation, features: Features) -> Step:
     """Loss and gradient of an ensemble of networks, one member after another."""
     model = case.model
     if not isinstance(model, Lagrangian) or model.network is None:
@@ -70,5 +70,7 @@ def _residual(
     mass, coupling = curvature[n_q:, n_q:], curvature[n_q:, :n_q]
     rest = coupling @ x[n_q:] - slope[:n_q]
     if equation == "inverse":
-        return mass @ qdd + rest - tau
-    return torch.linalg.solve(mass, tau - rest) - qdd
+        error: Tensor = mass @ qdd + rest - tau
+    else:
+        error = torch.linalg.solve(mass, tau - rest) - qdd
+    return error

@@ -1,4 +1,4 @@
-"""Peers that are used as they are: SINDy-PI of pysindy, and the pseudo-Hamiltonian network of phlearn."""
+"""Peers in their own packages: SINDy-PI of pysindy, and the pseudo-Hamiltonian network of phlearn."""
 
 import contextlib
 import io
@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import torch
 
-from repro.bench.case import Case, pendulum
 from repro.bench.step import Step
+from repro.bench.training_case import TrainingCase, pendulum
 from repro.learning.basis_selection import Selection
 from repro.learning.objective import Objective
 from repro.learning.result import NoCheckpoint, silent
@@ -43,13 +43,13 @@ def sindy_pi_fit(samples: int) -> Callable[[], np.ndarray]:
         optimiser = pysindy.SINDyPI(reg_weight_lam=WEIGHT, model_subset=[0, 1], max_iter=20_000)
         with contextlib.redirect_stdout(io.StringIO()):  # it prints the number of each model
             optimiser.fit(candidates, candidates)
-        return optimiser.coef_[:2]
+        return np.asarray(optimiser.coef_[:2])
 
     return fit
 
 
 def implicit_candidates(samples: int) -> np.ndarray:
-    """What implicit equations of the pendulum are made of, (sample, 16): first both accelerations"""
+    """Candidate terms of implicit equations of the pendulum (sample, 16); the first two are the accelerations."""
     dataset = pendulum([0], samples)
     theta, (rate, force) = dataset.q[0, :, 1], (dataset.qd[0, :, 1], dataset.tau[0, :, 0])
     cos, sin, one = np.cos(theta), np.sin(theta), np.ones_like(theta)
@@ -58,7 +58,7 @@ def implicit_candidates(samples: int) -> np.ndarray:
     return np.stack([*moving, *rest], axis=1)
 
 
-def phlearn_step(case: Case) -> Step:
+def phlearn_step(case: TrainingCase) -> Step:
     """Loss on the rates of a state and its gradient; a network of 2 x 64 units for H, S known, no friction, float32."""
     from phlearn.phnns import HamiltonianNN, PseudoHamiltonianNN
 

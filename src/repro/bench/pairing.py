@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-LONG_S = 0.5  # a warm-up beyond tells that nothing needs repeating
+LONG_S = 0.5  # a contender whose warm-up takes longer is not repeated within one timing
 Clock = Callable[[], float]
 
 
@@ -29,7 +29,7 @@ class Rounds:
 class Pairs:
     """Seconds of both contenders, pair by pair (pair,), infinite where a goal was not reached; MiB of memory.
 
-    found: what else the measurement found, for the protocol.
+    found: a remark of the measurement, for the protocol.
     """
 
     ours: np.ndarray
@@ -49,10 +49,10 @@ class Pairs:
     def ratios(self) -> np.ndarray:
         """other / ours of each pair that at least one contender finished."""
         finished = np.isfinite(self.ours) | np.isfinite(self.other)
-        return self.other[finished] / self.ours[finished]
+        return np.asarray(self.other[finished] / self.ours[finished])
 
     def summary(self) -> dict[str, float]:
-        """Median and quartiles of the ratio, medians of both times in ms, each a value that was observed; memory."""
+        """Median and quartiles of the ratio, medians of both times in ms (each an observed value), memory in MiB."""
         low, median, high = _quantiles(self.ratios, [0.25, 0.5, 0.75])
         return {
             "ratio_median": median,
@@ -68,7 +68,7 @@ class Pairs:
 def interleaved(
     ours: Callable[[], object], other: Callable[[], object], rounds: Rounds, clock: Clock = time.process_time
 ) -> Pairs:
-    """Time two contenders in turn, after a warm-up of both and without the garbage collector."""
+    """Time two contenders in turn, after a warm-up of both and with the garbage collector off."""
     contenders = [(call, _repetitions(call, rounds, clock)) for call in (ours, other)]
     collecting = gc.isenabled()
     gc.disable()
@@ -97,7 +97,7 @@ def _seconds(call: Callable[[], object], repetitions: int, clock: Clock) -> floa
 
 
 def _quantiles(values: np.ndarray, shares: list[float]) -> list[float]:
-    # without interpolation: between a finite and an infinite value there is nothing
+    # without interpolation, which is not defined between a finite and an infinite value
     if not len(values):
         return [math.nan] * len(shares)
     return [float(value) for value in np.quantile(values, shares, method="inverted_cdf")]

@@ -4,14 +4,14 @@ from collections.abc import Iterator
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 
-from repro.bench.comparison import Comparison
+from repro.bench.comparison import PairedComparison
 from repro.bench.contender import PREPARED, STEP, Contender, compared, fastest, size_text, t2_case
 from repro.bench.control import control
 from repro.bench.jax_peer import jax_step
 from repro.bench.memory import peak_mib
 from repro.bench.package_peers import phlearn_step, selection_fit, sindy_pi_fit
 from repro.bench.pairing import Pairs, interleaved
-from repro.bench.scale import PAPERS, Scale
+from repro.bench.scale import PAPER_HIDDEN, BenchScale
 
 JAX = "; JAX {version}, jit and vmap over samples and members, XLA with one thread"
 PHLEARN = "; phlearn {version}: a pseudo-Hamiltonian network of equal width in float32, loss on the rates of the state"
@@ -23,45 +23,47 @@ PYSINDY = (
 WIDE = (64, 64)
 
 
-def peers(scale: Scale) -> Iterator[Comparison]:
-    """Whatever is installed of the packages."""
+def peers(scale: BenchScale) -> Iterator[PairedComparison]:
+    """Comparisons with the installed packages."""
     for package, compare in PEERS.items():
-        found = _version(package)
-        if found is not None:
-            yield from compare(scale, found)
+        installed = _version(package)
+        if installed is not None:
+            yield from compare(scale, installed)
 
 
 def missing() -> list[str]:
-    """The packages that are not installed."""
+    """Names of the packages that are not installed."""
     return [package for package in PEERS if _version(package) is None]
 
 
-def _jax(scale: Scale, version: str) -> Iterator[Comparison]:
+def _jax(scale: BenchScale, version: str) -> Iterator[PairedComparison]:
     """Steps of the inverse model against the LNN as published, and against our own formulation."""
     ways = [
         Contender("JAX, LNN (Hessian and solve)", partial(jax_step, equation="forward")),
         Contender("JAX, inverse (jvp of grad)", partial(jax_step, equation="inverse")),
     ]
-    for hidden, members in [*((hidden, 1) for hidden in scale.sizes), (PAPERS, scale.ensemble)]:
+    for hidden, members in [*((hidden, 1) for hidden in scale.sizes), (PAPER_HIDDEN, scale.ensemble)]:
         case, protocol = t2_case(hidden, members, scale.batch), STEP.format(batch=scale.batch) + PREPARED
         for other in ways:
             text = protocol + JAX.format(version=version)
             yield compared(scale, "peers", size_text(hidden), case, (fastest("inverse"), other), text, members)
 
 
-def _phlearn(scale: Scale, version: str) -> Iterator[Comparison]:
+def _phlearn(scale: BenchScale, version: str) -> Iterator[PairedComparison]:
     pair = fastest("inverse"), Contender("phlearn, network for H", phlearn_step)
     protocol = STEP.format(batch=scale.batch) + PREPARED + PHLEARN.format(version=version)
     yield compared(scale, "peers", size_text(WIDE), t2_case(WIDE, 1, scale.batch), pair, protocol)
 
 
-def _pysindy(scale: Scale, version: str) -> Iterator[Comparison]:
+def _pysindy(scale: BenchScale, version: str) -> Iterator[PairedComparison]:
     def measure() -> Pairs:
         ours, other = selection_fit(scale.batch), sindy_pi_fit(scale.batch)
         return interleaved(ours, other, scale.rounds).with_memory(peak_mib(ours), peak_mib(other))
 
     protocol = PYSINDY.format(batch=scale.batch, version=version)
-    yield Comparison("peers", "thresholded least squares", "pysindy, SINDy-PI", "35 | 16 terms", 1, protocol, measure)
+    yield PairedComparison(
+        "peers", "thresholded least squares", "pysindy, SINDy-PI", "35 | 16 terms", 1, protocol, measure
+    )
 
 
 PEERS = {"jax": _jax, "phlearn": _phlearn, "pysindy": _pysindy, "do-mpc": control}

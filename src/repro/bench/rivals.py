@@ -1,18 +1,18 @@
-"""Claim C11, three ways a rival: naive against naive, best against best, and time to equal accuracy."""
+"""The rivals of claim C11, each compared naive with naive, best with best, and by the time to equal accuracy."""
 
 from collections.abc import Iterator
 from functools import partial
 
 from repro.bench.accuracy import GROWTH, Race, Racer
-from repro.bench.case import lagrangian_case, triangular_case
-from repro.bench.comparison import Comparison
+from repro.bench.comparison import PairedComparison
 from repro.bench.contender import STEP, Contender, by_hessian, compared, fastest, size_text, t2_case
 from repro.bench.delan import delan_step
 from repro.bench.naive import engineered_features, naive_step
-from repro.bench.scale import PAPERS, Scale
+from repro.bench.scale import PAPER_HIDDEN, BenchScale
+from repro.bench.training_case import lagrangian_case, triangular_case
 from repro.models.bases import engineered, t2
 
-FASTEST = "Levenberg-Marquardt"  # of the optimisers
+FASTEST_OPTIMISER = "Levenberg-Marquardt"
 
 RIVALS = {"lnn": "LNN (Cranmer et al. 2020)", "delan": "DeLaN (Lutter et al. 2019)", "linn": "LINN (Bao et al. 2021)"}
 NAIVE = {
@@ -27,8 +27,8 @@ BEST = {
 }
 
 
-def steps_of_rivals(scale: Scale) -> Iterator[Comparison]:
-    """One training step of the inverse model against that of each rival, all naive, then all in our engine."""
+def steps_of_rivals(scale: BenchScale) -> Iterator[PairedComparison]:
+    """One training step of the inverse model against that of each rival: all naive, then all in this engine."""
     for hidden in [*scale.sizes, *scale.large]:
         batch = scale.large_batch if hidden in scale.large else scale.batch
         case, protocol = t2_case(hidden, 1, batch), STEP.format(batch=batch)
@@ -56,10 +56,10 @@ def steps_of_rivals(scale: Scale) -> Iterator[Comparison]:
                 yield compared(scale, f"{rival}_{way}", size_text(hidden), case, pair, protocol + text[rival])
 
 
-def time_to_accuracy(scale: Scale) -> Iterator[Comparison]:
-    """Training from a random start to one error of tau: each rival with our best optimiser, and every optimiser."""
+def time_to_accuracy(scale: BenchScale) -> Iterator[PairedComparison]:
+    """Training from a random start to one error of tau: each rival with the fastest optimiser, and every optimiser."""
     size = scale.race
-    shape = (PAPERS, size.members, size.samples)
+    shape = (PAPER_HIDDEN, size.members, size.samples)
     models = {
         "PLNN": partial(lagrangian_case, t2, *shape),
         RIVALS["delan"]: partial(triangular_case, *shape),
@@ -68,20 +68,20 @@ def time_to_accuracy(scale: Scale) -> Iterator[Comparison]:
     race = Race(models, size.threshold, size.patience, size.limit_s)
     protocol = (
         f"processor time of training from a random start to a training MAE_tau of {size.threshold:g}; one thread, "
-        f"{size.samples} samples in episodes of 100 steps; budgets grow by {GROWTH:g}; {{pairs}} starts, one a pair; "
+        f"{size.samples} samples in episodes of 100 steps; budgets grow by {GROWTH:g}; {{pairs}} starts, one per pair; "
         f"infinite: not reached in {size.patience:g} times the seconds of ours, or in {size.limit_s:g} s"
     )
 
-    def one(name: str, ours: Racer, other: Racer) -> Comparison:
+    def one(name: str, ours: Racer, other: Racer) -> PairedComparison:
         measure = partial(race.pairs, ours, other)
-        return Comparison(name, ours.label, other.label, size_text(PAPERS), 1, protocol, measure)
+        return PairedComparison(name, ours.label, other.label, size_text(PAPER_HIDDEN), 1, protocol, measure)
 
     for optimiser in size.optimisers:
         ours = Racer("PLNN", "inverse", optimiser)
         yield one("lnn_accuracy", ours, Racer("PLNN", "forward", optimiser))
-    best = Racer("PLNN", "inverse", FASTEST)
+    best = Racer("PLNN", "inverse", FASTEST_OPTIMISER)
     for rival in ("delan", "linn"):
-        yield one(f"{rival}_accuracy", best, Racer(RIVALS[rival], "inverse", FASTEST))
+        yield one(f"{rival}_accuracy", best, Racer(RIVALS[rival], "inverse", FASTEST_OPTIMISER))
     for optimiser in size.optimisers:
-        if optimiser != FASTEST:
+        if optimiser != FASTEST_OPTIMISER:
             yield one("optimisers", best, Racer("PLNN", "inverse", optimiser))

@@ -8,7 +8,7 @@ from repro.bench.pairing import Rounds
 
 Hidden = tuple[int, ...]
 
-PAPERS: Hidden = (10,)  # of the paper's inverse model; small enough for generated code
+PAPER_HIDDEN: Hidden = (10,)  # of the paper's inverse model
 
 
 @dataclass(frozen=True)
@@ -24,12 +24,16 @@ class RaceSize:
 
 
 @dataclass(frozen=True)
-class Scale:
-    """Rounds of every comparison of steps, the hidden layers that are compared, the members of an ensemble, the race.
+class BenchScale:
+    """How much is timed.
 
-    large: networks that would take minutes on a full batch, and are compared with rivals on `large_batch` samples.
-    coordinates: of the growth with n_q, from the first. streamed: samples of the least squares beyond memory; many:
-    members side by side, with `many_batch` samples each. control_steps: of a swing-up.
+    sizes          hidden layers that are compared
+    ensemble       members of an ensemble
+    coordinates    values of n_q whose cost is divided by that of the first
+    streamed       numbers of samples of the least squares beyond memory
+    many           numbers of members side by side, with `many_batch` samples each
+    control_steps  of a swing-up
+    large          networks that take minutes on a full batch: compared with rivals on `large_batch` samples
     """
 
     rounds: Rounds
@@ -47,10 +51,10 @@ class Scale:
 
 
 SCALES = {
-    "smoke": Scale(
+    "smoke": BenchScale(
         Rounds(least=2, most=2, limit_s=0.0),
         batch=256,
-        sizes=[PAPERS],
+        sizes=[PAPER_HIDDEN],
         ensemble=2,
         race=RaceSize(["Levenberg-Marquardt"], members=1, samples=500, threshold=0.5, patience=1.0, limit_s=0.2),
         coordinates=[2, 3],
@@ -58,9 +62,9 @@ SCALES = {
         many=[2],
         control_steps=2,
     ),
-    "quick": Scale(
+    "quick": BenchScale(
         Rounds(least=5, most=15, limit_s=0.7),
-        sizes=[PAPERS, (64, 64)],
+        sizes=[PAPER_HIDDEN, (64, 64)],
         ensemble=10,
         race=RaceSize(list(OPTIMISERS), members=2, samples=6144, threshold=0.1, patience=5.0, limit_s=1.0),
         coordinates=[2, 4, 8],
@@ -68,9 +72,9 @@ SCALES = {
         many=[10],
         control_steps=20,
     ),
-    "paper": Scale(
+    "paper": BenchScale(
         Rounds(least=7, most=31, limit_s=1.5),
-        sizes=[PAPERS, (32, 32), (64, 64)],
+        sizes=[PAPER_HIDDEN, (32, 32), (64, 64)],
         ensemble=10,
         race=RaceSize(list(OPTIMISERS), members=5, samples=6144, threshold=0.1, patience=10.0, limit_s=10.0),
         coordinates=[2, 1, 3, 4, 5, 6, 7, 8],

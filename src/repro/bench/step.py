@@ -1,4 +1,4 @@
-"""One training step, loss and gradient, in our two engines."""
+"""One training step, loss and gradient, in the two engines of this project."""
 
 from collections.abc import Callable
 
@@ -6,21 +6,21 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from repro.bench.case import Case, Equation
+from repro.bench.training_case import Equation, TrainingCase
 from repro.errors import UserError
 from repro.learning.native import native
 
 Step = Callable[[], tuple[np.ndarray, np.ndarray]]  # loss (member,), gradient (member, n_parameters)
 
 
-def torch_step(case: Case, equation: Equation) -> Step:
+def torch_step(case: TrainingCase, equation: Equation) -> Step:
     """Jets of the network in torch, and one backward pass; the features' derivatives are prepared beforehand."""
     problem = case.problem(equation)
     return differentiated(problem.loss, case.parameters)
 
 
-def native_step(case: Case, equation: Equation) -> Step:
-    """Compiled C, member by member. Raises UserError where there is none for the model."""
+def native_step(case: TrainingCase, equation: Equation) -> Step:
+    """Compiled C, member by member. Raises UserError for a model without compiled code."""
     compiled = native(case.problem(equation))
     if compiled is None:
         raise UserError("no compiled code for this model: it needs a C compiler, and a kernel or a small model")

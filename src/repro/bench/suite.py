@@ -1,6 +1,6 @@
-"""All comparisons: claim C11 in three ways, our engine against the usual way and public peers, and how costs grow."""
+"""All comparisons: the rivals of claim C11, the usual way of computing, public peers, and how costs grow."""
 
-from repro.bench.comparison import Comparison
+from repro.bench.comparison import PairedComparison
 from repro.bench.engines import coordinates, engines
 from repro.bench.growth import members, samples
 from repro.bench.peers import peers
@@ -8,8 +8,8 @@ from repro.bench.rivals import steps_of_rivals, time_to_accuracy
 from repro.bench.scale import SCALES
 
 
-def comparisons(scale: str) -> list[Comparison]:
-    """All comparisons of a scale, none of them measured yet; peers that are not installed are left out."""
+def comparisons(scale: str) -> list[PairedComparison]:
+    """All comparisons of a scale, not measured yet; peers that are not installed are left out."""
     chosen = SCALES[scale]
     parts = (steps_of_rivals, time_to_accuracy, engines, peers, coordinates, members, samples)
     return [comparison for part in parts for comparison in part(chosen)]

@@ -9,7 +9,7 @@ from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Let torch, BLAS and OpenMP compute with one thread each, and give back what they had."""
+    """Limit torch, BLAS and OpenMP to one thread each, then restore their numbers of threads."""
     before = torch.get_num_threads()
     torch.set_num_threads(1)
     try:

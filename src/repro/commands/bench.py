@@ -30,7 +30,7 @@ def main(argv: Sequence[str]) -> int:
     import pandas as pd
     from rich.console import Console
 
-    from repro.bench.run import FILE, run
+    from repro.bench.stored_bench import FILE, run
     from repro.tracking.paths import Paths, outputs_root
     from repro.tracking.store import StageFailed
 

@@ -55,7 +55,7 @@ def experiments_at(scale: str) -> list[str]:
 
 def _time(paths: "Paths", scale: str) -> bool:
     """Run the benchmark, alone on the machine, so after all jobs; whether it went well."""
-    from repro.bench.run import run as bench
+    from repro.bench.stored_bench import run as bench
     from repro.tracking.store import StageFailed
 
     try:

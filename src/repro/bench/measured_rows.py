@@ -3,21 +3,21 @@
 import json
 from pathlib import Path
 
-from repro.bench.comparison import Comparison
+from repro.bench.comparison import PairedComparison
 
-FILE = "checkpoint.jsonl"  # the working folder of a stage keeps what is named so until the stage is finished
+FILE = "checkpoint.jsonl"  # a file of this name stays in the working folder of a stage until the stage is finished
 
 
-class KeptRows:
-    """Rows in a folder, a line each, written as soon as they are measured."""
+class MeasuredRows:
+    """Rows in a folder, one per line, written as soon as they are measured."""
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / FILE
         lines = self.path.read_text().splitlines() if self.path.exists() else []
         self._rows = dict(entry for line in lines if (entry := _parsed(line)) is not None)
 
-    def row(self, comparison: Comparison) -> dict[str, object]:
-        """The row of a comparison: found, or measured and kept."""
+    def row(self, comparison: PairedComparison) -> dict[str, object]:
+        """The row of a comparison: the stored one, or a new measurement."""
         key = f"{comparison.label}, {comparison.members}"
         if key not in self._rows:
             self._rows[key] = comparison.row(comparison.measure())
@@ -29,6 +29,6 @@ class KeptRows:
 def _parsed(line: str) -> tuple[str, dict[str, object]] | None:
     try:
         key, row = json.loads(line)
-    except json.JSONDecodeError:  # nothing, or the process was killed while it wrote
+    except json.JSONDecodeError:  # empty, or cut off when the process was killed
         return None
     return key, row

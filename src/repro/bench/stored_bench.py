@@ -1,4 +1,4 @@
-"""A bench as a stored stage: made once for a machine, a code and a scale."""
+"""A bench as a stored stage: made once per machine, code and scale."""
 
 import time
 from collections.abc import Iterator
@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from repro.bench import machine
+from repro.bench.training_case import PENDULUM
 from repro.tracking import progress
 from repro.tracking.files import write_json
 from repro.tracking.paths import Paths
@@ -14,13 +15,13 @@ from repro.tracking.store import Store
 
 EXPERIMENT = "timing"
 FILE = "bench.parquet"
-SILENCE_S = 2.0  # after which a line says what is being timed
+NOTICE_S = 2.0  # between two lines about the progress
 
 
 def run(outputs: Path, scale: str) -> str:
-    """Time everything of a scale unless this machine has done so with this code; the id of the stored bench.
+    """Time everything of a scale unless this machine has a result of this code; the id of the stored bench.
 
-    Lists it as the experiment `timing`. What was measured before an interruption is not repeated. Raises StageFailed
+    Lists it as the experiment `timing`. Rows measured before an interruption are not repeated. Raises StageFailed
     when a comparison fails.
     """
     chosen = stage(scale)
@@ -32,13 +33,13 @@ def run(outputs: Path, scale: str) -> str:
 
 
 def stage(scale: str) -> Stage:
-    """What a bench depends on: the scale, the machine, and the code of all that is timed."""
+    """The identity of a bench: the scale, the machine, and the code that is timed."""
     return Stage(
         "bench",
         f"{EXPERIMENT}-{scale}",
         {"scale": scale, "machine": machine.describe()},
         {},
-        ("repro.bench.suite", "repro.bench.threads", "repro.mechanics.systems.sip"),
+        ("repro.bench.suite", "repro.bench.threads", f"repro.mechanics.systems.{PENDULUM}"),
         f"repro bench --scale {scale}",
     )
 
@@ -52,7 +53,7 @@ def _measure(folder: Path, scale: str) -> dict[str, Any]:
 
 
 def _rows(scale: str, folder: Path) -> Iterator[dict[str, object]]:
-    from repro.bench.kept import KeptRows
+    from repro.bench.measured_rows import MeasuredRows
     from repro.bench.peers import missing
     from repro.bench.suite import comparisons
     from repro.bench.threads import one_thread
@@ -60,9 +61,9 @@ def _rows(scale: str, folder: Path) -> Iterator[dict[str, object]]:
     if absent := missing():
         progress.notice(f"left out: {', '.join(absent)}; to compare with them: pip install -e '.[peers]'")
     with one_thread():
-        planned, kept, spoken = comparisons(scale), KeptRows(folder), time.monotonic()
+        planned, measured, noticed = comparisons(scale), MeasuredRows(folder), time.monotonic()
         for number, comparison in enumerate(planned, start=1):
-            if time.monotonic() - spoken > SILENCE_S:
+            if time.monotonic() - noticed > NOTICE_S:
                 progress.notice(f"timing {number} of {len(planned)}: {comparison.label}")
-                spoken = time.monotonic()
-            yield kept.row(comparison)
+                noticed = time.monotonic()
+            yield measured.row(comparison)

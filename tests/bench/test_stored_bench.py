@@ -7,11 +7,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from repro.bench import kept, machine, peers, suite
-from repro.bench.comparison import COLUMNS, Comparison
+from repro.bench import machine, measured_rows, peers, suite
+from repro.bench.comparison import COLUMNS, PairedComparison
 from repro.bench.pairing import Pairs
-from repro.bench.run import FILE, run, stage
 from repro.bench.scale import SCALES
+from repro.bench.stored_bench import FILE, run, stage
 from repro.commands import bench as command
 from repro.results.gather import gather
 from repro.results.schema import BENCH
@@ -32,7 +32,7 @@ def measured(monkeypatch):
 
     def comparisons(scale):
         return [
-            Comparison(name, "inverse", "forward", "1x10", 1, "{pairs} pairs", lambda name=name: measure(name))
+            PairedComparison(name, "inverse", "forward", "1x10", 1, "{pairs} pairs", lambda name=name: measure(name))
             for name in ("forward_vs_inverse", "engine")
         ]
 
@@ -72,9 +72,9 @@ def test_an_interrupted_bench_goes_on_where_it_was(tmp_path, measured, monkeypat
 
 
 def test_a_row_that_was_half_written_is_measured_again(tmp_path, measured):
-    (tmp_path / kept.FILE).write_text('["forward_vs_inv')
+    (tmp_path / measured_rows.FILE).write_text('["forward_vs_inv')
     (comparison, _) = suite.comparisons("smoke")
-    first, again = (kept.KeptRows(tmp_path).row(comparison) for _ in range(2))
+    first, again = (measured_rows.MeasuredRows(tmp_path).row(comparison) for _ in range(2))
     assert len(measured) == 1
     assert first["ratio_median"] == again["ratio_median"] == 3.0
 

@@ -1,4 +1,4 @@
-"""What a comparison works on: a network with random weights, and one batch of samples a member."""
+"""The subject of a comparison: a network with random weights, and one batch of samples per member."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,11 +21,12 @@ from repro.models.model import Model
 from repro.models.structured import Structured
 
 Equation = Literal["inverse", "forward"]
+PENDULUM = "sip"
 EPISODE_STEPS = 100
 
 
 @dataclass(frozen=True)
-class Case:
+class TrainingCase:
     """A model, its weights (member, n_parameters) and the samples (member, sample, n_q) that it is trained on."""
 
     model: Model
@@ -38,7 +39,7 @@ class Case:
         return len(self.parameters)
 
     def problem(self, equation: Equation) -> TrainingProblem:
-        """The training problem in our engine."""
+        """The training problem of this engine."""
         task = make_task(self.model, self.dataset, Objective(equation))
         return TrainingProblem(self.model, [task], range(self.members))
 
@@ -47,21 +48,21 @@ class Case:
         return torch.from_numpy(getattr(self.dataset, name))
 
 
-def lagrangian_case(basis: ModuleType, hidden: Sequence[int], members: int, samples: int) -> Case:
+def lagrangian_case(basis: ModuleType, hidden: Sequence[int], members: int, samples: int) -> TrainingCase:
     """A network for T (or L) of a basis, on the single pendulum."""
     dataset = pendulum(range(members), samples)
     return _started(Lagrangian(basis, dataset.n_q, hidden=hidden), dataset)
 
 
-def structured_case(hidden: Sequence[int], members: int, samples: int) -> Case:
+def structured_case(hidden: Sequence[int], members: int, samples: int) -> TrainingCase:
     """A network for a wide factor of the mass matrix, on the single pendulum."""
     dataset = pendulum(range(members), samples)
     scale = dataset.qd.reshape(-1, dataset.n_q).std(axis=0)
     return _started(Structured(dataset.n_q, scale, hidden=hidden), dataset)
 
 
-def triangular_case(hidden: Sequence[int], members: int, samples: int) -> Case:
-    """The mass matrix by its triangular factor from a network without a linear path, as DeLaN has it."""
+def triangular_case(hidden: Sequence[int], members: int, samples: int) -> TrainingCase:
+    """The mass matrix by its triangular factor from a network without a linear path, as in DeLaN."""
     dataset = pendulum(range(members), samples)
     model = Structured(
         dataset.n_q, np.ones(dataset.n_q), hidden=hidden, activation="softplus", skip=False, factor="triangular",
@@ -70,8 +71,8 @@ def triangular_case(hidden: Sequence[int], members: int, samples: int) -> Case:
     return _started(model, dataset)
 
 
-def random_case(n_q: int, hidden: Sequence[int], samples: int) -> Case:
-    """One network L(q, qd) on random states: its cost depends on their number and on n_q alone."""
+def random_case(n_q: int, hidden: Sequence[int], samples: int) -> TrainingCase:
+    """One network L(q, qd) on random states; its cost depends on `samples` and n_q alone."""
     q, qd, qdd, tau = np.random.default_rng(0).normal(size=(4, 1, samples, n_q))
     dataset = Dataset(
         q=q, qd=qd, qdd=qdd, tau=tau, time=np.arange(samples, dtype=float), episode=np.zeros(samples, dtype=int),
@@ -82,9 +83,9 @@ def random_case(n_q: int, hidden: Sequence[int], samples: int) -> Case:
 
 def pendulum(seeds: Sequence[int], samples: int) -> Dataset:
     """The single pendulum under a random force, in short episodes."""
-    return random_force(load("sip"), seeds=seeds, samples=samples, episode_steps=EPISODE_STEPS)
+    return random_force(load(PENDULUM), seeds=seeds, samples=samples, episode_steps=EPISODE_STEPS)
 
 
-def _started(model: Model, dataset: Dataset) -> Case:
+def _started(model: Model, dataset: Dataset) -> TrainingCase:
     generators = [np.random.default_rng([seed, 1]) for seed in range(dataset.members)]
-    return Case(model, torch.from_numpy(model.initial(generators)), dataset)
+    return TrainingCase(model, torch.from_numpy(model.initial(generators)), dataset)
