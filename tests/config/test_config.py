@@ -4,7 +4,7 @@ import pytest
 import torch
 
 from repro import cli
-from repro.config.plugin_options import choices
+from repro.plugins.plugin import plugin_names
 
 MISTAKES = {
     "system=spi": "system=spi: allowed are {systems} (did you mean sip?)",
@@ -14,14 +14,14 @@ MISTAKES = {
     "optimiser.epoch=3": "optimiser.epoch=3: unknown key 'epoch' (did you mean epochs?); allowed are batch_size,",
     "optimiser=adam optimiser.restarts=3": "unknown key 'restarts'; allowed are batch_size, decay",
     "optimiser.epochs=ten": "optimiser.epochs = 'ten': should be a valid integer",
-    "optimiser.epochs=0": "optimiser.epochs = 0: must be at least 1",
-    "optimiser.learning_rate=-1": "optimiser.learning_rate = -1.0: must not be negative",
+    "optimiser.epochs=0": "optimiser.epochs = 0: should be greater than 0",
+    "optimiser.learning_rate=-1": "optimiser.learning_rate = -1: should be greater than or equal to 0",
     "optimiser.kind=sgd": "optimiser.kind = 'sgd': allowed are adam, basis_selection, lbfgs",
     "basis=t3": "basis=t3: allowed are {bases}",
     "basis.name=t3": "basis.name = 't3': allowed are {bases}",
     "model.kind=mlp": "model.kind = 'mlp': allowed are blackbox, degenerate, extended, hinged, lagrangian",
     "model.hidden=10": "model.hidden = 10: should be a valid list",
-    "model.hidden=[10,0]": "model.hidden = [10, 0]: every number must be at least 1",
+    "model.hidden=[10,0]": "model.hidden.1 = 0: should be greater than 0",
     "model.activation=relu": "model.activation = 'relu': should be 'softplus' or 'tanh'",
     "seeds=[0,0]": "seeds = [0, 0]: a seed is given twice",
     "seeds=2 seeds=3": "seeds is given twice: seeds=2 and seeds=3; give it once",
@@ -61,16 +61,16 @@ COMBINATIONS = {
     "objective.equal_weight_share=0.2": "equal weights at the end need other weights before: objective.error_scale",
     "model=structured model.factor=triangular model.rank=5": "use model.factor=wide",
     "device=cuda optimiser=lbfgs": "device = 'cuda': runs optimiser=adam or adam_cosine, not lbfgs; use device=cpu",
-    "device=cuda model=port_hamiltonian": "runs model=lagrangian, structured, blackbox, not model=port_hamiltonian",
+    "device=cuda model=port_hamiltonian": "runs model=blackbox, lagrangian, structured, not model=port_hamiltonian",
     "device=cuda model=structured model.factor=triangular": "not model.factor=triangular; use device=cpu",
-    "chain=[2]": "joins copies of a link that system=link",
+    "chain=[2]": "joins copies of a link; use system=link",
     "system=sip whole_chain=[2]": "is sampled from the true chain; use system=link",
-    "objective=port": "asks for eq. (12b) of model=port_hamiltonian",
+    "objective=port": "the rows of eq. (12b) need model=port_hamiltonian",
     "sequence=joint system.damping=[0.1,0.1]": "D_H keeps its energy only without damping",
     "data=file data.path={file} sequence=joint": "data=file goes with sequence=main",
     "data=file data.path={file} model=degenerate": "is made from the true system",
     "data=file data.path={file} curriculum=growing_episodes": "data=file goes with curriculum=none",
-    "data=file data.path={file} control=sip": "drives the true system, which data=file does not tell",
+    "data=file data.path={file} control=sip": "drives the true system, which data=file does not include",
     "model=degenerate control=sip": "needs a model with energies and an invertible mass matrix, not model=degenerate",
     "system=dip model=truth control=energy_shaping": "swings up one link, and system=dip has 2",
     "model=truth control=sip task.delay=0.04": "must be shorter than control.time_step = 0.04",
@@ -78,7 +78,7 @@ COMBINATIONS = {
 }
 
 
-SYSTEMS, BASES = (", ".join(choices(f"repro.{package}")) for package in ("mechanics.systems", "models.bases"))
+SYSTEMS, BASES = (", ".join(plugin_names(folder)) for folder in ("mechanics.systems", "models.bases"))
 
 
 @pytest.mark.parametrize("overrides", [*MISTAKES, *COMBINATIONS])

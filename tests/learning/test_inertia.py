@@ -29,7 +29,9 @@ def test_it_is_that_of_the_true_system_at_the_true_coefficients(watched, data, t
     np.testing.assert_allclose(found, least.min(1), rtol=1e-12)
 
 
-@pytest.mark.parametrize("optimiser", [LevenbergMarquardt(iterations=20), LBFGS(iterations=20), Adam(epochs=20)])
+@pytest.mark.parametrize(
+    "optimiser", [LevenbergMarquardt(restarts=1, iterations=20), LBFGS(iterations=20), Adam(epochs=20)]
+)
 def test_every_optimiser_tells_it_now_and_then(optimiser, watched, start):
     (watch,) = watched.watches
     fitted = train([Phase("D", watched)], optimiser, start(watched.model))
@@ -62,7 +64,7 @@ def test_an_optimiser_that_never_looks_tells_nothing(watched, start):
 
 def test_watching_changes_nothing(watched, t1_problem, start):
     fits = [
-        LevenbergMarquardt(iterations=3).fit(problem, start(problem.model), silent, NoCheckpoint())
+        LevenbergMarquardt(restarts=1, iterations=3).fit(problem, start(problem.model), silent, NoCheckpoint())
         for problem in (watched, t1_problem)
     ]
     np.testing.assert_array_equal(*(each.parameters.numpy() for each in fits))

@@ -17,14 +17,14 @@ from repro.models.structured import Structured
 
 
 def test_with_little_damping_a_linear_problem_takes_a_few_steps(t1_problem, start, true_t1):
-    optimiser = LevenbergMarquardt(iterations=6, samples=None, damping=1e-3, damping_decrease=10)
+    optimiser = LevenbergMarquardt(restarts=1, iterations=6, samples=None, damping=1e-3, damping_decrease=10)
     fitted = optimiser.fit(t1_problem, start(t1_problem.model), silent, NoCheckpoint())
     np.testing.assert_allclose(fitted.parameters.numpy(), np.tile(true_t1, (3, 1)), rtol=1e-9)
 
 
 def test_the_best_of_several_starts_goes_on(make_problem, data, start):
     problem = make_problem(Lagrangian(t2, 2, hidden=(4,)), data)
-    model, short = problem.model, LevenbergMarquardt(iterations=5, samples=None)
+    model, short = problem.model, LevenbergMarquardt(restarts=1, iterations=5, samples=None)
     first = start(model)
     others = [np.stack([model.initial([np.random.default_rng([s, 2, k])])[0] for s in range(3)]) for k in range(3)]
     tries = [
@@ -52,7 +52,7 @@ def test_a_later_phase_does_not_look_for_another_start():
 
 
 def test_it_stops_where_nothing_is_gained(t1_problem, true_t1):
-    fitted = LevenbergMarquardt(iterations=500, samples=None).fit(
+    fitted = LevenbergMarquardt(restarts=1, iterations=500, samples=None).fit(
         t1_problem, torch.from_numpy(np.tile(true_t1, (3, 1))), silent, NoCheckpoint()
     )
     assert len(fitted.curves) < 60
@@ -80,12 +80,16 @@ def test_the_papers_network_reaches_a_tenth_of_the_papers_error(episodes, system
 
 def test_a_model_that_contains_the_truth_finds_it(episodes, system):
     model = Structured(2, np.array([0.9, 5.0]), hidden=(8,))
-    errors = _test_error(model, episodes, system, LevenbergMarquardt(iterations=80, samples=500, damping_decrease=10))
+    errors = _test_error(
+        model, episodes, system, LevenbergMarquardt(restarts=1, iterations=80, samples=500, damping_decrease=10)
+    )
     assert np.all(errors < 1e-5)
 
 
 def test_t1_is_the_case_where_it_is_gauss_newton(episodes, system):
-    errors = _test_error(Lagrangian(t1, 2), episodes, system, LevenbergMarquardt(iterations=20, damping_decrease=10))
+    errors = _test_error(
+        Lagrangian(t1, 2), episodes, system, LevenbergMarquardt(restarts=1, iterations=20, damping_decrease=10)
+    )
     assert np.all(errors < 1e-9)
 
 

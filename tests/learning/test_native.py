@@ -130,7 +130,7 @@ def test_adam_takes_the_same_steps_in_both_engines(objectives, data, free, start
 def test_without_a_compiler_torch_gives_the_same_result(data, start, monkeypatch):
     problem = _problem(MODELS["t2"](), [INVERSE], data, None)
     parameters = start(problem.model)
-    optimisers = [Adam(epochs=3, batch_size=50), LevenbergMarquardt(iterations=5)]
+    optimisers = [Adam(epochs=3, batch_size=50), LevenbergMarquardt(restarts=1, iterations=5)]
     compiled = [optimiser.fit(problem, parameters, silent, NoCheckpoint()).parameters for optimiser in optimisers]
     monkeypatch.setattr(module, "can_compile", lambda: False)
     assert native(problem) is None

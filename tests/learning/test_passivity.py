@@ -117,7 +117,9 @@ def test_the_plants_own_energy_judges_a_true_model_as_the_model_itself_does(stat
 
 
 @pytest.mark.parametrize(
-    "optimiser", [LevenbergMarquardt(iterations=4), LBFGS(iterations=4), Adam(epochs=4)], ids=["lm", "lbfgs", "adam"]
+    "optimiser",
+    [LevenbergMarquardt(restarts=1, iterations=4), LBFGS(iterations=4), Adam(epochs=4)],
+    ids=["lm", "lbfgs", "adam"],
 )
 def test_the_margin_is_watched_at_every_step(optimiser, data, states):
     model = _model("canonical", "state")
@@ -138,5 +140,5 @@ def test_nothing_is_watched_unless_asked_for(data):
     model = _model("canonical", "none")
     start = torch.from_numpy(model.initial([np.random.default_rng(seed) for seed in range(3)]))
     problem = TrainingProblem(model, [make_task(model, data.train, Objective("port"))], [0, 1, 2])
-    fitted = LevenbergMarquardt(iterations=2).fit(problem, start, silent, NoCheckpoint())
+    fitted = LevenbergMarquardt(restarts=1, iterations=2).fit(problem, start, silent, NoCheckpoint())
     assert {name for _, name, _ in fitted.curves} == {"loss"}

@@ -1,4 +1,4 @@
-"""`build` of every model's file with the options of conf/model, and the two anchor rows."""
+"""`build` of every kind of model with the options of conf/model, and the two anchor rows."""
 
 from pathlib import Path
 
@@ -9,13 +9,16 @@ import torch
 import yaml
 
 from repro.codegen.array_evaluation import evaluate
+from repro.config.plugin_options import model_options
 from repro.data.random_force import random_force
 from repro.errors import UserError
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import load
-from repro.models import degenerate, lagrangian, structured, trivial
+from repro.models import degenerate
 from repro.models.bases import t2
-from repro.models.context import Setting
+from repro.models.context import Context
+from repro.models.kinds import lagrangian, structured, trivial
+from repro.models.kinds.degenerate import Options, build
 from repro.pipeline.stages.fit import build_model
 
 CONF = Path(__file__).parents[2] / "conf" / "model"
@@ -28,8 +31,8 @@ def data():
 
 
 @pytest.fixture
-def setting(data):
-    return Setting(t2, data.q, data.qd, data.train.qd, SYSTEM)
+def context(data):
+    return Context(t2, data.q, data.qd, data.train.qd, SYSTEM)
 
 
 @pytest.mark.parametrize(
@@ -37,7 +40,7 @@ def setting(data):
 )
 def test_every_choice_of_conf_builds_and_predicts(path, data):
     options = yaml.safe_load(path.read_text())
-    model = build_model(options, "t2", [data], SYSTEM)
+    model = build_model(model_options(options), "t2", [data], SYSTEM)
     assert type(model).__module__ == f"repro.models.{options['kind']}"
     weights = model.initial([np.random.default_rng(k) for k in range(3)])
     assert weights.shape == (3, model.n_parameters) and np.isfinite(weights).all()
@@ -48,29 +51,29 @@ def test_every_choice_of_conf_builds_and_predicts(path, data):
 
 @pytest.mark.parametrize("basis", ["raw", "engineered", "t1", "t2", "library"])
 def test_every_basis_makes_a_lagrangian(basis, data):
-    model = build_model({"kind": "lagrangian", "hidden": [4]}, basis, [data], SYSTEM)
+    model = build_model(lagrangian.Options(hidden=(4,)), basis, [data], SYSTEM)
     assert model.n_parameters == model.initial([np.random.default_rng(0)]).shape[1]
 
 
-def test_the_wide_start_keeps_units_within_their_quadratic_range(setting):
+def test_the_wide_start_keeps_units_within_their_quadratic_range(context):
     """The first layer is divided by 16 spreads of its inputs; nothing else changes."""
-    plain, wide = (lagrangian.build(setting, hidden=[10], initialisation=name) for name in ("glorot", "wide"))
+    plain, wide = (lagrangian.build(context, lagrangian.Options(initialisation=name)) for name in ("glorot", "wide"))
     first, second = (model.initial([np.random.default_rng(4)])[0] for model in (plain, wide))
-    scale = np.concatenate([setting.qd.reshape(-1, 2).std(0), [np.cos(setting.q[..., 1]).std()]])
+    scale = np.concatenate([context.qd.reshape(-1, 2).std(0), [np.cos(context.q[..., 1]).std()]])
     np.testing.assert_allclose(second[:30].reshape(10, 3) * 16 * scale, first[:30].reshape(10, 3), rtol=1e-12)
     np.testing.assert_array_equal(second[30:], first[30:])
-    inputs = np.stack([*np.moveaxis(setting.qd, -1, 0), np.cos(setting.q[..., 1])], axis=-1)
+    inputs = np.stack([*np.moveaxis(context.qd, -1, 0), np.cos(context.q[..., 1])], axis=-1)
     assert np.abs(inputs @ second[:30].reshape(10, 3).T).max() < 1
 
 
-def test_a_structured_model_starts_with_the_inertia_scale_of_the_data(setting):
-    model = structured.build(setting, hidden=[8])
+def test_a_structured_model_starts_with_the_inertia_scale_of_the_data(context):
+    model = structured.build(context, structured.Options())
     weights = torch.from_numpy(model.initial([np.random.default_rng(k) for k in range(3)]))
     zero = np.zeros((3, 40, 2))
     q = np.random.default_rng(0).uniform(-3, 3, (3, 40, 2))
     prepared = {name: torch.from_numpy(a) for name, a in model.prepare(q, zero, zero, zero).items()}
     mass = model.evaluate(weights, prepared, mass=True).mass.numpy()
-    scale = setting.first_qd.reshape(-1, 2).std(0)
+    scale = context.first_qd.reshape(-1, 2).std(0)
     np.testing.assert_allclose(mass * np.outer(scale, scale), np.broadcast_to(np.eye(2), mass.shape), atol=0.8)
     assert model.evaluate(weights, prepared).kinetic.abs().max() == 0  # T(q, 0) = 0 for any weights
     assert model.evaluate(weights, prepared).potential.abs().max() == 0
@@ -78,14 +81,14 @@ def test_a_structured_model_starts_with_the_inertia_scale_of_the_data(setting):
 
 def test_scales_are_taken_where_training_starts_and_never_zero(data):
     still = np.zeros_like(data.qd)
-    np.testing.assert_array_equal(Setting(t2, data.q, data.qd, still, SYSTEM).velocity_scale, [1, 1])
-    np.testing.assert_array_equal(Setting(t2, 0 * data.q, still, data.qd, SYSTEM).feature_scale, [1, 1, 1])
+    np.testing.assert_array_equal(Context(t2, data.q, data.qd, still, SYSTEM).velocity_scale, [1, 1])
+    np.testing.assert_array_equal(Context(t2, 0 * data.q, still, data.qd, SYSTEM).feature_scale, [1, 1, 1])
     expected = data.qd[:, :50].reshape(-1, 2).std(0)
-    np.testing.assert_allclose(Setting(t2, data.q, data.qd, data.qd[:, :50], SYSTEM).velocity_scale, expected)
+    np.testing.assert_allclose(Context(t2, data.q, data.qd, data.qd[:, :50], SYSTEM).velocity_scale, expected)
 
 
-def test_the_trivial_model_says_nothing(setting, data):
-    model = trivial.build(setting)
+def test_the_trivial_model_says_nothing(context, data):
+    model = trivial.build(context, trivial.Options())
     assert model.n_parameters == 0 and model.initial([np.random.default_rng(0)] * 2).shape == (2, 0)
     prepared = {name: torch.from_numpy(a) for name, a in model.prepare(data.q, data.qd, data.qdd, data.tau).items()}
     terms = model.evaluate(torch.zeros(3, 0), prepared)
@@ -115,4 +118,4 @@ def test_the_degenerate_model_is_the_cart_momentum_alone(name, data):
 
 def test_the_degenerate_model_needs_the_true_system(data):
     with pytest.raises(UserError, match="data=file"):
-        degenerate.build(Setting(t2, data.q, data.qd, data.qd, None))
+        build(Context(t2, data.q, data.qd, data.qd, None), Options())

@@ -8,12 +8,13 @@ from repro.codegen.array_evaluation import evaluate
 from repro.errors import UserError
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import load
-from repro.models import extended, hinged
+from repro.models import remaining_inertia
 from repro.models.bases import fxf, rigid_body, t1
-from repro.models.context import Part, Setting
+from repro.models.context import Context, Part
 from repro.models.damped import Damped
 from repro.models.hinged import Hinged, RodOfUnknownMass
 from repro.models.interconnection import Interconnection, Joined
+from repro.models.kinds import extended, hinged
 from repro.models.lagrangian import Lagrangian
 from repro.models.port_hamiltonian import PortHamiltonian
 from repro.models.structured import Structured
@@ -137,30 +138,30 @@ def test_parts_start_from_what_they_bring_along():
     assert model.upstream == slice(0, 4)
 
 
-def _setting(*models):
+def _context(*models):
     zeros = np.ones((1, 4, 3)) * np.arange(4)[:, None]
     parts = tuple(Part(model, np.zeros((1, model.n_parameters))) for model in models)
-    return Setting(fxf, zeros, zeros, zeros, load("dip"), parts)
+    return Context(fxf, zeros, zeros, zeros, load("dip"), parts)
 
 
 def test_what_is_joined_must_fit():
     cart, rod = Lagrangian(t1, 2), Lagrangian(rigid_body, 3)
-    assert hinged.build(_setting(cart, rod), parts=["a", "b"]).n_parameters == 7
-    assert hinged.build(_setting(cart), parts=["a"], rod="mass").n_parameters == 5
-    assert hinged.build(_setting(cart), parts=["a"], rod="rigid_body").n_parameters == 7
+    assert hinged.build(_context(cart, rod), hinged.Options()).n_parameters == 7
+    assert hinged.build(_context(cart), hinged.Options(rod="mass")).n_parameters == 5
+    assert hinged.build(_context(cart), hinged.Options(rod="rigid_body")).n_parameters == 7
     for models in ([cart], [rod, cart], [cart, cart]):
         with pytest.raises(UserError, match="parts"):
-            hinged.build(_setting(*models), parts=["a"])
-    built = extended.build(_setting(cart), parts=["a"], hidden=[3], rest="basis")
+            hinged.build(_context(*models), hinged.Options())
+    built = extended.build(_context(cart), extended.Options(hidden=(3,), rest="basis"))
     assert built.n_parameters == 4 + Lagrangian(fxf, 3).n_parameters
     with pytest.raises(UserError, match="parts"):
-        extended.build(_setting(rod), parts=["a"], hidden=[3])
+        extended.build(_context(rod), extended.Options(hidden=(3,)))
 
 
 def test_the_rest_starts_as_what_the_part_leaves_of_the_inertia():
     """The data suggest M = diag(velocity_scale^-2); a part that is more than that leaves a tenth of it."""
     cart = Part(Lagrangian(t1, 2), CART[None])
-    inertia = extended.mean_inertia(cart, np.random.default_rng(0).normal(size=(2, 50, 3)))
+    inertia = remaining_inertia.mean_inertia(cart, np.random.default_rng(0).normal(size=(2, 50, 3)))
     np.testing.assert_allclose(inertia, [0.8, 0.2 * 0.25 / 3], rtol=1e-12)
-    scale = extended.remaining_scale(np.array([1.0, 10.0, 5.0]), inertia)
+    scale = remaining_inertia.remaining_scale(np.array([1.0, 10.0, 5.0]), inertia)
     np.testing.assert_allclose(scale**-2.0, [0.2, 0.001, 0.04], rtol=1e-12)

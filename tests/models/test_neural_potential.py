@@ -11,9 +11,9 @@ from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
-from repro.models import neural_potential
 from repro.models.bases import t1
-from repro.models.context import Setting
+from repro.models.context import Context
+from repro.models.kinds import neural_potential
 from repro.models.link_chain import ChainLink
 from repro.models.neural_potential import NeuralPotential
 
@@ -54,11 +54,11 @@ def test_it_starts_with_the_inertia_scale_of_the_data_and_no_energy_at_the_origi
 
 def test_a_spring_is_learned_with_the_mass_and_the_damper():
     data = random_force(LINK, seeds=[0], samples=400, episode_steps=50, reset="random")
-    setting = Setting(t1, data.q, data.qd, data.train.qd, LINK)
-    model = neural_potential.build(setting, hidden=[4], potential_hidden=[8], damping="diagonal")
+    context = Context(t1, data.q, data.qd, data.train.qd, LINK)
+    model = neural_potential.build(context, neural_potential.Options(hidden=(4,), damping="diagonal"))
     problem = TrainingProblem(model, [make_task(model, data.train, Objective("inverse"))], [0])
     start = torch.from_numpy(model.initial([np.random.default_rng(0)]))
-    found = LevenbergMarquardt(iterations=150).fit(problem, start, silent, NoCheckpoint())
+    found = LevenbergMarquardt(restarts=1, iterations=150).fit(problem, start, silent, NoCheckpoint())
     link = ChainLink.learned(model, found.parameters[0].numpy())
     assert link.mass == pytest.approx(LINK.m1, rel=1e-3)
     assert link.damping == pytest.approx(0.3, rel=1e-2)

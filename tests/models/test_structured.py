@@ -11,9 +11,9 @@ from repro.codegen.array_evaluation import evaluate
 from repro.data.random_force import random_force
 from repro.mechanics.derive import derive
 from repro.mechanics.system import load
-from repro.models import structured
 from repro.models.bases import t2
-from repro.models.context import Setting
+from repro.models.context import Context
+from repro.models.kinds import structured
 from repro.models.structured import Structured
 
 SYSTEMS = {
@@ -95,8 +95,10 @@ def test_the_true_system_is_in_the_class(name):
 def test_without_scaling_the_start_is_one_unit_of_inertia_a_coordinate():
     random = np.random.default_rng(0)
     qd = random.normal(size=(1, 50, 3)) * [1.0, 5.0, 9.0]
-    setting = Setting(t2, qd, qd, qd, None)
-    scaled, plain = (structured.build(setting, hidden=[4], scaled=scaled) for scaled in (True, False))
+    context = Context(t2, qd, qd, qd, None)
+    scaled, plain = (
+        structured.build(context, structured.Options(hidden=(4,), scaled=scaled)) for scaled in (True, False)
+    )
     np.testing.assert_array_equal(plain.velocity_scale, 1)
     np.testing.assert_allclose(scaled.velocity_scale, qd[0].std(0))
 

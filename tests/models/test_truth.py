@@ -8,8 +8,9 @@ from repro.errors import UserError
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import load
 from repro.models.bases import t1
-from repro.models.context import Setting
-from repro.models.truth import Truth, build
+from repro.models.context import Context
+from repro.models.kinds.truth import Options, build
+from repro.models.truth import Truth
 
 SYSTEMS = [
     ("sip", "physical"),
@@ -35,7 +36,7 @@ def test_energies_are_those_of_the_system(name, reading):
 def test_its_friction_is_that_of_the_joints():
     system = load("dip", damping=[0.1, 0.02, 0.03])
     zeros = np.zeros((1, 2, 3))
-    model = build(Setting(t1, zeros, zeros, zeros, system), damping="diagonal")
+    model = build(Context(t1, zeros, zeros, zeros, system), Options(damping="diagonal"))
     weights = model.initial([np.random.default_rng(seed) for seed in range(2)])
     np.testing.assert_array_equal(weights[:, -3:], [[0.1, 0.02, 0.03]] * 2)
     q, qd, tau = np.random.default_rng(1).normal(size=(3, 3))
@@ -50,4 +51,4 @@ def test_what_is_no_chain_is_refused():
         Truth(load("dip", "printed"))
     zeros = np.zeros((1, 2, 2))
     with pytest.raises(UserError, match="data=file"):
-        build(Setting(t1, zeros, zeros, zeros, None))
+        build(Context(t1, zeros, zeros, zeros, None), Options())

@@ -40,12 +40,12 @@ def test_all_jobs_compose_at_every_scale(name):
         for scale in ("smoke", "quick", "paper"):
             config = scaled(parse(raw | {"scale": yaml.safe_load((CONF / "scale" / f"{scale}.yaml").read_text())}))
             assert config.experiment == name
-            assert config.optimiser.get("epochs", 1) >= 1
+            assert config.optimiser.unit is None or config.optimiser.length >= 1
     asked = [claim for claim in load_claims(CLAIMS) if claim.experiment == name]
     unanswered = [claim.name for claim in asked if not answering(claim, [Planned.of(composed) for composed in jobs])]
     assert not unanswered, "claims that no job of the experiment answers"
     anchors = {"truth"} if "control" in name else {"trivial", "degenerate"}
-    assert anchors <= {composed.config.model["kind"] for composed in jobs}, "the anchor rows"
+    assert anchors <= {composed.config.model.kind for composed in jobs}, "the anchor rows"
 
 
 def test_the_smallest_scale_leaves_out_long_motions_and_long_chains():

@@ -22,7 +22,7 @@ CONTINUED = ("Adam",)  # a longer training starts with the steps of the shorter 
 OPTIMISERS: Mapping[str, tuple[Callable[[int], Optimiser], int]] = {  # by number of iterations, and the first to try
     "Adam": (lambda epochs: Adam(epochs=epochs), 40),
     "L-BFGS": (lambda iterations: LBFGS(iterations=iterations), 20),
-    "Levenberg-Marquardt": (lambda iterations: LevenbergMarquardt(iterations=iterations), 10),
+    "Levenberg-Marquardt": (lambda iterations: LevenbergMarquardt(restarts=1, iterations=iterations), 10),
 }
 
 

@@ -61,7 +61,7 @@ def _examined(overrides: Sequence[str]) -> dict[str, list["Identifiability"]]:
     composed = compose(overrides)
     config = composed.config
     if not linear(config) or config.objective.kind != "inverse":
-        chosen = f"model={config.model['kind']}, basis={config.basis.name}, objective={config.objective.kind}"
+        chosen = f"model={config.model.kind}, basis={config.basis.name}, objective={config.objective.kind}"
         raise UserError(f"identify is for model=lagrangian with a linear basis and objective=inverse, not {chosen}")
     pipeline, store = Pipeline.of(config, composed.command), Store(outputs_root())
     work = Work(pipeline, store)

@@ -16,7 +16,6 @@ from repro.config.composed_cache import Cache
 from repro.config.error_lines import lines
 from repro.config.overrides import EXPERIMENT, check, experiment_of, first_lines, renamed
 from repro.config.places import CONF, ROOT
-from repro.config.plugin_options import model_options, optimiser_options
 from repro.config.rules import impossible
 from repro.config.schema import Config
 from repro.errors import UserError
@@ -76,8 +75,6 @@ def parse(raw: Mapping[str, Any]) -> Config:
         config = Config.model_validate(raw)
     except ValidationError as error:
         raise UserError("\n".join(lines(error, raw))) from None
-    options = {"model": model_options(config.model), "optimiser": optimiser_options(config.optimiser)}
-    config = config.model_copy(update=options)
     if problems := [*impossible(config)]:
         raise UserError("\n".join(problems))
     return config

@@ -7,10 +7,10 @@ from functools import cache
 from typing import Any
 
 from repro.config import registry
-from repro.config.error_lines import meant
 from repro.config.places import EXPERIMENTS
 from repro.config.renamed_keys import refuse_renamed
 from repro.errors import UserError
+from repro.plugins.plugin import nearest
 
 EXPERIMENT = "+experiments@_global_="  # how Hydra spells experiment=
 # What may be added to a job of an experiment without making it another setting.
@@ -71,7 +71,7 @@ def renamed(override: str) -> str:
         return override
     for name in value.split(","):
         if name not in experiments():
-            raise UserError(f"experiment={name}: allowed are {', '.join(experiments())}{meant(name, experiments())}")
+            raise UserError(f"experiment={name}: allowed are {', '.join(experiments())}{nearest(name, experiments())}")
     return EXPERIMENT + value
 
 
@@ -123,9 +123,9 @@ def check(overrides: Sequence[str]) -> None:
         seen[key] = override
         head = "experiment" if override.startswith(EXPERIMENT) else re.split(r"[./@]", key)[0]
         if head not in top:
-            raise UserError(f"{override}: unknown key {head!r}{meant(head, top)}; allowed are {', '.join(top)}")
+            raise UserError(f"{override}: unknown key {head!r}{nearest(head, top)}; allowed are {', '.join(top)}")
         if key in groups and value not in groups[key] and not override.startswith("~"):
-            raise UserError(f"{override}: allowed are {', '.join(groups[key])}{meant(value, groups[key])}")
+            raise UserError(f"{override}: allowed are {', '.join(groups[key])}{nearest(value, groups[key])}")
         if override.startswith("+") and "." in key:
             raise UserError(f"{override}: keys cannot be added; leave out the + and use a key that the schema has")
         if "." in key and head in groups:
@@ -143,7 +143,9 @@ def _check_leaf(override: str, group: str, path: Sequence[str], overrides: Seque
         allowed |= set(section) if isinstance(section, dict) else set()
     if path[-1] not in allowed:
         listed = ", ".join(sorted(allowed)) or "none here"
-        raise UserError(f"{override}: unknown key {path[-1]!r}{meant(path[-1], sorted(allowed))}; allowed are {listed}")
+        raise UserError(
+            f"{override}: unknown key {path[-1]!r}{nearest(path[-1], sorted(allowed))}; allowed are {listed}"
+        )
 
 
 def first_lines(error: Exception) -> str:

@@ -7,6 +7,9 @@ from pydantic import ConfigDict, Field, field_validator
 
 from repro.config.base import Count, NotNegative, Positive, Section, Share
 from repro.config.control_schema import Control, Task
+from repro.config.plugin_options import MODELS, OPTIMISERS, chosen
+from repro.learning.optimiser_options import OptimiserOptions
+from repro.models.options import ModelOptions
 
 
 class System(Section):
@@ -132,17 +135,21 @@ class Scale(Section):
     links: Count | None
 
 
+Model = Annotated[ModelOptions, *chosen("model", MODELS)]
+Optimiser = Annotated[OptimiserOptions, *chosen("optimiser", OPTIMISERS)]
+
+
 class Config(Section):
-    """One run. `model` and `optimiser` are checked against the files that their `kind` names."""
+    """One run. The options of `model` and `optimiser` are those that the module of their `kind` declares."""
 
     system: System
     reading: Reading
     data: Annotated[RandomForce | File, Field(discriminator="source")]
     curriculum: Curriculum
-    model: dict[str, Any]
+    model: Model
     basis: Basis
     objective: Objective
-    optimiser: dict[str, Any]
+    optimiser: Optimiser
     sequence: Sequence
     energies: Energies
     control: Control
@@ -177,15 +184,8 @@ class Config(Section):
 def scaled(config: Config) -> Config:
     """The same run at its scale: samples capped, epochs and iterations shortened, long motions and chains left out."""
     scale = config.scale
-    optimiser = dict(config.optimiser)
-    for key, share in (
-        ("epochs", scale.epochs),
-        ("iterations", scale.iterations),
-        ("trial_iterations", scale.iterations),
-    ):
-        if key in optimiser:
-            optimiser[key] = max(1, math.ceil(optimiser[key] * share))
-    updates: dict[str, Any] = {"optimiser": optimiser}
+    share = scale.epochs if config.optimiser.unit == "epochs" else scale.iterations
+    updates: dict[str, Any] = {"optimiser": config.optimiser.shortened(share)}
     horizons = _up_to(scale.seconds, config.energies.horizons)
     updates["task"] = config.task.model_copy(update={"seconds": min(config.task.seconds, scale.seconds or math.inf)})
     updates["energies"] = config.energies.model_copy(update={"horizons": horizons})

@@ -2,8 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -11,6 +10,7 @@ from torch import Tensor
 
 from repro.learning.native import NativeProblem, native
 from repro.learning.optimiser import Optimiser
+from repro.learning.optimisers.adam import Options
 from repro.learning.result import Checkpoint, Fitted, Progress
 from repro.learning.training_problem import TrainingProblem
 
@@ -18,24 +18,11 @@ BETA_1, BETA_2 = 0.9, 0.999
 
 
 @dataclass(frozen=True)
-class Adam(Optimiser):
+class Adam(Options, Optimiser):
     """Kingma and Ba (2015) in the form of legacy Keras: step lr sqrt(1 - b2^k) / (1 - b1^k) m / (sqrt(v) + epsilon).
 
-    schedule `keras`: lr / (1 + decay k); `cosine`: lr down to lr * 1e-4 along half a cosine. A member whose loss is no
-    longer finite is put back to its last finite weights and left there. engine `auto` takes compiled code in
-    float64 where a compiler and a kernel for the model are there, and torch otherwise. Keras's default precision is
-    float32.
+    A member whose loss is no longer finite is put back to its last finite weights and left there.
     """
-
-    epochs: int = 1000
-    learning_rate: float = 0.01
-    decay: float = 1e-6
-    schedule: Literal["keras", "cosine"] = "keras"
-    batch_size: int = 2048
-    epsilon: float = 1e-7
-    curve_points: int = 200
-    engine: Literal["auto", "torch"] = "auto"
-    precision: Literal["float64", "float32"] = "float64"
 
     def fit(self, problem: TrainingProblem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Train from `parameters` (member, n_parameters)."""
@@ -64,14 +51,6 @@ class Adam(Optimiser):
             checkpoint.save(state)
             progress((epoch + 1) / self.epochs, f"epoch {epoch + 1} of {self.epochs}, loss {losses.nanmedian():.2e}")
         return Fitted(state["parameters"], state["curves"], state["status"], {"epochs": self.epochs})
-
-    def shortened(self, share: float) -> "Adam":
-        """The same for a share of the epochs."""
-        return replace(self, epochs=math.ceil(share * self.epochs))
-
-    def lasting(self, epochs: int) -> "Adam":
-        """The same for so many epochs."""
-        return replace(self, epochs=epochs)
 
     def rate(self, step: int, total: int) -> float:
         """Learning rate at step 0, 1, ... of `total`, without the bias correction."""

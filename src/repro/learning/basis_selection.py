@@ -1,7 +1,6 @@
 """Basis selection (III-A.1): which of many candidate terms make up L."""
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal
 
 import numpy as np
 import torch
@@ -9,12 +8,13 @@ from torch import Tensor
 
 from repro.learning.least_squares import regression, solve
 from repro.learning.optimiser import Optimiser
+from repro.learning.optimisers.basis_selection import Options
 from repro.learning.result import Checkpoint, Fitted, Progress
 from repro.learning.training_problem import TrainingProblem
 
 
 @dataclass(frozen=True)
-class Selection(Optimiser):
+class Selection(Options, Optimiser):
     """Sparse regression on columns of unit norm, after dropping the exact gauge columns.
 
     method `thresholded`: sequentially thresholded least squares (Brunton et al. 2016), a term stays while its share
@@ -22,13 +22,6 @@ class Selection(Optimiser):
     by least squares on its support when `refit`. A column that is zero on all data (a total
     derivative dF/dt) cannot be seen in tau: it is dropped and named in the notes.
     """
-
-    linear_only: ClassVar[bool] = True
-
-    method: Literal["thresholded", "lasso"] = "thresholded"
-    threshold: float = 0.05
-    penalty: float = 1e-2
-    refit: bool = True
 
     def fit(self, problem: TrainingProblem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Select and fit, member by member; parameters (member, n_parameters) tell the shape only."""

@@ -1,15 +1,14 @@
 """What the optimisers that look at all samples at once have in common: one member after another, in float64."""
 
-import math
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Self
+from dataclasses import dataclass
 
 import numpy as np
 import torch
 from torch import Tensor
 
+from repro.learning.full_batch_options import FullBatchOptions
 from repro.learning.members import MemberProblem
 from repro.learning.optimiser import Optimiser
 from repro.learning.result import Checkpoint, Curve, Fitted, Progress
@@ -19,15 +18,8 @@ Solution = tuple[np.ndarray, list[float], str]  # weights (n_parameters,), loss 
 
 
 @dataclass(frozen=True)
-class FullBatch(Optimiser):
+class FullBatch(FullBatchOptions, Optimiser):
     """At most `iterations` on the same `samples` random training samples of each member."""
-
-    iterations: int = 100
-    samples: int | None = None
-
-    def shortened(self, share: float) -> Self:
-        """The same for a share of the iterations."""
-        return replace(self, iterations=math.ceil(share * self.iterations))
 
     @abstractmethod
     def solve(self, problem: MemberProblem, start: np.ndarray, progress: Progress) -> Solution:

@@ -6,18 +6,15 @@ import numpy as np
 
 from repro.learning.full_batch import FullBatch, Solution
 from repro.learning.members import MemberProblem
+from repro.learning.optimisers.lbfgs import Options
 from repro.learning.result import Progress
 
 NOT_FINITE = 1e30  # what the line search is told where the model is singular
 
 
 @dataclass(frozen=True)
-class LBFGS(FullBatch):
+class LBFGS(Options, FullBatch):
     """Limited-memory BFGS with `memory` pairs (Liu and Nocedal 1989) on a full batch of `samples` a member."""
-
-    iterations: int = 1000
-    samples: int | None = 6000
-    memory: int = 30
 
     def solve(self, problem: MemberProblem, start: np.ndarray, progress: Progress) -> Solution:
         """Minimise from the weights `start` (n_parameters,)."""

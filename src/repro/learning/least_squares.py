@@ -1,7 +1,6 @@
 """Closed-form least squares for models that are linear in their parameters: the oracle of every table."""
 
-from dataclasses import dataclass, replace
-from typing import ClassVar, Literal
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -9,22 +8,18 @@ from scipy.linalg import lstsq, qr
 from torch import Tensor
 
 from repro.learning.optimiser import Optimiser
+from repro.learning.optimisers.least_squares import Options
 from repro.learning.result import Checkpoint, Fitted, Progress
 from repro.learning.training_problem import TrainingProblem
 
 
 @dataclass(frozen=True)
-class LeastSquares(Optimiser):
+class LeastSquares(Options, Optimiser):
     """Of all least-squares solutions the one nearest to `regularise_towards`, in columns of unit norm.
 
     Singular values below `cutoff` of the largest count as zero: what the data do not show stays as it was, at zero or
     at the start, which is where gradient descent would leave it too. A later phase is nearest to the one before.
     """
-
-    linear_only: ClassVar[bool] = True
-
-    cutoff: float = 1e-8
-    regularise_towards: Literal["zero", "start"] = "zero"
 
     def fit(self, problem: TrainingProblem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Solve each member's problem; the start `parameters` (member, n_parameters) tell at least the shape."""
@@ -40,10 +35,6 @@ class LeastSquares(Optimiser):
             ranks.append(rank)
             progress((member + 1) / problem.members, f"member {member + 1}")
         return Fitted(torch.from_numpy(np.stack(solutions)), [], ["ok"] * problem.members, {"rank": ranks, "epochs": 0})
-
-    def continued(self) -> "LeastSquares":
-        """What a later phase does not show stays as the phases before have left it."""
-        return replace(self, regularise_towards="start")
 
 
 def regression(problem: TrainingProblem, n_parameters: int) -> tuple[np.ndarray, np.ndarray]:

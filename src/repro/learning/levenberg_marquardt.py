@@ -7,13 +7,14 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from repro.learning.full_batch import FullBatch, Solution
 from repro.learning.members import MemberProblem
+from repro.learning.optimisers.levenberg_marquardt import Options
 from repro.learning.result import Progress, silent
 
 INCREASE = 4.0  # of the damping after a failed step
 
 
 @dataclass(frozen=True)
-class LevenbergMarquardt(FullBatch):
+class LevenbergMarquardt(Options, FullBatch):
     """Damped Gauss-Newton steps (J'J + lambda D) d = -J'r (Marquardt 1963), full batch of `samples` a member.
 
     D is the largest diagonal of J'J so far (More 1978). lambda is divided by `damping_decrease` after a success (3
@@ -22,21 +23,9 @@ class LevenbergMarquardt(FullBatch):
     many random starts are tried for `trial_iterations` each, and the one with the lowest training loss goes on.
     """
 
-    iterations: int = 150
-    samples: int | None = 3000
-    damping: float = 1.0
-    damping_decrease: float = 3.0
-    tolerance: float = 1e-10
-    restarts: int = 1
-    trial_iterations: int = 40
-
     def solve(self, problem: MemberProblem, start: np.ndarray, progress: Progress) -> Solution:
         """Minimise from the weights `start` (n_parameters,), or from the best of several starts."""
         return self._descend(problem, self._scout(problem, start), progress)
-
-    def continued(self) -> "LevenbergMarquardt":
-        """A later phase starts from what is there."""
-        return replace(self, restarts=1)
 
     def _scout(self, problem: MemberProblem, start: np.ndarray) -> np.ndarray:
         if self.restarts == 1:

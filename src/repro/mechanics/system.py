@@ -1,8 +1,6 @@
 """What every mechanical system says about itself, and how one is found by name."""
 
-import importlib
 import math
-import pkgutil
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
@@ -11,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from repro.errors import UserError
+from repro.plugins.plugin import plugin, plugin_names
 
 READINGS = ("physical", "printed")
 DAMPING_FRAMES = ("relative", "absolute")
@@ -129,11 +128,9 @@ class System(ABC):
         return np.array([angle if coordinate.is_angle else 0.0 for coordinate in self.coordinates])
 
 
-def names() -> list[str]:
-    """Names of all systems: one a file of mechanics/systems."""
-    from repro.mechanics import systems
-
-    return sorted(module.name for module in pkgutil.iter_modules(systems.__path__))
+def names() -> tuple[str, ...]:
+    """Names of all systems: one per file of mechanics/systems."""
+    return plugin_names("mechanics.systems")
 
 
 def load(
@@ -146,7 +143,7 @@ def load(
 ) -> System:
     """Return the system of that name, its constants changed where given; UserError for what is not allowed."""
     _check_choice("system", name, names())
-    module = importlib.import_module(f"repro.mechanics.systems.{name}")
+    module = plugin("mechanics.systems", name)
     (found,) = (
         member
         for member in vars(module).values()

@@ -7,10 +7,10 @@ import numpy as np
 from torch import Tensor
 
 from repro.models import position
-from repro.models.context import Setting
 from repro.models.features import FeatureMap
 from repro.models.model import EnergyExpressions, Model, Prepared
-from repro.models.network import Activation, Network
+from repro.models.network import Network
+from repro.models.options import Activation
 from repro.models.terms import Terms
 
 
@@ -59,8 +59,3 @@ class BlackBox(Model):
         """qdd as a CasADi expression."""
         z = casadi.vertcat(qd, self.features.expression(q, qd), tau)
         return self.network.expression(parameters, z)
-
-
-def build(setting: Setting, *, hidden: list[int], activation: Activation = "softplus") -> BlackBox:
-    """The model of this file for a setting; the keywords are its options in conf/model."""
-    return BlackBox(setting.n_q, hidden=hidden, activation=activation)

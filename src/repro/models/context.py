@@ -5,6 +5,7 @@ from types import ModuleType
 
 import numpy as np
 
+from repro.errors import UserError
 from repro.mechanics.system import System
 from repro.models.features import FeatureMap
 from repro.models.model import Model
@@ -19,8 +20,8 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Setting:
-    """Context of `build` in every model's file.
+class Context:
+    """What `build` of every kind of model is handed.
 
     q, qd: training samples (member, sample, n_q); first_qd: those of the phase that training starts with.
     system: the true system, or None where it is not known (one's own recordings). parts: trained sub-models, for models
@@ -38,6 +39,13 @@ class Setting:
     def n_q(self) -> int:
         """Number of generalised coordinates."""
         return self.q.shape[-1]
+
+    @property
+    def true_system(self) -> System:
+        """The true system; UserError where it is not known."""
+        if self.system is None:
+            raise UserError("this model is made from the true system: it cannot be used with data=file")
+        return self.system
 
     @property
     def velocity_scale(self) -> np.ndarray:

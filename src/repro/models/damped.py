@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Literal
 
 import casadi
 import numpy as np
@@ -10,9 +9,8 @@ import torch
 from torch import Tensor
 
 from repro.models.model import EnergyExpressions, Model, Prepared
+from repro.models.options import Damping
 from repro.models.terms import Terms
-
-Damping = Literal["none", "diagonal", "full"]
 
 
 class Damped(Model):

@@ -8,9 +8,7 @@ import torch
 from torch import Tensor
 
 from repro.codegen.array_evaluation import evaluate
-from repro.errors import UserError
 from repro.mechanics.system import System
-from repro.models.context import Setting
 from repro.models.model import EnergyExpressions, Model, Prepared
 from repro.models.terms import Terms
 
@@ -62,10 +60,3 @@ class Degenerate(Model):
         cart_momentum = casadi.gradient(kinetic, qd)[0]
         total_mass = casadi.jacobian(cart_momentum, qd)[0]
         return EnergyExpressions(cart_momentum**2 / (2 * total_mass), casadi.SX(0))
-
-
-def build(setting: Setting) -> Degenerate:
-    """The model of this file for a setting; it has no options, and needs the true system."""
-    if setting.system is None:
-        raise UserError("model=degenerate is made from the true system: it cannot be used with data=file")
-    return Degenerate(setting.system)

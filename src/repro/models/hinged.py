@@ -1,21 +1,14 @@
 """A double pendulum made of a learned cart with a rod and a learned free rod, joined by a hinge (section IV)."""
 
 from collections.abc import Sequence
-from typing import Literal
 
 import casadi
 import numpy as np
 
-from repro.errors import UserError
 from repro.mechanics.chain import Link
-from repro.models.bases import rigid_body
-from repro.models.context import Setting
 from repro.models.expression import ExpressionModel
 from repro.models.interconnection import Interconnection, Joined
-from repro.models.lagrangian import Lagrangian
 from repro.models.model import EnergyExpressions, Model
-
-Rod = Literal["part", "rigid_body", "mass"]
 
 
 class Hinged(Interconnection):
@@ -113,37 +106,3 @@ def _motion(model: Model, q: casadi.SX, qd: casadi.SX, weights: casadi.SX) -> tu
     push = model.inverse_dynamics(place, rates, casadi.SX.zeros(model.n_q), weights)
     mass, push = casadi.substitute([mass, push], [place, rates], [q, qd])
     return mass, push
-
-
-def build(
-    setting: Setting,
-    *,
-    parts: list[str],
-    frozen: bool = True,
-    rod: Rod = "part",
-    length: float = 0.5,
-    rod_length: float = 0.5,
-    gravity: float = 9.8,
-) -> Hinged:
-    """The model of this file for a setting; the keywords are its options in conf/model.
-
-    The first part is the cart with its rod; the second, with rod `part`, the free rod. UserError for other numbers.
-    """
-    wanted = 2 if rod == "part" else 1
-    if len(setting.parts) != wanted or [p.model.n_q for p in setting.parts] != [2, 3][:wanted] or setting.n_q != 3:
-        raise UserError(
-            f"model.parts = {parts}: rod={rod} needs {wanted} of them: a cart with a rod (system=sip_rod), then a free "
-            "rod (system=rod), to be joined on system=dip"
-        )
-    second: Model
-    if rod == "part":
-        second = setting.parts[1].model
-    elif rod == "mass":
-        second = RodOfUnknownMass(rod_length, gravity)
-    else:
-        second = Lagrangian(rigid_body, 3)
-    up = 1.0 if setting.system is None else setting.system.up
-    trained = np.concatenate([part.parameters for part in setting.parts], axis=1)
-    return Hinged(
-        setting.parts[0].model, second, length=length, centre=rod_length / 2, up=up, trained=trained, frozen=frozen
-    )

@@ -2,19 +2,17 @@
 
 from collections.abc import Sequence
 from types import ModuleType
-from typing import Literal
 
 import casadi
 import numpy as np
 import torch
 from torch import Tensor
 
-from repro.models.context import Setting
-from repro.models.damped import Damping, with_damping
 from repro.models.features import FeatureMap
 from repro.models.model import EnergyExpressions, Model, Prepared
 from repro.models.momentum import MomentumTransform
-from repro.models.network import Activation, Network
+from repro.models.network import Network
+from repro.models.options import Activation
 from repro.models.terms import Terms, symmetric
 
 WIDE = 16.0  # spreads of the data within a unit's quadratic range
@@ -172,28 +170,3 @@ class Lagrangian(Model):
 def _coefficients(n: int, generator: np.random.Generator) -> np.ndarray:
     limit = np.sqrt(6.0 / (n + 1))
     return generator.uniform(-limit, limit, n)
-
-
-def build(
-    setting: Setting,
-    *,
-    hidden: list[int],
-    activation: Activation = "softplus",
-    initialisation: Literal["glorot", "wide"] = "glorot",
-    momentum_hidden: list[int] | None = None,
-    damping: Damping = "none",
-) -> Model:
-    """The model of this file for a setting, beside friction where asked; the keywords are its options in conf/model.
-
-    initialisation `wide`: over the training data the first layer's units start within their quadratic range, from where
-    a network of softplus units finds the quadratic T, and so extrapolates, far more often.
-    """
-    model = Lagrangian(
-        setting.basis,
-        setting.n_q,
-        hidden=hidden,
-        activation=activation,
-        input_scale=WIDE * setting.feature_scale if initialisation == "wide" else None,
-        momentum_hidden=momentum_hidden,
-    )
-    return with_damping(model, damping)

@@ -4,14 +4,13 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal
 
 import casadi
 import numpy as np
 import torch
 from torch import Tensor
 
-Activation = Literal["softplus", "tanh"]
+from repro.models.options import Activation
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,10 @@ from collections.abc import Sequence
 import casadi
 import numpy as np
 
-from repro.models.context import Setting
-from repro.models.damped import Damping, with_damping
 from repro.models.expression import ExpressionModel
-from repro.models.model import EnergyExpressions, Model
-from repro.models.network import Activation, Network
+from repro.models.model import EnergyExpressions
+from repro.models.network import Network
+from repro.models.options import Activation
 
 
 class NeuralPotential(ExpressionModel):
@@ -67,31 +66,3 @@ class NeuralPotential(ExpressionModel):
 
     def _turns(self, q: casadi.SX) -> list[casadi.SX]:
         return [turn for angle in self.angles for turn in (casadi.cos(q[angle]), casadi.sin(q[angle]))]
-
-
-def build(
-    setting: Setting,
-    *,
-    hidden: list[int],
-    potential_hidden: list[int],
-    activation: Activation = "tanh",
-    damping: Damping = "none",
-) -> Model:
-    """The model of this file for a setting, beside friction where asked; the keywords are its options in conf/model.
-
-    The true system tells which coordinates are angles; without one, all but the first are.
-    """
-    if setting.system is None:
-        angles = list(range(1, setting.n_q))
-    else:
-        angles = [i for i, coordinate in enumerate(setting.system.coordinates) if coordinate.is_angle]
-    spread = setting.q.reshape(-1, setting.n_q).std(axis=0)
-    model = NeuralPotential(
-        setting.velocity_scale,
-        np.where(spread > 0, spread, 1.0),
-        angles,
-        hidden=hidden,
-        potential_hidden=potential_hidden,
-        activation=activation,
-    )
-    return with_damping(model, damping)

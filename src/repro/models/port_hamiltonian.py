@@ -1,24 +1,17 @@
 """Port-Hamiltonian models, eq. (5) with (10) and (11): passive for any weights, by construction (Theorem 1)."""
 
 from collections.abc import Sequence
-from typing import Literal
 
 import casadi
 import numpy as np
 
 from repro.models import position
-from repro.models.context import Setting
 from repro.models.expression import ExpressionModel
 from repro.models.features import FeatureMap
-from repro.models.lagrangian import Lagrangian
 from repro.models.model import EnergyExpressions, Model, PortForm
 from repro.models.momentum import MomentumTransform
-from repro.models.network import Activation
+from repro.models.options import Dissipation, Structure
 from repro.models.port_matrices import Factored, Skew
-from repro.models.structured import Structured
-
-Structure = Literal["canonical", "free", "full"]
-Dissipation = Literal["none", "constant", "state"]
 
 
 class PortHamiltonian(ExpressionModel):
@@ -144,37 +137,3 @@ class PortHamiltonian(ExpressionModel):
     def _state(self, q: casadi.SX, qd: casadi.SX) -> casadi.SX:
         """x for a network: the position, and the velocities in their own scale in place of p."""
         return casadi.vertcat(self._place(q, qd), qd / casadi.DM(self.velocity_scale))
-
-
-def build(
-    setting: Setting,
-    *,
-    structure: Structure = "canonical",
-    dissipation: Dissipation = "state",
-    energy: Literal["structured", "basis"] = "structured",
-    hidden: list[int],
-    rank: int | None = None,
-    activation: Activation = "tanh",
-    damping_hidden: list[int],
-    floor: float = 1e-4,
-    momentum_hidden: list[int] | None = None,
-) -> PortHamiltonian:
-    """The model of this file for a setting; the keywords are its options in conf/model.
-
-    energy `structured`: M > 0 and V bounded, so H is bounded below; `basis`: L in the basis, where H may be indefinite.
-    """
-    scale = setting.velocity_scale
-    learned: Model
-    if energy == "structured":
-        learned = Structured(setting.n_q, scale, hidden=hidden, rank=rank, activation=activation)
-    else:
-        learned = Lagrangian(setting.basis, setting.n_q, hidden=hidden, activation=activation)
-    return PortHamiltonian(
-        learned,
-        scale,
-        structure=structure,
-        dissipation=dissipation,
-        hidden=damping_hidden,
-        floor=floor if energy == "structured" else 0.0,
-        momentum_hidden=momentum_hidden,
-    )

@@ -1,7 +1,6 @@
 """T = qd' M(q) qd / 2 with M(q) = C(q) C(q)' positive semi-definite by construction, V linear in cosines."""
 
 from collections.abc import Sequence
-from typing import Literal
 
 import casadi
 import numpy as np
@@ -9,15 +8,11 @@ import torch
 from torch import Tensor
 
 from repro.models import position
-from repro.models.context import Setting
-from repro.models.damped import Damping, with_damping
 from repro.models.features import FeatureMap
 from repro.models.model import EnergyExpressions, Model, Prepared
-from repro.models.network import Activation, Network
+from repro.models.network import Network
+from repro.models.options import Activation, Factor, Initialisation
 from repro.models.terms import Terms
-
-Factor = Literal["wide", "triangular"]
-Initialisation = Literal["inertia", "glorot"]
 
 
 class Structured(Model):
@@ -146,32 +141,3 @@ class Structured(Model):
             else:
                 arrays.append(generator.normal(0, 0.5, shape))
         return np.concatenate([array.ravel() for array in arrays])
-
-
-def build(
-    setting: Setting,
-    *,
-    hidden: list[int],
-    rank: int | None = None,
-    activation: Activation = "tanh",
-    skip: bool = True,
-    factor: Factor = "wide",
-    scaled: bool = True,
-    initialisation: Initialisation = "inertia",
-    damping: Damping = "none",
-) -> Model:
-    """The model of this file for a setting, beside friction where asked; the keywords are its options in conf/model.
-
-    scaled: velocities are divided by their spread in the data, and so M starts at the data's inertia scale.
-    """
-    model = Structured(
-        setting.n_q,
-        setting.velocity_scale if scaled else np.ones(setting.n_q),
-        hidden=hidden,
-        rank=rank,
-        activation=activation,
-        skip=skip,
-        factor=factor,
-        initialisation=initialisation,
-    )
-    return with_damping(model, damping)

@@ -7,7 +7,6 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from repro.models.context import Setting
 from repro.models.model import EnergyExpressions, Model, Prepared
 from repro.models.terms import Terms
 
@@ -45,8 +44,3 @@ class Trivial(Model):
     def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
         """No energy."""
         return EnergyExpressions(casadi.SX(0), casadi.SX(0))
-
-
-def build(setting: Setting) -> Trivial:
-    """The model of this file for a setting; it has no options."""
-    return Trivial(setting.n_q)

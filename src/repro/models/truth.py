@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from types import ModuleType
-from typing import Any, Literal, cast
+from typing import Any, cast
 
 import casadi
 import numpy as np
@@ -11,11 +11,9 @@ from repro.codegen.array_evaluation import evaluate
 from repro.errors import UserError
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
-from repro.models.context import Setting
 from repro.models.damped import Damped
 from repro.models.features import FeatureMap
 from repro.models.lagrangian import Lagrangian
-from repro.models.model import Model
 
 POINTS = 200  # where the true energies are looked at, many more than coefficients
 
@@ -68,13 +66,6 @@ class DampedTruth(Damped):
         start = super().initial(generators)
         start[:, self.damping_slice] = self.friction_of_joints
         return start
-
-
-def build(setting: Setting, *, damping: Literal["none", "diagonal"] = "none") -> Model:
-    """The model of this file for a setting; the keyword is its option in conf/model. It needs the true system."""
-    if setting.system is None:
-        raise UserError("model=truth is the true system: it cannot be used with data=file")
-    return Truth(setting.system) if damping == "none" else DampedTruth(setting.system)
 
 
 def _coefficients(system: System, kinetic: FeatureMap, potential: FeatureMap) -> np.ndarray:

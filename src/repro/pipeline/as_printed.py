@@ -49,7 +49,7 @@ def is_literal(config: Config) -> bool:
     chosen for the paper's rows (paper/assumptions.yaml); the regime and the precision, not printed either, are free.
     The scale's name plays no part: whatever shortens a run is seen in its samples and epochs.
     """
-    data, model, system = config.data, config.model, config.system
+    data, model, system = config.data, config.model.plain(), config.system
     if not isinstance(data, RandomForce) or model["kind"] != "lagrangian":
         return False
     if any(system.damping) or config.curriculum.episodes:
@@ -62,7 +62,7 @@ def is_literal(config: Config) -> bool:
 
 
 def _single_pendulum(config: Config, data: RandomForce) -> bool:
-    hidden = () if config.basis.name == "t1" else tuple(config.model["hidden"])
+    hidden = () if config.basis.name == "t1" else config.model.plain()["hidden"]
     epochs = EPOCHS.get((config.basis.name, config.objective.kind, hidden))
     return (
         config.system.name == "sip"
@@ -70,14 +70,14 @@ def _single_pendulum(config: Config, data: RandomForce) -> bool:
         and config.sequence.kind == "main"
         and not config.objective.l1_kinetic
         and _agrees(data.model_dump(), DATA)
-        and _agrees(config.optimiser, ADAM | {"epochs": epochs})
+        and _agrees(config.optimiser.plain(), ADAM | {"epochs": epochs})
     )
 
 
 def _double_pendulum(config: Config, data: RandomForce) -> bool:
     sequence, objective = config.sequence, config.objective
     last = FREE_EPOCHS if sequence.kind == "pretrain_only" else FINE_TUNING
-    free = config.optimiser.get("epochs") if sequence.pretraining_epochs is None else sequence.pretraining_epochs
+    free = config.optimiser.length if sequence.pretraining_epochs is None else sequence.pretraining_epochs
     return (
         config.system.name == "dip"
         and config.system.constants == TABLE_I | SECOND_ROD
@@ -86,7 +86,7 @@ def _double_pendulum(config: Config, data: RandomForce) -> bool:
         and free == FREE_EPOCHS
         and _agrees(sequence.model_dump(), FREE)
         and _agrees(data.model_dump(), DATA | {"force_limit": 4.0})
-        and _agrees(config.optimiser, ADAM | {"epochs": last})
+        and _agrees(config.optimiser.plain(), ADAM | {"epochs": last})
     )
 
 

@@ -1,13 +1,14 @@
 """The run card: what was run, in the columns that every table is made from."""
 
 from collections.abc import Mapping, Sequence
-from importlib import import_module
 from typing import Any
 
 from repro.config.registry import settings
-from repro.config.rules import ANCHOR_ROWS, FREE_MOTION
+from repro.config.rules import FREE_MOTION
+from repro.config.rules import linear as is_linear
 from repro.config.schema import Config, File, RandomForce
 from repro.pipeline.as_printed import is_literal
+from repro.tracking.plain_data import plain_copy
 
 # What is told elsewhere on the card, or changes no result.
 TOLD = ("kind", "hidden", "momentum_hidden", "momentum_weight", "l1_kinetic", "l1_potential", "passivity_states")
@@ -18,12 +19,11 @@ def run_card(
     config: Config, *, n_train: int, n_parameters: int, status: Sequence[str], notes: Mapping[str, Any]
 ) -> dict[str, Any]:
     """The card of a run at its scale; status (a word a member) and notes as the fit left them."""
-    model, objective = config.model, config.objective
-    fitted = model["kind"] not in ANCHOR_ROWS
-    basis = config.basis.name if model["kind"] == "lagrangian" else None
-    linear = basis is not None and import_module(f"repro.models.bases.{basis}").LINEAR
+    model, objective, fitted = config.model.plain(), config.objective, config.model.fitted
+    basis = config.basis.name if config.model.has_coefficients else None
+    linear = is_linear(config)
     kind = "_l1" if objective.l1_kinetic or objective.l1_potential else ""
-    kind += "_from_start" if config.optimiser.get("regularise_towards") == "start" else ""
+    kind += "_from_start" if getattr(config.optimiser, "regularise_towards", None) == "start" else ""
     return {
         "system": config.system.name,
         "reading": config.reading.name,
@@ -35,7 +35,7 @@ def run_card(
         "options": _options(config) if fitted else None,
         "hidden": None if linear else _layers(model.get("hidden") or []) or None,
         "objective": objective.kind if fitted else None,
-        "optimiser": config.optimiser["name"] + kind if fitted else None,
+        "optimiser": config.optimiser.name + kind if fitted else None,
         "sequence": config.sequence.kind,
         **_of_free_motion(config),
         "energies": config.energies.gauge,
@@ -55,30 +55,30 @@ def run_card(
 
 def _options(config: Config) -> str | None:
     """Options without a column of their own, where not their setting's: of model, objective, friction, starts."""
-    starts = {key: value for key, value in config.optimiser.items() if key == "restarts"}
+    starts = {key: value for key, value in config.optimiser.plain().items() if key == "restarts"}
     changed = []
     for group, option, chosen in (
-        ("model", config.model["kind"], config.model),
+        ("model", config.model.kind, config.model.plain()),
         ("objective", config.objective.kind, config.objective.model_dump()),
-        ("optimiser", config.optimiser["name"], starts),
+        ("optimiser", config.optimiser.name, starts),
         ("system", config.system.name, {"damping_growth": config.system.damping_growth}),
     ):
         usual = settings(group, option)
         changed += [
             f"{key}={str(value).lower()}"
             for key, value in chosen.items()
-            if key not in TOLD and value != usual.get(key, value)
+            if key not in TOLD and plain_copy(value) != usual.get(key, value)
         ]
     return ", ".join(changed) or None
 
 
 def _of_free_motion(config: Config) -> dict[str, Any]:
     sequence = config.sequence
-    used = sequence.kind in FREE_MOTION and config.model["kind"] not in ANCHOR_ROWS
+    used = sequence.kind in FREE_MOTION and config.model.fitted
     first = sequence.kind == "pretrain" and used
     return {
         "grid": f"{sequence.grid} of {sequence.initial_angles}" if used else None,
-        "pretraining_epochs": (sequence.pretraining_epochs or config.optimiser.get("epochs")) if first else None,
+        "pretraining_epochs": (sequence.pretraining_epochs or config.optimiser.length or None) if first else None,
     }
 
 

@@ -6,9 +6,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from repro.config.rules import ANCHOR_ROWS, FREE_MOTION
+from repro.config.rules import FREE_MOTION
 from repro.config.schema import Config, File, RandomForce, scaled
 from repro.pipeline.submodels import fit_of, is_settings, model_modules, settings_of
+from repro.plugins.plugin import plugin_module
 from repro.tracking.record import Record
 from repro.tracking.stage import Stage
 from repro.tracking.store import Store
@@ -55,23 +56,19 @@ class Pipeline:
     def fit_stage(self) -> Stage:
         """The ensemble."""
         config = self.config
-        parts: dict[str, Any] = {"model": config.model, "basis": config.basis.name}
-        modules = [
-            "repro.pipeline.stages.fit",
-            f"repro.models.{config.model['kind']}",
-            f"repro.models.bases.{config.basis.name}",
-        ]
+        parts: dict[str, Any] = {"model": config.model.plain(), "basis": config.basis.name}
+        modules = ["repro.pipeline.stages.fit", self._model_module, plugin_module("models.bases", config.basis.name)]
         if self._without_fit:
             parts.pop("basis")
             modules.pop()
         else:
-            settings = {key: value for key, value in config.optimiser.items() if key != "name"}
+            settings = {key: value for key, value in config.optimiser.plain().items() if key != "name"}
             parts |= {
                 "objective": config.objective.model_dump(),
                 "optimiser": settings,
                 "sequence": config.sequence.model_dump() if config.sequence.kind != "main" else {"kind": "main"},
             }
-            modules.append(f"repro.learning.{config.optimiser['kind']}")
+            modules.append(plugin_module("learning.optimisers", config.optimiser.kind))
             if config.device != "cpu":
                 parts["device"] = config.device
                 modules.append("repro.learning.device.device_adam")
@@ -88,7 +85,7 @@ class Pipeline:
 
     @property
     def _parts(self) -> list[str]:
-        return self.config.model.get("parts", [])
+        return list(self.config.model.sub_models)
 
     @property
     def _part_fits(self) -> Iterator[tuple[str, list[str]]]:
@@ -116,8 +113,8 @@ class Pipeline:
             parts["whole_chain"] = self.config.whole_chain
         if self.control_stage is not None:
             upstream["control"] = self.control_stage.id
-        model = f"repro.models.{self.config.model['kind']}"
-        modules = ["repro.pipeline.stages.evaluate", "repro.pipeline.stages.examine", model, self._system_module]
+        stages = ("repro.pipeline.stages.evaluate", "repro.pipeline.stages.examine")
+        modules = [*stages, self._model_module, self._system_module]
         if self.config.chain:
             modules.append("repro.evaluation.chains")
         if self.config.whole_chain:
@@ -137,7 +134,7 @@ class Pipeline:
             "canonical": config.energies.gauge.startswith("canonical"),
         }
         upstream = {"data": self.data_stages["data"].id, "fit": self.fit_stage.id}
-        modules = ("repro.pipeline.stages.close_loops", f"repro.models.{config.model['kind']}", self._system_module)
+        modules = ("repro.pipeline.stages.close_loops", self._model_module, self._system_module)
         return self._stage("control", self.name, parts, upstream, modules)
 
     @cached_property
@@ -168,11 +165,11 @@ class Pipeline:
     def model_name(self) -> str:
         """What sets its model apart."""
         config = self.config
-        words = [config.system.name, config.model["kind"]]
+        words = [config.system.name, config.model.kind]
         if not self._without_fit:
-            if config.model["kind"] == "lagrangian":
+            if config.model.has_coefficients:
                 words.append(config.basis.name)
-            words += [config.objective.kind, config.optimiser["name"]]
+            words += [config.objective.kind, config.optimiser.name]
             if config.sequence.kind != "main":
                 words.append(config.sequence.kind)
         return "-".join(words)
@@ -192,19 +189,23 @@ class Pipeline:
 
     @property
     def _without_fit(self) -> bool:
-        return self.config.model["kind"] in ANCHOR_ROWS
+        return not self.config.model.fitted
 
     def is_recorded(self, run: Record) -> bool:
         """Whether a recording is wanted, and has motion and energy to show: a simulated model of a known system."""
         config = self.config
         if self.control_stage is not None:
             return config.record
-        shows = config.model["kind"] not in (*ANCHOR_ROWS, "blackbox") and isinstance(config.data, RandomForce)
+        shows = config.model.fitted and config.model.energetic and isinstance(config.data, RandomForce)
         return config.record and shows and bool(run.summary.get("simulated"))
 
     @property
     def _system_module(self) -> str:
-        return f"repro.mechanics.systems.{self.config.system.name}"
+        return plugin_module("mechanics.systems", self.config.system.name)
+
+    @property
+    def _model_module(self) -> str:
+        return plugin_module("models.kinds", self.config.model.kind)
 
     def _data_stage(self, data: RandomForce | File) -> Stage:
         options = data.model_dump()

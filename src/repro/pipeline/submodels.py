@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from repro.config.places import CONF
+from repro.config.plugin_options import model_options
 from repro.config.schema import Config
 from repro.errors import UserError
+from repro.plugins.plugin import plugin_module
 from repro.tracking.load import Run, load_run
 
 if TYPE_CHECKING:
@@ -45,8 +47,8 @@ def fit_of(id: str, root: Path | None = None) -> Run:
 
 def model_modules(fit: Run) -> list[str]:
     """The modules that hold the model of a fit."""
-    names = [f"repro.models.{fit.config['model']['kind']}"]
-    return names + ([f"repro.models.bases.{fit.config['basis']}"] if "basis" in fit.config else [])
+    names = [plugin_module("models.kinds", fit.config["model"]["kind"])]
+    return names + ([plugin_module("models.bases", fit.config["basis"])] if "basis" in fit.config else [])
 
 
 def model_of(fit: Run) -> "Model":
@@ -63,7 +65,7 @@ def model_of(fit: Run) -> "Model":
     basis = fit.config.get("basis", "raw")  # a model without a fit has none, and looks at none
     inner = sorted((role for role in upstream if role.startswith("part_")), key=_number)
     parts = [part_of(upstream[role], fit.config["seeds"]) for role in inner]
-    return build_model(fit.config["model"], basis, data, system, parts)
+    return build_model(model_options(fit.config["model"]), basis, data, system, parts)
 
 
 def part_of(fit: Run, seeds: Sequence[int]) -> "Part":

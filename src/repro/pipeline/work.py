@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 from torch import Tensor
 
-from repro.config.plugin_options import optimiser_class
 from repro.config.schema import RandomForce
 from repro.data.dataset import Dataset
 from repro.evaluation.chains import chain_errors
@@ -18,8 +17,6 @@ from repro.evaluation.identifiability import Identifiability
 from repro.evaluation.metrics import MetricValues
 from repro.evaluation.rollouts import can_simulate
 from repro.evaluation.whole_chain import whole_chain_errors
-from repro.learning.adam import Adam
-from repro.learning.device.device_adam import DeviceAdam
 from repro.mechanics.system import System
 from repro.models.model import Model
 from repro.pipeline.card import run_card
@@ -118,15 +115,10 @@ class Work:
     def make_fit(self, folder: Path) -> dict[str, Any]:
         """Fit the ensemble, resuming where an interrupted attempt left off."""
         config = self.config
-        settings = {key: value for key, value in config.optimiser.items() if key not in ("name", "kind")}
-        optimiser = optimiser_class(config.optimiser["kind"])(**settings)
-        if config.device != "cpu":
-            assert isinstance(optimiser, Adam), "another is refused before any work"
-            optimiser = DeviceAdam.of(optimiser, config.device)
         fitted, seconds = fit.fit(
             self.model,
             self.recipe,
-            optimiser,
+            fit.build_optimiser(config.optimiser, config.device),
             self.forced,
             self.free,
             self.system,

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Self
 
 from repro.config.compose import Composed, plan
-from repro.config.rules import ANCHOR_ROWS
 from repro.pipeline.plan import Pipeline
 from repro.tracking.paths import Paths
 from repro.tracking.record import Record
@@ -64,15 +63,15 @@ class Planned:
     def _fit_seconds(self) -> float:
         config, optimiser = self.pipeline.config, self.pipeline.config.optimiser
         members = len(config.members)
-        if config.model["kind"] in ANCHOR_ROWS:
+        if not config.model.fitted:
             return 1.0
-        if optimiser["kind"] == "adam":
-            units = sum(config.model.get("hidden") or [1])
+        if optimiser.unit == "epochs":
+            units = sum(getattr(config.model, "hidden", ())) or 1
             samples = getattr(config.data, "samples", 10_000)
-            return 2 + members * optimiser["epochs"] * samples * units * 1e-8
-        if "iterations" in optimiser:
+            return 2 + members * optimiser.length * samples * units * 1e-8
+        if optimiser.unit == "iterations":
             phases = 1 + len(config.curriculum.episodes)
-            return 3 + members * phases * optimiser["iterations"] * 4e-3
+            return 3 + members * phases * optimiser.length * 4e-3
         return 3.0
 
 

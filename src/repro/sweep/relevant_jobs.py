@@ -22,7 +22,7 @@ def _foreseen(config: Config) -> dict[str, Any]:
     samples = config.data.samples * config.data.train_fraction if isinstance(config.data, RandomForce) else 0
     asked = getattr(config.data, "train_samples", None)
     n_train = int(samples) if asked is None else min(int(samples), asked)
-    notes = {"epochs": config.optimiser.get("epochs", 0)}
+    notes = {"epochs": getattr(config.optimiser, "epochs", 0)}
     columns = run_card(config, n_train=n_train, n_parameters=0, status=(), notes=notes)
     control, task = config.control, config.task
     if isinstance(control, NoControl):

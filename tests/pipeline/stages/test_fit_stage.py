@@ -12,12 +12,13 @@ from repro.learning.least_squares import LeastSquares
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.result import Fitted, NoCheckpoint, silent
 from repro.models.bases import t1, t2
+from repro.models.kinds import structured
 from repro.models.lagrangian import Lagrangian
 from repro.models.trivial import Trivial
 from repro.pipeline.stages.fit import CURVES, build_model, fit, keep, load_parameters, phases_of
 
 MODEL = Lagrangian(t2, 2, hidden=(4,))
-SHORT = LevenbergMarquardt(iterations=20, samples=None)
+SHORT = LevenbergMarquardt(restarts=1, iterations=20, samples=None)
 
 
 def _fit(recipe, data, free, system, optimiser=SHORT, model=MODEL):
@@ -52,7 +53,7 @@ def test_pretraining_on_known_energies_comes_first(recipe, data, free, system):
 @pytest.mark.parametrize("form", ["legendre", "sum"])
 @pytest.mark.parametrize("kind", ["pretrain_only", "joint"])
 def test_known_energies_are_learned_where_they_are_asked_for(kind, form, recipe, data, free, system):
-    optimiser = LevenbergMarquardt(iterations=60, samples=None)
+    optimiser = LevenbergMarquardt(restarts=1, iterations=60, samples=None)
     asked, names = _fit(recipe(kind, energy_form=form, energy_weight=100.0), [data], free, system, optimiser)
     assert not {"D_H", "D"} & set(names)  # one phase needs no name
     alone, _ = _fit(recipe(), [data], None, system, optimiser)
@@ -66,7 +67,7 @@ def test_an_anchor_fixes_the_energy_of_the_upright_rest(convention, recipe):
 
     system = load("sip", convention)
     data = random_force(system, seeds=[3, 8], samples=300, episode_steps=100)
-    optimiser = LevenbergMarquardt(iterations=40, samples=None)
+    optimiser = LevenbergMarquardt(restarts=1, iterations=40, samples=None)
     anchored, _ = _fit(recipe("anchored", energy_weight=10.0), [data], None, system, optimiser)
     free, _ = _fit(recipe(), [data], None, system, optimiser)
     q = np.broadcast_to(system.upright, (2, 1, 2)).copy()
@@ -130,7 +131,7 @@ def test_a_model_without_weights_is_not_fitted(recipe, data, system):
 
 def test_the_velocity_scale_is_that_of_the_first_phase(data, system):
     short = random_force(system, seeds=[3, 8], samples=100, episode_steps=10)
-    model = build_model({"kind": "structured", "hidden": [4]}, "t2", [short, data], system)
+    model = build_model(structured.Options(hidden=(4,)), "t2", [short, data], system)
     np.testing.assert_allclose(model.velocity_scale, short.train.qd.reshape(-1, 2).std(0))
     assert np.all(model.velocity_scale < data.qd.reshape(-1, 2).std(0))
 

@@ -1,6 +1,5 @@
 """Fit an ensemble to its data, in the phases that the sequence and the curriculum ask for."""
 
-import importlib
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,17 +13,20 @@ from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
 from repro.learning.objective import Objective
 from repro.learning.optimiser import Optimiser
+from repro.learning.optimiser_options import OptimiserOptions
 from repro.learning.result import Checkpoint, Fitted, Progress
 from repro.learning.training import Phase, make_task, train
 from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.learning.watch import InertiaWatch, PassivityWatch, Watch
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
-from repro.models.context import Part, Setting
+from repro.models.context import Context, Part
 from repro.models.damped import without_damping
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
+from repro.models.options import ModelOptions
 from repro.models.passivity_margin import States
+from repro.plugins.plugin import plugin
 
 PARAMETERS, CURVES = "parameters.npz", "curves.parquet"
 
@@ -39,19 +41,24 @@ class Recipe:
 
 
 def build_model(
-    options: Mapping[str, Any],
+    options: ModelOptions,
     basis: str,
     data: Sequence[Dataset],
     system: System | None,
     parts: Sequence[Part] = (),
 ) -> Model:
-    """The model that the file repro/models/<kind>.py builds; data: the curriculum's datasets, then D itself."""
-    kind = options["kind"]
-    module = importlib.import_module(f"repro.models.{kind}")
-    features = importlib.import_module(f"repro.models.bases.{basis}")
+    """The model that its file of models/kinds builds; data: the curriculum's datasets, then D itself."""
     final = data[-1].train
-    setting = Setting(features, final.q, final.qd, data[0].train.qd, system, tuple(parts))
-    return module.build(setting, **{key: value for key, value in options.items() if key != "kind"})
+    context = Context(plugin("models.bases", basis), final.q, final.qd, data[0].train.qd, system, tuple(parts))
+    return plugin("models.kinds", options.kind).build(context, options)
+
+
+def build_optimiser(options: OptimiserOptions, device: str = "cpu") -> Optimiser:
+    """The optimiser that its file of learning/optimisers builds, on a device."""
+    optimiser = plugin("learning.optimisers", options.kind).build(options)
+    if device == "cpu":
+        return optimiser
+    return plugin("learning.device", "device_adam").DeviceAdam.of(optimiser, device)
 
 
 def fit(

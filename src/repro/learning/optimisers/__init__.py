@@ -1,0 +1,1 @@
+"""The kinds of optimiser: one file each, with its options and how it is built from them."""

@@ -1,0 +1,28 @@
+"""The degenerate anchor row: L = p_x^2 / (2 m), no gravity, a mass matrix of rank one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from repro.models.options import ModelOptions
+
+if TYPE_CHECKING:
+    from repro.models.context import Context
+    from repro.models.model import Model
+
+
+@dataclass(frozen=True)
+class Options(ModelOptions):
+    """model=degenerate has no options."""
+
+    fitted: ClassVar[bool] = False
+    controllable: ClassVar[bool] = False
+    from_true_system: ClassVar[bool] = True
+
+
+def build(context: Context, options: Options) -> Model:
+    """The model; UserError without the true system."""
+    from repro.models.degenerate import Degenerate
+
+    return Degenerate(context.true_system)

@@ -1,0 +1,65 @@
+"""L = T - V with T linear in a basis or a network of it, and V linear in cosines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+from repro.models.options import Activation, Damping, ModelOptions
+from repro.plugins.options import Count
+
+if TYPE_CHECKING:
+    from repro.models.context import Context
+    from repro.models.model import Model
+
+WIDE = 16.0  # spreads of the data within a unit's quadratic range
+
+
+@dataclass(frozen=True)
+class Options(ModelOptions):
+    """Options of model=lagrangian.
+
+    hidden: units of each hidden layer, for bases that feed a network. initialisation `wide`: over the training data
+    the first layer's units start within their quadratic range, from where a network of softplus units finds the
+    quadratic T, and so extrapolates, far more often. momentum_hidden: hidden layers of M_hat(q), eq. (8).
+    """
+
+    joinable: ClassVar[bool] = True
+    runs_on_device: ClassVar[bool] = True
+
+    hidden: tuple[Count, ...] = (10,)
+    activation: Activation = "softplus"
+    initialisation: Literal["glorot", "wide"] = "glorot"
+    momentum_hidden: tuple[Count, ...] | None = None
+    damping: Damping = "none"
+
+    @property
+    def uses_basis(self) -> bool:
+        """T and V are made of its features."""
+        return True
+
+    @property
+    def has_coefficients(self) -> bool:
+        """On a linear basis there is no network."""
+        return True
+
+    @property
+    def has_momentum_transform(self) -> bool:
+        """Whether it learns M_hat(q)."""
+        return self.momentum_hidden is not None
+
+
+def build(context: Context, options: Options) -> Model:
+    """The model, beside friction where chosen."""
+    from repro.models.damped import with_damping
+    from repro.models.lagrangian import Lagrangian
+
+    model = Lagrangian(
+        context.basis,
+        context.n_q,
+        hidden=options.hidden,
+        activation=options.activation,
+        input_scale=WIDE * context.feature_scale if options.initialisation == "wide" else None,
+        momentum_hidden=options.momentum_hidden,
+    )
+    return with_damping(model, options.damping)

@@ -1,0 +1,69 @@
+"""What every kind of model declares: its options, and what can be done with it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+from repro.plugins.options import PluginOptions
+
+Activation = Literal["softplus", "tanh"]
+Damping = Literal["none", "diagonal", "full"]
+Factor = Literal["wide", "triangular"]
+Initialisation = Literal["inertia", "glorot"]
+Rod = Literal["part", "rigid_body", "mass"]
+Structure = Literal["canonical", "free", "full"]
+Dissipation = Literal["none", "constant", "state"]
+
+
+@dataclass(frozen=True)
+class ModelOptions(PluginOptions):
+    """Options of a model; a file of models/kinds extends it and has `build(context, options)`.
+
+    fitted           it has weights to fit; otherwise it is an anchor row
+    energetic        it has T and V; otherwise it predicts accelerations only
+    controllable     it has energies and an invertible mass matrix, as control needs
+    from_true_system it is made from the true system, so it needs simulated data
+    port_form        it has both rows of eq. (12b)
+    joinable         copies of it, learned on one link, can be joined to a chain
+    runs_on_device   it is computed by torch from end to end
+    """
+
+    fitted: ClassVar[bool] = True
+    energetic: ClassVar[bool] = True
+    controllable: ClassVar[bool] = True
+    from_true_system: ClassVar[bool] = False
+    port_form: ClassVar[bool] = False
+    joinable: ClassVar[bool] = False
+    runs_on_device: ClassVar[bool] = False
+
+    @property
+    def sub_models(self) -> tuple[str, ...]:
+        """The trained sub-models that it is made of."""
+        return ()
+
+    @property
+    def uses_basis(self) -> bool:
+        """Whether its energies are made of the features of conf/basis."""
+        return False
+
+    @property
+    def has_coefficients(self) -> bool:
+        """Whether, on a linear basis, its weights are the coefficients of the basis alone."""
+        return False
+
+    @property
+    def has_momentum_transform(self) -> bool:
+        """Whether it learns M_hat(q) of eq. (8)."""
+        return False
+
+    def is_linear(self, basis_is_linear: bool) -> bool:
+        """Whether tau is linear in what is fitted, on a basis that is linear or not."""
+        return self.has_coefficients and basis_is_linear
+
+    def problems(self) -> Iterator[str]:
+        """Options that exclude each other, one line each."""
+        yield from ()
+
+    def device_problem(self) -> str | None:
+        """The choice that keeps it from running on a device, or None."""
+        return None if self.runs_on_device else f"model={self.kind}"

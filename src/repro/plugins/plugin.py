@@ -1,0 +1,47 @@
+"""Finds the modules that are chosen by name: a folder is the list of its choices."""
+
+import difflib
+from collections.abc import Iterable
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from repro.errors import UserError
+
+SOURCE = Path(__file__).resolve().parents[1]
+
+
+def plugin(folder: str, name: str) -> ModuleType:
+    """The module of a choice, imported; UserError as for `plugin_module`."""
+    return import_module(plugin_module(folder, name))
+
+
+def plugin_module(folder: str, name: str) -> str:
+    """Dotted name of the module of a choice, without importing it; UserError names the choices that exist.
+
+    folder  dotted, below `repro`, e.g. "models.bases"
+    """
+    if name not in plugin_names(folder):
+        raise UserError(not_allowed(folder, name, plugin_names(folder)))
+    return f"{__name__.partition('.')[0]}.{folder}.{name}"
+
+
+@cache
+def plugin_names(folder: str) -> tuple[str, ...]:
+    """Names of the choices in a folder, sorted."""
+    files = (SOURCE / folder.replace(".", "/")).glob("*.py")
+    return tuple(sorted(path.stem for path in files if path.stem != "__init__"))
+
+
+def not_allowed(key: str, value: Any, allowed: Iterable[str]) -> str:
+    """The line for a value that is not one of the allowed words."""
+    words = list(allowed)
+    return f"{key} = {value!r}: allowed are {', '.join(words)}{nearest(str(value), words)}"
+
+
+def nearest(word: str, allowed: Iterable[str]) -> str:
+    """A hint at the allowed word that is spelt most alike, or nothing."""
+    close = difflib.get_close_matches(word, list(allowed), n=1)
+    return f" (did you mean {close[0]}?)" if close else ""
