@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from repro.control.optimal_control_problem import Obstacle, Problem, Weights
+from repro.control.optimal_control_problem import NodeWeights, Obstacle, OptimalControlProblem
 from repro.control.predictive_model import PredictiveModel
 from repro.control.transcription import Transcription
 from repro.mechanics.system import load
@@ -22,10 +22,10 @@ def truth(system):
 
 @pytest.fixture(scope="session")
 def problem():
-    return Problem(
+    return OptimalControlProblem(
         intervals=(0.04,) * 20,
-        running=Weights(potential=1.0, position=1.0, force=0.01),
-        terminal=Weights(kinetic=1.0, potential=1.0),
+        stage_cost=NodeWeights(potential=1.0, position=1.0, force=0.01),
+        terminal_cost=NodeWeights(kinetic=1.0, potential=1.0),
         obstacle=Obstacle(midpoints=True),
         speed_limit=45.0,
     )

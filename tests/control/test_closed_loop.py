@@ -6,14 +6,14 @@ import pytest
 from repro.codegen.array_evaluation import evaluate
 from repro.control.closed_loop import run_loop
 from repro.control.conditions import Conditions, hanging_start, random_starts
-from repro.control.decision import Decision
-from repro.control.optimal_control_problem import Obstacle
+from repro.control.controller import ControlStep
+from repro.control.geometry import Disc
 from repro.control.predictive_controller import PredictiveController
 from repro.control.solver import Limits, make_solver
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
 
-OBSTACLE = Obstacle()
+DISC = Disc()
 
 
 class Playing:
@@ -24,18 +24,16 @@ class Playing:
 
     def decide(self, state):
         self.seen.append(state)
-        return Decision(self.forces.pop(0))
+        return ControlStep(self.forces.pop(0))
 
     def observe(self, samples, forces):
         self.samples.append((samples.copy(), forces))
 
 
-def play(system, forces, start, conditions=Conditions(), obstacle=OBSTACLE):  # noqa: B008 (frozen)
+def play(system, forces, start, conditions=Conditions(), disc=DISC):  # noqa: B008 (frozen)
     controller = Playing(forces)
     seconds = 0.04 * len(forces)
-    return controller, run_loop(
-        system, controller, start, conditions, time_step=0.04, seconds=seconds, obstacle=obstacle
-    )
+    return controller, run_loop(system, controller, start, conditions, time_step=0.04, seconds=seconds, disc=disc)
 
 
 def test_the_plant_moves_as_simulated(system):
@@ -83,7 +81,7 @@ def test_a_runaway_is_given_up_and_counts_as_failure(system):
     _, loop = play(system, [4.0] * 250, hanging_start(system, 0.8))
     gone = np.isnan(loop.states[:, 0])
     assert gone[-1] and not gone[0] and np.nanmax(loop.states[:, 0]) <= 10.0
-    assert len(loop.decisions) < 250 and not loop.outcome.success
+    assert len(loop.steps) < 250 and not loop.outcome.success
 
 
 def test_the_single_pendulum_swings_up_past_the_obstacle(system, transcribe, problem):
@@ -91,8 +89,8 @@ def test_the_single_pendulum_swings_up_past_the_obstacle(system, transcribe, pro
     start = hanging_start(system, 0.4)
     solver = make_solver(of, "fatrop", Limits())
     controller = PredictiveController(of, solver, of.model.model.coefficients, start.x_des)
-    loop = run_loop(system, controller, start, Conditions(), time_step=0.04, seconds=6.0, obstacle=problem.obstacle)
+    loop = run_loop(system, controller, start, Conditions(), time_step=0.04, seconds=6.0, disc=problem.obstacle)
     solver.close()
     assert loop.outcome.success and loop.outcome.held_from < 4.0 and 0 < loop.outcome.clearance < 0.05
-    assert max(decision.fallback for decision in loop.decisions) == 0
-    assert np.abs(loop.forces).max() <= 4.0 and len(loop.decisions[0].plan) == 21
+    assert max(step.fallback for step in loop.steps) == 0
+    assert np.abs(loop.forces).max() <= 4.0 and len(loop.steps[0].plan) == 21

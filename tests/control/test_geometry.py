@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from repro.control.geometry import clearance, distances_squared
+from repro.control.geometry import Disc, distances_squared
 from repro.mechanics.system import load
 
 
@@ -14,15 +14,15 @@ def test_the_distance_is_that_of_the_nearest_point_of_the_segment():
     for _ in range(20):
         start, end, centre = generator.normal(size=(3, 2))
         nearest = np.linalg.norm(start + along * (end - start) - centre, axis=1).min()
-        (found,) = distances_squared([start, end], centre, np)
-        assert np.sqrt(found) == pytest.approx(nearest, abs=1e-7)
+        (squared,) = distances_squared([start, end], centre, np)
+        assert np.sqrt(squared) == pytest.approx(nearest, abs=1e-7)
 
 
-def test_numpy_and_casadi_say_the_same():
+def test_numpy_and_casadi_agree():
     points = np.random.default_rng(1).normal(size=(4, 2))
     expected = distances_squared(points, (0.2, 0.6), np)
-    found = distances_squared([[ca.SX(float(c)) for c in point] for point in points], (0.2, 0.6), ca)
-    np.testing.assert_allclose([float(value) for value in found], expected, atol=1e-15)
+    symbolic = distances_squared([[ca.SX(float(c)) for c in point] for point in points], (0.2, 0.6), ca)
+    np.testing.assert_allclose([float(value) for value in symbolic], expected, atol=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -31,7 +31,7 @@ def test_numpy_and_casadi_say_the_same():
     ids=["hanging below", "upright inside", "upright beside", "level far away"],
 )
 def test_clearances_of_the_single_pendulum(q, expected):
-    assert clearance(load("sip"), np.array(q), (0.0, 0.6), 0.3) == pytest.approx(expected, abs=1e-4)
+    assert Disc((0.0, 0.6), 0.3).clearance(load("sip"), np.array(q)) == pytest.approx(expected, abs=1e-4)
 
 
 def test_every_link_of_the_double_pendulum_counts():
@@ -40,5 +40,5 @@ def test_every_link_of_the_double_pendulum_counts():
     q = np.array([0.3, 0.0, -np.pi / 2])
     points = system.body_points(list(q), np)
     assert np.linalg.norm(np.array(points[2]) - (0.0, 0.55)) > 0.2
-    assert clearance(system, q, (0.0, 0.55), 0.1) == pytest.approx(-0.05)
-    assert clearance(system, np.stack([q, [9, *q[1:]]]), (0.0, 0.55), 0.1).shape == (2,)
+    assert Disc((0.0, 0.55), 0.1).clearance(system, q) == pytest.approx(-0.05)
+    assert Disc((0.0, 0.55), 0.1).clearance(system, np.stack([q, [9, *q[1:]]])).shape == (2,)

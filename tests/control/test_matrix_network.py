@@ -6,10 +6,10 @@ import pytest
 
 from repro.control import matrix_network
 from repro.control.interval import interval
-from repro.control.matrix_network import MatrixNetwork, is_wide
-from repro.control.optimal_control_problem import Obstacle, Problem, Weights
+from repro.control.matrix_network import MatrixNetwork
+from repro.control.optimal_control_problem import NodeWeights, Obstacle, OptimalControlProblem
 from repro.control.predictive_model import PredictiveModel
-from repro.models.bases import t1, t2
+from repro.models.bases import t2
 from repro.models.lagrangian import Lagrangian
 
 
@@ -33,7 +33,9 @@ def test_its_functions_are_those_of_the_scalar_form(model, system):
 
 @pytest.mark.parametrize("discretisation", ["shooting", "collocation"])
 def test_an_interval_of_it_is_the_same(model, system, discretisation, monkeypatch):
-    problem = Problem((0.04,) * 3, Weights(potential=1.0, position=1.0), Weights(kinetic=1.0), Obstacle(midpoints=True))
+    problem = OptimalControlProblem(
+        (0.04,) * 3, NodeWeights(potential=1.0, position=1.0), NodeWeights(kinetic=1.0), Obstacle(midpoints=True)
+    )
     values = []
     for largest in (10**6, 0):
         monkeypatch.setattr(matrix_network, "LARGEST_SCALAR", largest)
@@ -48,9 +50,17 @@ def test_an_interval_of_it_is_the_same(model, system, discretisation, monkeypatc
         np.testing.assert_allclose(np.asarray(first), np.asarray(second), rtol=1e-9, atol=1e-9)
 
 
-def test_only_wide_networks_are_wide():
-    assert is_wide(Lagrangian(t2, 2, hidden=(500, 500)))
-    assert not is_wide(Lagrangian(t2, 2, hidden=(10,))) and not is_wide(Lagrangian(t1, 2))
+@pytest.mark.parametrize("hidden", [(41, 41), (42, 42)], ids=["scalars", "matrices"])
+def test_both_sides_of_the_threshold_give_the_derivative_of_the_scalar_form(system, hidden):
+    model = Lagrangian(t2, 2, hidden=hidden)
+    predictive = PredictiveModel(model, system)
+    generator = np.random.default_rng(2)
+    (weights,) = model.initial([generator])
+    x = generator.normal(size=4)
+    q, qd, w = ca.SX.sym("q", 2), ca.SX.sym("qd", 2), ca.SX.sym("w", len(weights))
+    qdd = ca.Function("qdd", [q, qd, w], [model.acceleration(q, qd, ca.vertcat(1.3, 0.0), w)])(x[:2], x[2:], weights)
+    rate = np.asarray(predictive.derivative(x, 1.3, weights)).ravel()
+    np.testing.assert_allclose(rate, np.concatenate([x[2:], np.asarray(qdd).ravel()]), rtol=1e-9)
 
 
 def _all(result):

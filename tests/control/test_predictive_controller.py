@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from repro.control.nonlinear import Solution
+from repro.control.nonlinear_solver import Solution
 from repro.control.predictive_controller import PredictiveController
 
 STEP = 0.04

@@ -6,14 +6,17 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from repro.control.optimal_control_problem import Obstacle, Weights
+from repro.control.optimal_control_problem import NodeWeights, Obstacle
 from repro.control.programme import programme
 
 VARIANTS = {
     "soft": {},
-    "hard": {"obstacle": Obstacle(hard=True, midpoints=True)},
+    "hard": {"obstacle": Obstacle(constraint=True, midpoints=True)},
     "free": {"obstacle": None},
-    "set point": {"running": Weights(angle=2.0, position=1.0, rates=0.1), "terminal": Weights(angle=5.0)},
+    "set point": {
+        "stage_cost": NodeWeights(angle=2.0, position=1.0, rates=0.1),
+        "terminal_cost": NodeWeights(angle=5.0),
+    },
 }
 
 
@@ -63,7 +66,7 @@ def test_a_straight_motion_guessed_satisfies_the_polynomials(problem, transcribe
 
 
 def test_bounds(problem, transcribe):
-    of = transcribe(replace(problem, obstacle=Obstacle(hard=True)), "shooting")
+    of = transcribe(replace(problem, obstacle=Obstacle(constraint=True)), "shooting")
     bounds = of.bounds()
     assert np.all(of.inner(bounds["ubx"])[:, 0] == 4.0) and np.all(bounds["lbx"] == -bounds["ubx"])
     assert np.all(of.states(bounds["ubx"])[1:, 2:] == 45.0) and np.all(np.isinf(of.states(bounds["ubx"])[:, :2]))

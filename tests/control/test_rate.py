@@ -41,12 +41,12 @@ def test_derivatives_are_those_of_the_forward_dynamics(name):
     expected = ca.Function("expected", [z, w, multipliers], [qdd, slopes, hessian])
     for _ in range(3):
         point, combination = generator.normal(size=2 * n_q + 1), generator.normal(size=n_q)
-        value, slope, curve = (np.asarray(part) for part in expected(point, weights, combination))
-        told = np.asarray(rate.slope(point, weights)).ravel()
-        curved = np.asarray(rate.curve(point, weights, told, combination)).reshape(curve.shape)
+        value, first, second = (np.asarray(part) for part in expected(point, weights, combination))
+        jacobian = np.asarray(rate.jacobian(point, weights)).ravel()
+        curvature = np.asarray(rate.hessian(point, weights, jacobian, combination)).reshape(second.shape)
         _agree(np.asarray(rate.value(point, weights)), value)
-        _agree(told, np.concatenate([value.ravel(), slope.ravel()]))
-        _agree(curved, curve)
+        _agree(jacobian, np.concatenate([value.ravel(), first.ravel()]))
+        _agree(curvature, second)
 
 
 def _agree(ours, expected):

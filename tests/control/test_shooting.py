@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from repro.codegen.c_library import has_compiler
-from repro.control.optimal_control_problem import Obstacle, Weights
+from repro.control.optimal_control_problem import NodeWeights, Obstacle
 from repro.control.predictive_model import PredictiveModel
 from repro.control.programme import programme
 from repro.control.solver import Limits, compiled_programme
@@ -21,15 +21,20 @@ from repro.models.truth import Truth
 pytestmark = pytest.mark.skipif(not has_compiler(), reason="the programme is compiled")
 
 SCALE = np.array([0.9, 5.0])
-LARGE = {"angle_error": "square", "running": Weights(kinetic=0.3, angle=2.0, position=1.0, rates=0.1)}
+LARGE = {"angle_error": "square", "stage_cost": NodeWeights(kinetic=0.3, angle=2.0, position=1.0, rates=0.1)}
+HARD = Obstacle(constraint=True, midpoints=True)
 CASES = {
     "soft": ("sip", Truth, {}),
-    "hard": ("sip", Truth, {"obstacle": Obstacle(hard=True, midpoints=True)}),
-    "nodes": ("sip", Truth, {"obstacle": Obstacle(hard=True, midpoints=False)}),
+    "hard": ("sip", Truth, {"obstacle": HARD}),
+    "nodes": ("sip", Truth, {"obstacle": Obstacle(constraint=True, midpoints=False)}),
     "four": ("sip", Truth, {"substeps": 4}),
     "free": ("sip", Truth, {"obstacle": None} | LARGE),
     "structured": ("sip", lambda system: Structured(2, SCALE, hidden=(4,)), {"intervals": (0.04,) * 8}),
-    "double": ("dip", Truth, {"obstacle": Obstacle(hard=True, midpoints=True), "intervals": (0.04,) * 7 + (0.08,) * 2}),
+    "double": (
+        "dip",
+        Truth,
+        {"obstacle": HARD, "intervals": (0.04,) * 7 + (0.08,) * 2},
+    ),
     "basis": ("dip", lambda system: Lagrangian(fxf, 3), {"intervals": (0.04,) * 2}),
 }
 

@@ -30,7 +30,7 @@ def solved(of, state, make):
 @pytest.mark.parametrize("discretisation", ["shooting", "collocation"])
 @pytest.mark.parametrize("hard", [False, True], ids=["soft", "hard"])
 def test_fatrop_and_ipopt_agree(problem, transcribe, state, discretisation, hard):
-    of = transcribe(replace(problem, obstacle=Obstacle(hard=hard)), discretisation)
+    of = transcribe(replace(problem, obstacle=Obstacle(constraint=hard)), discretisation)
     reference, _ = solved(of, state, lambda of: ipopt(of, TIGHT))
     fast, _ = solved(of, state, lambda of: compiled_programme(of, TIGHT).start())
     np.testing.assert_allclose(fast.variables, reference.variables, atol=1e-6)

@@ -11,7 +11,7 @@ from repro.bench.do_mpc_peer import Collocation, DoMpc
 from repro.control.closed_loop import SUBSTEPS, run_loop
 from repro.control.conditions import Conditions, hanging_start
 from repro.control.interval import Discretisation
-from repro.control.optimal_control_problem import Obstacle, Problem, Weights
+from repro.control.optimal_control_problem import NodeWeights, Obstacle, OptimalControlProblem
 from repro.control.predictive_controller import PredictiveController
 from repro.control.predictive_model import PredictiveModel
 from repro.control.solver import Limits, SolverName, make_solver
@@ -38,7 +38,7 @@ class ControlCase:
 
     system: str
     section: str
-    problem: Problem
+    problem: OptimalControlProblem
     substeps: int
     collocations: Sequence[Collocation]
 
@@ -92,7 +92,7 @@ class ControlCase:
         try:
             loop = run_loop(
                 self.model.system, controller, start, Conditions(),
-                time_step=step, seconds=steps * step, obstacle=self.problem.obstacle,
+                time_step=step, seconds=steps * step, disc=self.problem.obstacle,
             )  # fmt: skip
         finally:
             controller.solver.close()
@@ -103,10 +103,10 @@ def _paper_case(
     system: str, section: str, *, intervals: int, weight: float, radius: float, substeps: int, degree: int
 ) -> ControlCase:
     """A section of the paper: `weight` of position, and of both terminal energies; `radius` of the obstacle in m."""
-    problem = Problem(
+    problem = OptimalControlProblem(
         intervals=(0.04,) * intervals,
-        running=Weights(potential=1.0, position=weight),
-        terminal=Weights(kinetic=weight, potential=weight),
+        stage_cost=NodeWeights(potential=1.0, position=weight),
+        terminal_cost=NodeWeights(kinetic=weight, potential=weight),
         obstacle=Obstacle(radius=radius),
         speed_limit=SPEED_LIMIT,
     )

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from repro.control.geometry import distances_squared
-from repro.control.optimal_control_problem import Problem, Weights
+from repro.control.optimal_control_problem import NodeWeights, OptimalControlProblem
 from repro.control.predictive_model import PredictiveModel
 
 
@@ -39,7 +39,7 @@ class DoMpc:
     """
 
     model: PredictiveModel
-    problem: Problem
+    problem: OptimalControlProblem
     weights: np.ndarray
     x_des: float
     collocation: Collocation
@@ -92,7 +92,7 @@ class DoMpc:
         settings.store_full_solution = False
         limits = {"ipopt.tol": self.tolerance, "ipopt.max_iter": self.iterations}
         settings.nlpsol_opts = {**limits, "ipopt.print_level": 0, "ipopt.sb": "yes", "print_time": 0}
-        mpc.set_objective(mterm=self._cost(problem.terminal, x, 0.0), lterm=self._cost(problem.running, x, f))
+        mpc.set_objective(mterm=self._cost(problem.terminal_cost, x, 0.0), lterm=self._cost(problem.stage_cost, x, f))
         mpc.set_rterm(f=0.0)
         for side, sign in (("lower", -1.0), ("upper", 1.0)):
             mpc.bounds[side, "_u", "f"] = sign * problem.force_limit
@@ -102,7 +102,7 @@ class DoMpc:
         mpc.setup()
         return mpc
 
-    def _cost(self, weights: Weights, x: ca.SX, force: Any) -> ca.SX:
+    def _cost(self, weights: NodeWeights, x: ca.SX, force: Any) -> ca.SX:
         kinetic, potential = self.model.energy(x, self.weights)
         cost: ca.SX = weights.kinetic * kinetic + weights.potential * self.model.potential_cost(potential)
         cost += weights.position * (x[0] - self.x_des) ** 2 + weights.force * force**2
@@ -111,5 +111,5 @@ class DoMpc:
             return cost
         points = self.model.system.body_points(ca.vertsplit(x[: self.model.n_q]), ca)
         distances = ca.vertcat(*distances_squared(points, obstacle.centre, ca))
-        penalty: ca.SX = obstacle.weight * ca.sumsqr(ca.fmax(obstacle.least_squared - distances, 0))
+        penalty: ca.SX = obstacle.weight * ca.sumsqr(ca.fmax(obstacle.clearance_squared - distances, 0))
         return cost + penalty

@@ -10,11 +10,11 @@ import numpy as np
 from repro.control.adaptation import Identification, Prior
 from repro.control.adaptive_controller import AdaptiveController
 from repro.control.closed_loop import SUBSTEPS
-from repro.control.decision import Controller
+from repro.control.controller import Controller
 from repro.control.energy_shaping import EnergyShaping
 from repro.control.momentum_balance import MomentumBalance
-from repro.control.nonlinear import Solver
-from repro.control.optimal_control_problem import Obstacle, Problem, Weights
+from repro.control.nonlinear_solver import Solver
+from repro.control.optimal_control_problem import NodeWeights, Obstacle, OptimalControlProblem
 from repro.control.predictive_controller import PredictiveController
 from repro.control.predictive_model import PredictiveModel
 from repro.control.solver import Limits, make_solver
@@ -37,14 +37,14 @@ class Setting:
     samples: Samples
 
     @cached_property
-    def problem(self) -> Problem:
+    def problem(self) -> OptimalControlProblem:
         """Problem (9) of a predictive controller."""
         options = self.options
         early = (options["time_step"],) * options["intervals"]
-        return Problem(
+        return OptimalControlProblem(
             intervals=early + (options["coarse_step"],) * options["coarse_intervals"],
-            running=Weights(**options["stage_cost"]),
-            terminal=Weights(**options["terminal_cost"]),
+            stage_cost=NodeWeights(**options["stage_cost"]),
+            terminal_cost=NodeWeights(**options["terminal_cost"]),
             obstacle=self.obstacle,
             force_limit=options["force_limit"],
             speed_limit=options["speed_limit"],

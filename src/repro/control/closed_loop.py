@@ -1,20 +1,19 @@
-"""A controller on the true plant, simulated in sub-steps."""
+"""A controller and the true plant in a closed loop, simulated in sub-steps."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from repro.control.conditions import Conditions, Start, measured, plant_of
-from repro.control.decision import Controller, Decision
-from repro.control.geometry import clearance
-from repro.control.optimal_control_problem import Obstacle
+from repro.control.controller import Controller, ControlStep
+from repro.control.geometry import Disc
 from repro.control.outcome import Outcome, judge
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
 from repro.mechanics.system import System
 
-SUBSTEPS = 8  # a control step: 5 ms at 0.04 s
-FARTHEST, FASTEST = 10.0, 40.0  # a loop beyond is given up
+SUBSTEPS = 8  # per control step: 5 ms at 0.04 s
+FARTHEST, FASTEST = 10.0, 40.0  # position in m, velocity in m/s or rad/s: a loop beyond is stopped
 
 
 @dataclass(frozen=True)
@@ -22,9 +21,9 @@ class ClosedLoop:
     """One closed loop.
 
     time       (n,) of the sub-steps, s
-    states     (n, 2 n_q) of the plant; nan from where the loop was given up
+    states     (n, 2 n_q) of the plant; nan from where the loop was stopped
     clearance  (n,) distance of the nearest link to the disc, m; None without a disc
-    decisions  one a control step
+    steps      one per control step
     """
 
     plant: System
@@ -32,13 +31,13 @@ class ClosedLoop:
     time: np.ndarray
     states: np.ndarray
     clearance: np.ndarray | None
-    decisions: list[Decision]
+    steps: list[ControlStep]
     outcome: Outcome
 
     @property
     def forces(self) -> np.ndarray:
-        """The force decided at each control step, N."""
-        return np.array([decision.force for decision in self.decisions])
+        """The force of the controller at each control step, (n_steps,) in N."""
+        return np.array([step.force for step in self.steps])
 
 
 def run_loop(
@@ -49,42 +48,43 @@ def run_loop(
     *,
     time_step: float,
     seconds: float,
-    obstacle: Obstacle | None,
+    disc: Disc | None,
 ) -> ClosedLoop:
-    """Drive the plant of the conditions from a start for so long."""
+    """Drive the plant of the conditions from a start.
+
+    The system must be a cart with links and one input. Its masses, lengths and friction are those of the conditions.
+    """
     plant = plant_of(system, conditions, start)
     generator = np.random.default_rng([*start.seed, 2])
-    steps, late = round(seconds / time_step), round(conditions.delay / time_step * SUBSTEPS)
-    states = np.full((steps * SUBSTEPS + 1, 2 * system.n_q), np.nan)
+    n_steps, late = round(seconds / time_step), round(conditions.delay / time_step * SUBSTEPS)
+    states = np.full((n_steps * SUBSTEPS + 1, 2 * system.n_q), np.nan)
     states[0] = start.state
-    seen = measured(states[0], system, conditions.noise, generator)
-    decisions, force = [], 0.0
+    observed = measured(states[0], system, conditions.noise, generator)
+    steps, force = [], 0.0
     acceleration = dynamics_of(plant).acceleration
     # a plant of its own for every start: not worth a compilation each
     engine = "casadi" if conditions.mismatch and conditions.mismatch_kind == "physical" else "auto"
-    for k in range(steps):
-        decision = controller.decide(seen)
-        decisions.append(decision)
-        commanded = np.repeat([force, decision.force], [late, SUBSTEPS - late])
-        force = decision.force
+    for k in range(n_steps):
+        step = controller.decide(observed)
+        steps.append(step)
+        commanded = np.repeat([force, step.force], [late, SUBSTEPS - late])
+        force = step.force
         first = k * SUBSTEPS
-        besides = conditions.disturbance * generator.standard_normal()
-        tau = (commanded + besides)[None, :, None] * plant.input_map[:, 0]
-        travelled = simulate(
+        disturbance = conditions.disturbance * generator.standard_normal()
+        tau = (commanded + disturbance)[None, :, None] * plant.input_map[:, 0]
+        motion = simulate(
             acceleration, states[None, first], tau, time_step / SUBSTEPS, angles=plant.angles, engine=engine
         )
-        states[first : first + SUBSTEPS + 1] = travelled[0]
+        states[first : first + SUBSTEPS + 1] = motion[0]
         now = states[first + SUBSTEPS]
         if not np.all(np.isfinite(now)) or abs(now[0]) > FARTHEST or np.max(np.abs(now[system.n_q :])) > FASTEST:
             states[first + 1 :] = np.nan
             break
-        samples = measured(travelled[0], system, conditions.noise, generator)
-        samples[0] = seen
+        samples = measured(motion[0], system, conditions.noise, generator)
+        samples[0] = observed
         controller.observe(samples, commanded)
-        seen = samples[-1]
+        observed = samples[-1]
     time = np.arange(len(states)) * time_step / SUBSTEPS
-    near = None
-    if obstacle is not None:
-        near = clearance(plant, states[:, : system.n_q], obstacle.centre, obstacle.radius)
-    outcome = judge(time, states, near, system, start.x_des)
-    return ClosedLoop(plant, start, time, states, near, decisions, outcome)
+    clearance = None if disc is None else disc.clearance(plant, states[:, : system.n_q])
+    outcome = judge(time, states, clearance, system, start.x_des)
+    return ClosedLoop(plant, start, time, states, clearance, steps, outcome)

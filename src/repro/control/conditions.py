@@ -68,7 +68,7 @@ def wrong_weights(weights: np.ndarray, conditions: Conditions, start: Start) -> 
     """The model's weights under mismatch of its coefficients, drawn anew for every start."""
     if conditions.mismatch_kind != "coefficients":
         return weights
-    return weights * _factors(conditions, start, len(weights))
+    return np.asarray(weights * _factors(conditions, start, len(weights)))
 
 
 def plant_of(system: System, conditions: Conditions, start: Start) -> System:

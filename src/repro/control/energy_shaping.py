@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 
-from repro.control.decision import Decision
+from repro.control.controller import ControlStep
 from repro.errors import UserError
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
@@ -50,7 +50,7 @@ class EnergyShaping:
         at_rest = np.zeros(2)
         self._energy_up = float(self._dynamics.potential(self.system.upright, at_rest, []))
 
-    def decide(self, state: np.ndarray) -> Decision:
+    def decide(self, state: np.ndarray) -> ControlStep:
         """The force for a state (4,)."""
         error = state - np.concatenate([self.system.upright, np.zeros(2)])
         error[0] -= self.x_des
@@ -59,7 +59,7 @@ class EnergyShaping:
             force = -float(self._feedback @ error)
         else:
             force = self._swing(state, error)
-        return Decision(float(np.clip(force, -self.force_limit, self.force_limit)))
+        return ControlStep(float(np.clip(force, -self.force_limit, self.force_limit)))
 
     def observe(self, samples: np.ndarray, forces: np.ndarray) -> None:
         """Nothing is learned from what happens."""
@@ -90,4 +90,4 @@ def lqr(system: System, gains: Gains, time_step: float) -> np.ndarray:
     a, b = held[:-1, :-1], held[:-1, -1:]
     cost = np.diag(np.asarray(gains.state, dtype=float))
     value = solve_discrete_are(a, b, cost, np.array([[gains.force]]))
-    return np.linalg.solve(gains.force + b.T @ value @ b, b.T @ value @ a)[0]
+    return np.asarray(np.linalg.solve(gains.force + b.T @ value @ b, b.T @ value @ a)[0])

@@ -1,6 +1,7 @@
-"""How far the links of a pendulum are from a disc."""
+"""Distances of the links of a pendulum to a disc."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -11,18 +12,26 @@ from repro.mechanics.system import System
 Point = Sequence[Any]
 
 
+@dataclass(frozen=True)
+class Disc:
+    """The region that no link may touch: centre (x, y up) and radius, m."""
+
+    centre: tuple[float, float] = (0.0, 0.6)
+    radius: float = 0.3
+
+    def clearance(self, system: System, q: np.ndarray) -> np.ndarray:
+        """Distance (...,) of the nearest link to the disc, m, negative inside; q: (..., n_q)."""
+        points = system.body_points([q[..., i] for i in range(system.n_q)], np)
+        nearest = np.min(distances_squared(points, self.centre, np), axis=0)
+        return np.asarray(np.sqrt(nearest) - self.radius)
+
+
 def distances_squared(points: Sequence[Point], centre: Sequence[float], m: Any) -> list[Any]:
     """Squared distance of each link (the segment between consecutive points) to a centre, m^2.
 
     points: [x, y] of the cart and of the end of every link; m: a maths namespace with fmin and fmax.
     """
     return [_to_segment(start, end, centre, m) for start, end in pairwise(points)]
-
-
-def clearance(system: System, q: np.ndarray, centre: Sequence[float], radius: float) -> np.ndarray:
-    """Distance of the nearest link to the disc, m; negative inside of it. q: (..., n_q)."""
-    points = system.body_points([q[..., i] for i in range(system.n_q)], np)
-    return np.sqrt(np.min(distances_squared(points, centre, np), axis=0)) - radius
 
 
 def _to_segment(start: Point, end: Point, centre: Sequence[float], m: Any) -> Any:

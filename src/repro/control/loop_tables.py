@@ -8,7 +8,7 @@ import numpy as np
 
 from repro.codegen.array_evaluation import evaluate
 from repro.control.closed_loop import SUBSTEPS, ClosedLoop
-from repro.control.optimal_control_problem import Obstacle
+from repro.control.geometry import Disc
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
 
@@ -16,9 +16,9 @@ from repro.mechanics.system import System
 def row(loop: ClosedLoop, seed: int, control: Mapping[str, Any], task: Mapping[str, Any]) -> dict[str, Any]:
     """One row of control.parquet: what was asked, what came of it, what it cost."""
     outcome = loop.outcome
-    milliseconds = 1e3 * np.array([decision.seconds for decision in loop.decisions])
+    milliseconds = 1e3 * np.array([decision.seconds for decision in loop.steps])
     median, p95, p99 = (float(np.percentile(milliseconds, share)) for share in (50, 95, 99))
-    fallbacks = np.array([decision.fallback for decision in loop.decisions])
+    fallbacks = np.array([decision.fallback for decision in loop.steps])
     length = control.get("intervals", 0) * control["time_step"]
     length += control.get("coarse_intervals", 0) * control.get("coarse_step", 0.0)
     begun = {f"start_{c.name}": value for c, value in zip(loop.plant.coordinates, loop.start.state, strict=False)}
@@ -46,20 +46,20 @@ def row(loop: ClosedLoop, seed: int, control: Mapping[str, Any], task: Mapping[s
         "solve_ms_median": median,
         "solve_ms_p95": p95,
         "solve_ms_p99": p99,
-        "iterations_median": float(np.median([decision.iterations for decision in loop.decisions])),
+        "iterations_median": float(np.median([decision.iterations for decision in loop.steps])),
         "fallbacks": int(np.sum(fallbacks > 0)),
         **{f"fallbacks_{level}": int(np.sum(fallbacks == level)) for level in (1, 2, 3)},
-        "killed": sum(decision.killed for decision in loop.decisions),
+        "killed": sum(decision.killed for decision in loop.steps),
     }
 
 
-def trajectory(loop: ClosedLoop, obstacle: Obstacle | None) -> Iterator[tuple[float, str, float, float]]:
+def trajectory(loop: ClosedLoop, disc: Disc | None) -> Iterator[tuple[float, str, float, float]]:
     """State, energies, force, clearance and the links' ends at every control step, as (x_des, name, t, value).
 
     The disc's centre and radius come first, at t = 0.
     """
-    if obstacle is not None:
-        for name, value in zip(("x", "y", "radius"), (*obstacle.centre, obstacle.radius), strict=True):
+    if disc is not None:
+        for name, value in zip(("x", "y", "radius"), (*disc.centre, disc.radius), strict=True):
             yield loop.start.x_des, f"obstacle.{name}", 0.0, value
     every = slice(None, None, SUBSTEPS)
     time, states = loop.time[every], loop.states[every]
@@ -84,9 +84,9 @@ def energies(system: System, states: np.ndarray) -> dict[str, np.ndarray]:
     return {"T": kinetic, "V": potential, "H": kinetic + potential}
 
 
-def keep(path: Path, loop: ClosedLoop, obstacle: Obstacle | None) -> None:
+def keep(path: Path, loop: ClosedLoop, disc: Disc | None) -> None:
     """All of the first loop, for its recording."""
-    plans = [decision.plan for decision in loop.decisions]
+    plans = [decision.plan for decision in loop.steps]
     longest = max(len(plan) for plan in plans)
     predicted = np.full((len(plans), longest, loop.states.shape[1]), np.nan)
     for k, plan in enumerate(plans):
@@ -99,9 +99,9 @@ def keep(path: Path, loop: ClosedLoop, obstacle: Obstacle | None) -> None:
         forces=loop.forces,
         clearance=np.zeros(0) if loop.clearance is None else loop.clearance,
         predicted=predicted,
-        iterations=[decision.iterations for decision in loop.decisions],
-        fallbacks=[decision.fallback for decision in loop.decisions],
-        milliseconds=[1e3 * decision.seconds for decision in loop.decisions],
-        obstacle=np.zeros(0) if obstacle is None else [*obstacle.centre, obstacle.radius],
+        iterations=[decision.iterations for decision in loop.steps],
+        fallbacks=[decision.fallback for decision in loop.steps],
+        milliseconds=[1e3 * decision.seconds for decision in loop.steps],
+        obstacle=np.zeros(0) if disc is None else [*disc.centre, disc.radius],
         x_des=loop.start.x_des,
     )

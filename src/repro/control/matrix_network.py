@@ -1,4 +1,4 @@
-"""A Lagrangian whose T is a wide network, in matrix operations instead of one scalar a weight."""
+"""A Lagrangian whose T is a wide network, in matrix operations instead of one scalar per weight."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,11 +10,11 @@ from repro.mechanics.derive import solve_symmetric
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
 
-LARGEST_SCALAR = 2000  # weights that scalar expressions are still fit for
+LARGEST_SCALAR = 2000  # weights of a model up to which scalar expressions are used
 
 
 def is_wide(model: Model) -> bool:
-    """Whether a model is too large for scalar expressions, and of the kind that matrix operations are written for."""
+    """Whether a model is too large for scalar expressions and has a form in matrix operations."""
     return isinstance(model, Lagrangian) and model.network is not None and model.n_parameters > LARGEST_SCALAR
 
 
@@ -29,7 +29,7 @@ class MatrixNetwork:
     def energy(self) -> ca.Function:
         """(x, weights) -> T, V."""
         n_q = self.model.n_q
-        network: Any = self.model.network  # its expression is of matrix operations, of either kind
+        network: Any = self.model.network  # its expression works on SX and MX
         x, weights = self._symbols()
         symbols = [ca.SX.sym(name, n_q) for name in ("q", "qd")]
         kinetic, potential = (
@@ -37,9 +37,9 @@ class MatrixNetwork:
             for features in (self.model.kinetic_features, self.model.potential_features)
         )
         q, qd = x[:n_q], x[n_q:]
-        learned: Any = network.expression(weights[self.model.kinetic_slice], kinetic(q, qd))
-        weighed: Any = ca.dot(weights[self.model.potential_slice], potential(q, qd))
-        return ca.Function("energy", [x, weights], [learned, weighed])
+        kinetic_energy: Any = network.expression(weights[self.model.kinetic_slice], kinetic(q, qd))
+        potential_energy: Any = ca.dot(weights[self.model.potential_slice], potential(q, qd))
+        return ca.Function("energy", [x, weights], [kinetic_energy, potential_energy])
 
     @cached_property
     def derivative(self) -> ca.Function:
@@ -62,12 +62,12 @@ class MatrixNetwork:
         return ca.Function("inverse", [x, qdd, force, weights], [residual])
 
     def _motion(self, x: ca.MX, weights: ca.MX) -> tuple[ca.MX, ca.MX]:
-        """M and all of (7b) that is not M qdd."""
+        """M, and the terms of (7b) without M qdd."""
         n_q = self.model.n_q
         kinetic, potential = self.energy(x, weights)
-        slope = ca.gradient(kinetic - potential, x)
-        momentum_slopes = ca.jacobian(slope[n_q:], x)
-        return momentum_slopes[:, n_q:], ca.mtimes(momentum_slopes[:, :n_q], x[n_q:]) - slope[:n_q]
+        gradient = ca.gradient(kinetic - potential, x)
+        of_momentum = ca.jacobian(gradient[n_q:], x)
+        return of_momentum[:, n_q:], ca.mtimes(of_momentum[:, :n_q], x[n_q:]) - gradient[:n_q]
 
     def _symbols(self) -> tuple[ca.MX, ca.MX]:
         return ca.MX.sym("x", 2 * self.model.n_q), ca.MX.sym("w", self.model.n_parameters)

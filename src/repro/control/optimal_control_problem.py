@@ -1,14 +1,16 @@
-"""The optimal control problem (9) as plain settings."""
+"""The optimal control problem (9): costs, obstacle and limits over a horizon."""
 
 from dataclasses import dataclass
 from typing import Literal
 
-ANGLE_ERRORS = ("cosine", "square")
+from repro.control.geometry import Disc
+
+AngleError = Literal["cosine", "square"]
 
 
 @dataclass(frozen=True)
-class Weights:
-    """What one node of the horizon costs.
+class NodeWeights:
+    """The cost of one node of the horizon as weights of its terms.
 
     kinetic T + potential V_cost + position (x - x_des)^2 + angle sum_j e(theta_j) + rates |qd|^2 + force f^2, where
     V_cost = -V in the physical reading and e is the angle error of the problem.
@@ -23,47 +25,42 @@ class Weights:
 
 
 @dataclass(frozen=True)
-class Obstacle:
-    """A disc that no link may touch: centre (x, y up) and radius in m; the controller keeps `margin` radii away.
+class Obstacle(Disc):
+    """A disc as the controller avoids it: the centre stays d >= clearance_radii * radius away from every link.
 
-    Soft: weight * sum over links of max(0, (margin r)^2 - d^2)^2 at every node but the first, and with `midpoints` in
-    the middle of every interval. Hard: d^2 >= (margin r)^2 at the same places.
+    constraint  d is a constraint of the problem; otherwise weight * sum over links of max(0, clearance^2 - d^2)^2 is a
+                cost
+    midpoints   both hold at every node but the first; whether at the middle of every interval too
     """
 
-    centre: tuple[float, float] = (0.0, 0.6)
-    radius: float = 0.3
-    margin: float = 1.05
-    hard: bool = False
+    clearance_radii: float = 1.05
+    constraint: bool = False
     weight: float = 1e6
     midpoints: bool = False
 
     @property
-    def least_squared(self) -> float:
-        """The squared distance to keep, m^2."""
-        return (self.margin * self.radius) ** 2
+    def clearance_squared(self) -> float:
+        """The least squared distance to the centre, m^2."""
+        return (self.clearance_radii * self.radius) ** 2
 
 
 @dataclass(frozen=True)
-class Problem:
-    """Problem (9) over a horizon of intervals, s each, not all alike; the first is the sampling time.
+class OptimalControlProblem:
+    """Problem (9) over intervals whose lengths, s, may differ; the first is the sampling time of the controller.
 
-    The running cost of node k counts for its interval: its weight is its length over the first one's.
+    The stage cost of node k counts with the length of its interval over that of the first one. Limits: force in N,
+    velocities in m/s and rad/s.
     """
 
     intervals: tuple[float, ...]
-    running: Weights
-    terminal: Weights
+    stage_cost: NodeWeights
+    terminal_cost: NodeWeights
     obstacle: Obstacle | None = None
     force_limit: float = 4.0
     speed_limit: float | None = None
-    angle_error: Literal["cosine", "square"] = "cosine"
+    angle_error: AngleError = "cosine"
 
     @property
     def time_step(self) -> float:
         """Sampling time of the controller, s."""
         return self.intervals[0]
-
-    @property
-    def horizon(self) -> float:
-        """Length of the horizon, s."""
-        return sum(self.intervals)

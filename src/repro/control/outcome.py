@@ -1,4 +1,4 @@
-"""Whether a closed loop did what was asked of it. Solver success is not task success."""
+"""Whether a closed loop reached its target. Success of the solver is not success of the task."""
 
 from dataclasses import dataclass
 
@@ -13,12 +13,12 @@ HELD = 2.0  # s
 
 @dataclass(frozen=True)
 class Outcome:
-    """Erect without contact, or not.
+    """The result of a closed loop.
 
     success      erect for all of the last 2 s, and no contact
     contact      a link was inside the disc at some sub-step
     clearance    the least distance of a link to the disc, m; nan without a disc
-    held_from    from when on it stayed erect to the end, s; nan where it did not
+    held_from    time from which it stayed erect to the end, s; nan where it did not
     steady_error |mean of x - x_des| over the last 2 s, m
     """
 
@@ -30,9 +30,9 @@ class Outcome:
 
 
 def judge(time: np.ndarray, states: np.ndarray, clearance: np.ndarray | None, system: System, x_des: float) -> Outcome:
-    """Judge states (n, 2 n_q) at all sub-steps with the clearance (n,) of each, None without a disc.
+    """The outcome of states (n, 2 n_q) at times (n,) in s, with their clearance (n,) in m, None without a disc.
 
-    States that are not finite (a loop given up) are not erect.
+    States that are not finite (the loop was stopped) are not erect.
     """
     erect = is_erect(states, system, x_des)
     last = time >= time[-1] - HELD - 1e-9
@@ -54,4 +54,4 @@ def is_erect(states: np.ndarray, system: System, x_des: float) -> np.ndarray:
     errors = states[..., angles] - system.upright[angles]
     turned = np.abs((errors + np.pi) % (2 * np.pi) - np.pi)
     with np.errstate(invalid="ignore"):
-        return np.all(turned < ANGLE, axis=-1) & (np.abs(states[..., 0] - x_des) < POSITION)
+        return np.asarray(np.all(turned < ANGLE, axis=-1) & (np.abs(states[..., 0] - x_des) < POSITION))

@@ -1,4 +1,4 @@
-"""What the controller needs of a learned (or the true) Lagrangian, as CasADi expressions."""
+"""A learned (or the true) Lagrangian as the CasADi functions that a predictive controller needs."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,10 +14,10 @@ from repro.models.model import EnergyExpressions, Model
 
 @dataclass(frozen=True)
 class PredictiveModel:
-    """A model with the geometry and the reading of its system; columns q, qd, qdd (n_q,), f and the weights.
+    """A model with the geometry and the reading of its system; columns q, qd, qdd (n_q,), scalar f, and the weights.
 
     canonical: the gauge of the energies in the cost is fixed so that T is least at rest, T(q, 0) = 0 and
-    dT/dqd(q, 0) = 0; the motion is the same. Only the cost sees it.
+    dT/dqd(q, 0) = 0; it changes the cost only, not the motion.
     """
 
     model: Model
@@ -31,21 +31,21 @@ class PredictiveModel:
 
     def energies(self, q: ca.SX, qd: ca.SX, weights: ca.SX) -> EnergyExpressions:
         """T and V, in J, in the gauge of the cost."""
-        said = self.model.energies(q, qd, weights)
+        raw = self.model.energies(q, qd, weights)
         if not self.canonical:
-            return said
+            return raw
         zero = ca.SX.zeros(self.n_q)
-        rest, false_momentum = ca.substitute([said.kinetic, ca.gradient(said.kinetic, qd)], [qd], [zero])
-        return EnergyExpressions(said.kinetic - rest - ca.dot(false_momentum, qd), said.potential - rest)
+        rest, false_momentum = ca.substitute([raw.kinetic, ca.gradient(raw.kinetic, qd)], [qd], [zero])
+        return EnergyExpressions(raw.kinetic - rest - ca.dot(false_momentum, qd), raw.potential - rest)
 
     @cached_property
     def energy(self) -> ca.Function:
-        """(x, weights) -> T, V in the gauge of the cost, x = [q, qd]; a wide network's are those of the model."""
+        """(x, weights) -> T, V in J, x = [q, qd], in the gauge of the cost; of a wide network in that of the model."""
         if is_wide(self.model):
             return self._matrices.energy
         x, weights = ca.SX.sym("x", 2 * self.n_q), ca.SX.sym("w", self.model.n_parameters)
-        said = self.energies(x[: self.n_q], x[self.n_q :], weights)
-        return ca.Function("energy", [x, weights], [said.kinetic, said.potential], {"cse": True})
+        energies = self.energies(x[: self.n_q], x[self.n_q :], weights)
+        return ca.Function("energy", [x, weights], [energies.kinetic, energies.potential], {"cse": True})
 
     @cached_property
     def derivative(self) -> ca.Function:

@@ -1,7 +1,7 @@
-"""The nonlinear programme and its derivatives as CasADi functions, put together from those of one stage.
+"""The nonlinear programme and its derivatives as CasADi functions, assembled from those of one stage.
 
-The stage is differentiated once as scalar expressions and mapped over the horizon: small functions whatever the
-horizon, which a C compiler turns into code in seconds.
+The stage is differentiated once as scalar expressions and mapped over the horizon, so the functions stay small for any
+horizon and compile in seconds.
 """
 
 from collections.abc import Sequence
@@ -11,13 +11,14 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from repro.control.interval import Expression, Interval
+from repro.control.horizon_cost import Expression
+from repro.control.interval import Interval
 from repro.control.transcription import Transcription
 
 
 @dataclass(frozen=True)
 class Programme:
-    """Expressions in x, p and the multipliers lam_f (1,), lam_g: all that solvers ask for.
+    """Expressions in x, p and the multipliers lam_f (1,), lam_g, as solvers need them.
 
     hess_l is the whole symmetric Hessian of lam_f f + lam_g . g, grad_l its gradient.
     """
@@ -36,7 +37,7 @@ class Programme:
 
 def programme(of: Transcription) -> Programme:
     """The programme of a transcription."""
-    n, n_x, n_w, n_rows = of.n_intervals, of.n_x, of.n_x + of.n_v, of.n_rows
+    n, n_x, n_w, n_rows = of.n_intervals, of.n_x, of.n_w, of.n_rows
     x, p = ca.MX.sym("x", of.n_variables), ca.MX.sym("p", of.n_parameters)
     lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", sum(of.rows))
     stages, last, shared = ca.reshape(x[: n * n_w], n_w, n), x[n * n_w :], p[n_x:]
@@ -50,8 +51,8 @@ def programme(of: Transcription) -> Programme:
     rows = ca.vec(own + ca.vertcat(following, ca.MX(n_rows - n_x, n)))
     g = ca.vertcat(rows[:n_rows], x[:n_x] - p[:n_x], rows[n_rows:], end_margins)
 
-    gradient, jacobian = each.slope(*inputs)
-    end_gradient, end_jacobian = end.slope(last, shared, ca.DM.zeros(2))
+    gradient, jacobian = each.jacobian(*inputs)
+    end_gradient, end_jacobian = end.jacobian(last, shared, ca.DM.zeros(2))
     grad_f = ca.vertcat(ca.vec(gradient), end_gradient)
     ones = ca.DM.ones((n + 1) * n_x)
     jac_g = _matrix(
@@ -61,10 +62,10 @@ def programme(of: Transcription) -> Programme:
     )
 
     multipliers = ca.reshape(ca.vertcat(lam_g[:n_rows], lam_g[n_rows + n_x : n_x + n * n_rows]), n_rows, n)
-    hessian = each.curve(*inputs, lam_f, multipliers)
-    end_hessian = end.curve(last, shared, ca.DM.zeros(2), lam_f, lam_g[n_x + n * n_rows :])
+    hessian = each.hessian(*inputs, lam_f, multipliers)
+    end_hessian = end.hessian(last, shared, ca.DM.zeros(2), lam_f, lam_g[n_x + n * n_rows :])
     offsets = np.arange(n) * n_w
-    places = [_placed(each.hessian, offsets, offsets), _placed(end.hessian, [n * n_w], [n * n_w])]
+    places = [_placed(each.hessian_pattern, offsets, offsets), _placed(end.hessian_pattern, [n * n_w], [n * n_w])]
     hess_l = _matrix((of.n_variables,) * 2, _joined(places), ca.vertcat(ca.vec(hessian), end_hessian))
     grad_l = lam_f * grad_f + ca.mtimes(jac_g.T, lam_g)
     return Programme(x, p, lam_f, lam_g, ca.sum2(cost) + end_cost, g, grad_f, jac_g, grad_l, hess_l)
@@ -75,14 +76,14 @@ class _StageFunctions:
     """Functions of (stage variables, shared parameters, data); matrices as the columns of their nonzeros."""
 
     value: ca.Function
-    slope: ca.Function
-    curve: ca.Function
-    jacobian: ca.Sparsity
-    hessian: ca.Sparsity
+    jacobian: ca.Function
+    hessian: ca.Function
+    jacobian_pattern: ca.Sparsity
+    hessian_pattern: ca.Sparsity
 
     @classmethod
     def of(cls, stage: Interval, times: int = 1) -> "_StageFunctions":
-        """The functions of a stage, mapped over so many."""
+        """The functions of a stage, mapped over `times` stages."""
         w = ca.vertcat(stage.state, stage.inner)
         own = ca.vertcat(-stage.following, stage.equalities, stage.margins)
         symbol: Any = type(w).sym  # type: ignore[attr-defined]
@@ -91,15 +92,15 @@ class _StageFunctions:
         hessian = ca.hessian(lam_f * stage.cost + ca.dot(lam_g, own), w)[0]
         inputs = [w, stage.parameters, stage.data]
 
-        def function(name: str, given: list[Any], results: list[Any], repeated: list[int]) -> ca.Function:
-            made = ca.Function(name, given, results, {"cse": True})
-            return made if times == 1 else made.map(f"{name}_map", "serial", times, repeated, [])
+        def function(name: str, arguments: list[Any], results: list[Any], repeated: list[int]) -> ca.Function:
+            of_one = ca.Function(name, arguments, results, {"cse": True})
+            return of_one if times == 1 else of_one.map(f"{name}_map", "serial", times, repeated, [])
 
         gradient = ca.densify(ca.gradient(stage.cost, w))
         return cls(
             function("value", inputs, [stage.cost, ca.densify(own)], [1]),
-            function("slope", inputs, [gradient, _nonzeros(jacobian)], [1]),
-            function("curve", [*inputs, lam_f, lam_g], [_nonzeros(hessian)], [1, 3]),
+            function("jacobian", inputs, [gradient, _nonzeros(jacobian)], [1]),
+            function("hessian", [*inputs, lam_f, lam_g], [_nonzeros(hessian)], [1, 3]),
             jacobian.sparsity(),
             hessian.sparsity(),
         )
@@ -111,14 +112,14 @@ def _nonzeros(matrix: Expression) -> Expression:
 
 
 def _jacobian_places(of: Transcription, each: _StageFunctions, end: _StageFunctions) -> np.ndarray:
-    n, n_x, n_w, n_rows = of.n_intervals, of.n_x, of.n_x + of.n_v, of.n_rows
+    n, n_x, n_w, n_rows = of.n_intervals, of.n_x, of.n_w, of.n_rows
     columns = np.arange(n) * n_w
     starts = np.arange(n) * n_rows + n_x * (np.arange(n) > 0)
     identity = ca.Sparsity.diag(n_x)
     return _joined(
         [
-            _placed(each.jacobian, starts, columns),
-            _placed(end.jacobian, [n * n_rows + n_x], [n * n_w]),
+            _placed(each.jacobian_pattern, starts, columns),
+            _placed(end.jacobian_pattern, [n * n_rows + n_x], [n * n_w]),
             _placed(identity, starts, columns + n_w),
             _placed(identity, [n_rows], [0]),
         ]
@@ -128,7 +129,7 @@ def _jacobian_places(of: Transcription, each: _StageFunctions, end: _StageFuncti
 def _placed(
     pattern: ca.Sparsity, row_offsets: Sequence[int] | np.ndarray, column_offsets: Sequence[int] | np.ndarray
 ) -> np.ndarray:
-    """Row and column of every nonzero of copies of a pattern at these places, (2, copies * nonzeros)."""
+    """Row and column of every nonzero of copies of a pattern at these offsets, (2, copies * nonzeros)."""
     rows, columns = (np.array(index, dtype=int) for index in pattern.get_triplet())
     return np.stack(
         [np.add.outer(np.asarray(row_offsets), rows).ravel(), np.add.outer(np.asarray(column_offsets), columns).ravel()]

@@ -1,10 +1,10 @@
-"""The C by which a library tells fatrop its programme: every function with its names, shapes and patterns."""
+"""C template of the interface that fatrop expects of a library: functions with their names, shapes and sparsity."""
 
 FUNCTIONS = r"""
 static const casadi_int one[] = {1, 1, 1}, variables[] = {N_VARIABLES, 1, 1}, parameters[] = {N_X + N_SHARED, 1, 1},
                         rows[] = {N_CONSTRAINTS, 1, 1};
 
-#define TAKES const double **arg, double **res, casadi_int *iw, double *w, int mem
+#define ARGUMENTS const double **arg, double **res, casadi_int *iw, double *w, int mem
 #define DESCRIBE(name, n_in, n_out, names_in, names_out, ...)                                                     \
     casadi_int name##_n_in(void) { return n_in; }                                                                 \
     casadi_int name##_n_out(void) { return n_out; }                                                               \
@@ -17,61 +17,61 @@ static const casadi_int one[] = {1, 1, 1}, variables[] = {N_VARIABLES, 1, 1}, pa
     int name##_work(casadi_int *a, casadi_int *r, casadi_int *i, casadi_int *d) {                                 \
         if (a) *a = n_in; if (r) *r = n_out; if (i) *i = 0; if (d) *d = 0; return 0; }
 #define LIST(...) {__VA_ARGS__}
-#define POINT LIST("x", "p")
-#define ALL LIST("x", "p", "lam_f", "lam_g")
+#define PRIMAL LIST("x", "p")
+#define PRIMAL_DUAL LIST("x", "p", "lam_f", "lam_g")
 
-DESCRIBE(nlp, 2, 2, POINT, LIST("f", "g"), one, rows)
-int nlp(TAKES) {
-    know(arg, VALUES);
+DESCRIBE(nlp, 2, 2, PRIMAL, LIST("f", "g"), one, rows)
+int nlp(ARGUMENTS) {
+    evaluate(arg, VALUES);
     if (res[0]) cost(res[0]);
     if (res[1]) constraints(res[1]);
     return 0;
 }
 
-DESCRIBE(nlp_f, 2, 1, POINT, LIST("f"), one)
-int nlp_f(TAKES) {
-    know(arg, VALUES);
+DESCRIBE(nlp_f, 2, 1, PRIMAL, LIST("f"), one)
+int nlp_f(ARGUMENTS) {
+    evaluate(arg, VALUES);
     if (res[0]) cost(res[0]);
     return 0;
 }
 
-DESCRIBE(nlp_g, 2, 1, POINT, LIST("g"), rows)
-int nlp_g(TAKES) {
-    know(arg, VALUES);
+DESCRIBE(nlp_g, 2, 1, PRIMAL, LIST("g"), rows)
+int nlp_g(ARGUMENTS) {
+    evaluate(arg, VALUES);
     if (res[0]) constraints(res[0]);
     return 0;
 }
 
-DESCRIBE(nlp_grad_f, 2, 1, POINT, LIST("grad_f_x"), variables)
-int nlp_grad_f(TAKES) {
-    know(arg, SLOPES);
+DESCRIBE(nlp_grad_f, 2, 1, PRIMAL, LIST("grad_f_x"), variables)
+int nlp_grad_f(ARGUMENTS) {
+    evaluate(arg, DERIVATIVES);
     if (res[0]) gradient(res[0]);
     return 0;
 }
 
-DESCRIBE(nlp_jac_g, 2, 2, POINT, LIST("g", "jac_g_x"), rows, jacobian_pattern)
-int nlp_jac_g(TAKES) {
-    know(arg, SLOPES);
+DESCRIBE(nlp_jac_g, 2, 2, PRIMAL, LIST("g", "jac_g_x"), rows, jacobian_pattern)
+int nlp_jac_g(ARGUMENTS) {
+    evaluate(arg, DERIVATIVES);
     if (res[0]) constraints(res[0]);
     if (res[1]) jacobian(res[1]);
     return 0;
 }
 
-DESCRIBE(nlp_hess_l, 4, 2, ALL, LIST("grad_gamma_x", "hess_gamma_x_x"), variables, hessian_pattern)
-int nlp_hess_l(TAKES) {
-    know(arg, SLOPES);
+DESCRIBE(nlp_hess_l, 4, 2, PRIMAL_DUAL, LIST("grad_gamma_x", "hess_gamma_x_x"), variables, hessian_pattern)
+int nlp_hess_l(ARGUMENTS) {
+    evaluate(arg, DERIVATIVES);
     if (res[0]) lagrangian_gradient(arg[2][0], arg[3], res[0]);
     if (res[1]) hessian(arg[2][0], arg[3], res[1]);
     return 0;
 }
 
-DESCRIBE(nlp_grad, 4, 4, ALL, LIST("f", "g", "grad_gamma_x", "grad_gamma_p"), one, rows, variables, parameters)
-int nlp_grad(TAKES) {
-    know(arg, SLOPES);
+DESCRIBE(nlp_grad, 4, 4, PRIMAL_DUAL, LIST("f", "g", "grad_gamma_x", "grad_gamma_p"), one, rows, variables, parameters)
+int nlp_grad(ARGUMENTS) {
+    evaluate(arg, DERIVATIVES);
     if (res[0]) cost(res[0]);
     if (res[1]) constraints(res[1]);
     if (res[2]) lagrangian_gradient(arg[2][0], arg[3], res[2]);
-    if (res[3]) memset(res[3], 0, (N_X + N_SHARED) * sizeof(double)); /* nobody asks */
+    if (res[3]) memset(res[3], 0, (N_X + N_SHARED) * sizeof(double)); /* fatrop does not use it */
     return 0;
 }
 """

@@ -5,7 +5,7 @@ With r(z, qdd) = tau_hat - tau = 0 and z = [q, qd, f]:
     dqdd/dz = -M^-1 dr/dz
     d2(lambda . qdd)/dz2 = -E' d2(mu . r)/d(z, qdd)2 E,   mu = M^-T lambda,  E = [I; dqdd/dz],
 
-so that no inverse is ever differentiated.
+so that no inverse is ever differentiated (Griewank & Walther, Evaluating Derivatives, 2008, ch. 15).
 """
 
 from collections.abc import Sequence
@@ -25,9 +25,9 @@ THIRD = 3  # derivatives of M and V that second derivatives of qdd need
 class Rate:
     """Scalar functions of z = [q, qd, f] (n_z,) and the weights w; every result is one column.
 
-    value  (z, w) -> qdd
-    slope  (z, w) -> [qdd | dqdd/dz by rows]
-    curve  (z, w, s, lambda) -> d2(lambda . qdd)/dz2, all n_z^2 entries; s is what `slope` gives
+    value     (z, w) -> qdd
+    jacobian  (z, w) -> [qdd | dqdd/dz by rows]
+    hessian   (z, w, j, lambda) -> d2(lambda . qdd)/dz2, all n_z^2 entries; j is the result of `jacobian`
     """
 
     model: PredictiveModel
@@ -44,23 +44,24 @@ class Rate:
         return _function("rate_value", [z, w], [self._motion(z, w)[0]])
 
     @cached_property
-    def slope(self) -> ca.Function:
+    def jacobian(self) -> ca.Function:
         """qdd and its Jacobian."""
         z, w = self._symbols
         acceleration, inverse = self._motion(z, w)
-        _, _, slopes, _ = self._residual(z, acceleration, ca.SX.zeros(self.n_q), w)
-        return _function("rate_slope", [z, w], [acceleration, ca.vec(-(inverse @ slopes).T)])
+        _, _, of_residual, _ = self._residual(z, acceleration, ca.SX.zeros(self.n_q), w)
+        return _function("rate_jacobian", [z, w], [acceleration, ca.vec(-(inverse @ of_residual).T)])
 
     @cached_property
-    def curve(self) -> ca.Function:
+    def hessian(self) -> ca.Function:
         """The Hessian of a combination of qdd."""
         z, w = self._symbols
         n_z = z.numel()
-        known, multipliers = ca.SX.sym("s", self.n_q * (1 + n_z)), ca.SX.sym("lambda", self.n_q)
+        jacobian, multipliers = ca.SX.sym("j", self.n_q * (1 + n_z)), ca.SX.sym("lambda", self.n_q)
         _, inverse = self._motion(z, w)
-        _, _, _, hessian = self._residual(z, known[: self.n_q], inverse.T @ multipliers, w)
-        along = ca.vertcat(ca.SX.eye(n_z), ca.reshape(known[self.n_q :], n_z, self.n_q).T)
-        return _function("rate_curve", [z, w, known, multipliers], [ca.vec(-(along.T @ hessian @ along))])
+        _, _, _, of_residual = self._residual(z, jacobian[: self.n_q], inverse.T @ multipliers, w)
+        extended = ca.vertcat(ca.SX.eye(n_z), ca.reshape(jacobian[self.n_q :], n_z, self.n_q).T)
+        hessian = -(extended.T @ of_residual @ extended)
+        return _function("rate_hessian", [z, w, jacobian, multipliers], [ca.vec(hessian)])
 
     @property
     def _symbols(self) -> tuple[ca.SX, ca.SX]:
@@ -88,13 +89,15 @@ class Rate:
         else:
             active, entries = taylor
             jets = _jets(entries, q, active)
-            known = ca.SX.sym("jets", entries.numel(), len(jets))
-            near = _polynomial(known, q, active)
-            conservative = _derivatives(_inertial(near, q, qd, qdd), z, qdd, mu)
-            conservative = ca.substitute(list(conservative), [q], [ca.SX.zeros(n_q)])
-            there = ca.Function("there", [everything, mu, known], conservative)(everything, mu, ca.horzcat(*jets))
+            # the energies enter through their Taylor polynomial at q alone, whose coefficients are computed once
+            coefficients = ca.SX.sym("jets", entries.numel(), len(jets))
+            expansion = _polynomial(coefficients, q, active)
+            at_zero = _derivatives(_inertial(expansion, q, qd, qdd), z, qdd, mu)
+            at_zero = ca.substitute(list(at_zero), [q], [ca.SX.zeros(n_q)])
+            expanded = ca.Function("conservative", [everything, mu, coefficients], at_zero)
+            conservative = expanded(everything, mu, ca.horzcat(*jets))
             other = _derivatives(self.model.model.friction(q, qd, w) - tau, z, qdd, mu)
-            parts = [a + b for a, b in zip(there, other, strict=True)]
+            parts = [a + b for a, b in zip(conservative, other, strict=True)]
         return ca.Function("residual", [z, qdd, mu, w], list(parts), {"cse": True})
 
 
@@ -114,34 +117,35 @@ def _derivatives(residual: ca.SX, z: ca.SX, qdd: ca.SX, mu: ca.SX) -> list[ca.SX
 
 def _quadratic_energy(model: PredictiveModel, q: ca.SX, qd: ca.SX, w: ca.SX) -> tuple[list[int], ca.SX] | None:
     """The upper triangle of M(q), and V(q), with the coordinates that they depend on, if T = qd' M(q) qd / 2."""
-    said = model.model.energies(q, qd, w)
-    slope = ca.gradient(said.kinetic, qd)
-    mass = ca.jacobian(slope, qd)
-    rest = ca.substitute(ca.vertcat(slope, said.kinetic), qd, ca.SX.zeros(model.n_q))
-    if ca.depends_on(mass, qd) or ca.depends_on(said.potential, qd) or not ca.simplify(rest).is_zero():
+    energies = model.model.energies(q, qd, w)
+    momentum = ca.gradient(energies.kinetic, qd)
+    mass = ca.jacobian(momentum, qd)
+    rest = ca.substitute(ca.vertcat(momentum, energies.kinetic), qd, ca.SX.zeros(model.n_q))
+    if ca.depends_on(mass, qd) or ca.depends_on(energies.potential, qd) or not ca.simplify(rest).is_zero():
         return None
     upper = [mass[i, j] for i in range(model.n_q) for j in range(i, model.n_q)]
-    entries = ca.densify(ca.vertcat(*upper, said.potential))
+    entries = ca.densify(ca.vertcat(*upper, energies.potential))
     return [k for k in range(model.n_q) if ca.depends_on(entries, q[k])], entries
 
 
 def _orders(count: int) -> list[tuple[int, ...]]:
-    return [places for order in range(THIRD + 1) for places in combinations_with_replacement(range(count), order)]
+    """The variables of every partial derivative up to the third order, the value itself first."""
+    return [indices for order in range(THIRD + 1) for indices in combinations_with_replacement(range(count), order)]
 
 
 def _jets(entries: ca.SX, q: ca.SX, active: Sequence[int]) -> list[ca.SX]:
-    """The partial derivatives up to the third order, a column each."""
-    found: dict[tuple[int, ...], ca.SX] = {}
-    for places in _orders(len(active)):
-        found[places] = ca.densify(ca.jacobian(found[places[:-1]], q[active[places[-1]]])) if places else entries
-    return list(found.values())
+    """The partial derivatives up to the third order, one column each."""
+    derivatives: dict[tuple[int, ...], ca.SX] = {(): entries}
+    for indices in _orders(len(active))[1:]:
+        derivatives[indices] = ca.densify(ca.jacobian(derivatives[indices[:-1]], q[active[indices[-1]]]))
+    return list(derivatives.values())
 
 
 def _polynomial(jets: ca.SX, q: ca.SX, active: Sequence[int]) -> ca.SX:
     """The Taylor polynomial of these derivatives around q = 0."""
     powers = [
-        prod(q[active[place]] for place in places) / prod(factorial(places.count(place)) for place in set(places))
-        for places in _orders(len(active))
+        prod(q[active[i]] for i in indices) / prod(factorial(indices.count(i)) for i in set(indices))
+        for indices in _orders(len(active))
     ]
     return jets @ ca.vertcat(*powers)
 

@@ -1,8 +1,8 @@
-"""Problem (9) by multiple shooting as one C library, in the form in which fatrop takes a programme.
+"""Problem (9) by multiple shooting as the C source of a library for fatrop.
 
-The functions of one stage are C kernels over several stages at once. Sensitivities of the Runge-Kutta steps are
-propagated forwards, multipliers backwards; what is evaluated at a point is kept until the next one, so that gradient,
-Jacobian and Hessian share it.
+The functions of one stage are vectorised over several stages. Sensitivities of the Runge-Kutta steps are propagated
+forwards, multipliers backwards; results at a point are stored until the next point, so that gradient, Jacobian and
+Hessian share them.
 """
 
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ import numpy as np
 
 from repro.codegen.lanes import FUNCTIONS as LANE_FUNCTIONS
 from repro.codegen.lanes import TYPE, vector_function
-from repro.control.interval import points
+from repro.control.horizon_cost import HorizonCost
 from repro.control.programme_template import FUNCTIONS
 from repro.control.rate import Rate
 from repro.control.shooting_template import STAGES
@@ -20,18 +20,18 @@ from repro.control.transcription import Transcription
 
 
 def shooting_code(of: Transcription) -> str:
-    """C source of the functions that fatrop looks for in a library; of a transcription by shooting."""
+    """C source of the functions that fatrop looks up in a library, for a transcription by shooting."""
     rate = Rate(of.model)
-    at = points(of.model, of.problem)
+    nodes = HorizonCost(of.model, of.problem).nodes()
     kernels = [
         vector_function(rate.value, ("z", "weights")),
-        vector_function(rate.slope, ("z", "weights")),
-        vector_function(rate.curve, ("z", "weights", "slopes", "multipliers")),
+        vector_function(rate.jacobian, ("z", "weights")),
+        vector_function(rate.hessian, ("z", "weights", "jacobian", "multipliers")),
     ]
-    for point in at:
-        kernels += [vector_function(function, ("z", "shared", "data")) for function in (point.value, point.slope)]
-        kernels.append(vector_function(point.curve, ("z", "shared", "data", "multipliers")))
-    start, middle, end = (point.margins.numel() for point in at)
+    for node in nodes:
+        kernels += [vector_function(function, ("z", "shared", "data")) for function in (node.value, node.jacobian)]
+        kernels.append(vector_function(node.hessian, ("z", "shared", "data", "multipliers")))
+    start, middle, end = (node.margins.numel() for node in nodes)
     sizes = {
         "N": of.n_intervals,
         "N_Q": of.model.n_q,
@@ -53,8 +53,8 @@ def shooting_code(of: Transcription) -> str:
 
 
 def _jacobian(of: Transcription) -> ca.Sparsity:
-    """Dense blocks of every stage, and the identities of following states and of the first."""
-    n, n_x, n_w, n_rows = of.n_intervals, of.n_x, of.n_x + of.n_v, of.n_rows
+    """A dense block for every stage, and the identities of following states and of the first state."""
+    n, n_x, n_w, n_rows = of.n_intervals, of.n_x, of.n_w, of.n_rows
     filled = np.zeros((sum(of.rows), of.n_variables), dtype=bool)
     for k in range(n):
         first, column = k * n_rows + n_x * (k > 0), k * n_w
@@ -67,8 +67,7 @@ def _jacobian(of: Transcription) -> ca.Sparsity:
 
 def _hessian(of: Transcription) -> ca.Sparsity:
     """A dense block for every stage."""
-    n_w = of.n_x + of.n_v
-    stage = np.minimum(np.arange(of.n_variables) // n_w, of.n_intervals)
+    stage = np.minimum(np.arange(of.n_variables) // of.n_w, of.n_intervals)
     return _pattern(stage[:, None] == stage[None])
 
 

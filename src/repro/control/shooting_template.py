@@ -1,4 +1,4 @@
-"""The C around the kernels of `shooting`: Runge-Kutta steps with their derivatives, put together over the horizon."""
+"""C template of `shooting`: Runge-Kutta steps and their derivatives, assembled over the horizon."""
 
 STAGES = r"""
 #include <string.h>
@@ -11,15 +11,15 @@ STAGES = r"""
 #define GROUPS ((N + LANES - 1) / LANES)
 #define RATES (4 * SUBSTEPS)
 
-enum { NOTHING, VALUES, SLOPES };
+enum { NOTHING, VALUES, DERIVATIVES };
 
-/* What is known at one point, a group of stages at a time; z = [x, f], w the stage's own variables. */
+/* Results at one point, LANES stages per group; z = [x, f], w the stage's own variables [x_k, f_k]. */
 static _Thread_local struct {
     int level;
     double x[N_VARIABLES], p[N_X + N_SHARED];
-    vec shared[N_SHARED], data[GROUPS][2], reached[GROUPS][N_X], reached_slope[GROUPS][N_X][N_W];
-    vec z[GROUPS][RATES][N_W], rate[GROUPS][RATES][N_Q + N_Q * N_W], z_slope[GROUPS][RATES][N_X][N_W];
-    vec middle[GROUPS][N_X], middle_slope[GROUPS][N_X][N_W], last[N_X];
+    vec shared[N_SHARED], data[GROUPS][2], reached[GROUPS][N_X], reached_jacobian[GROUPS][N_X][N_W];
+    vec z[GROUPS][RATES][N_W], rate[GROUPS][RATES][N_Q + N_Q * N_W], z_jacobian[GROUPS][RATES][N_X][N_W];
+    vec middle[GROUPS][N_X], middle_jacobian[GROUPS][N_X][N_W], last[N_X];
     vec at_start[GROUPS][1 + N_START + N_W + N_START * N_W];
     vec at_middle[GROUPS][1 + N_MIDDLE + N_X + N_MIDDLE * N_X];
     vec at_end[1 + N_END + N_X + N_END * N_X];
@@ -27,20 +27,20 @@ static _Thread_local struct {
 
 static const double step_to[4] = {0.0, 0.5, 0.5, 1.0}, step_share[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
 
-/* Derivatives of a rate [qd, qdd] with respect to w: [slope of qd, dqdd/dz * slope of z]. */
-static void rate_along(const vec *rate, vec slope[N_X][N_W], vec along[N_X][N_W]) {
+/* Derivatives of a rate [qd, qdd] with respect to w: [dqd/dw, dqdd/dz dz/dw], where dx are the rows dx/dw. */
+static void rate_along(const vec *rate, vec dx[N_X][N_W], vec along[N_X][N_W]) {
     for (int i = 0; i < N_Q; i++) {
         const vec *row = rate + N_Q + i * N_W;
         for (int c = 0; c < N_W; c++) {
             vec sum = c == N_X ? row[N_X] : splat(0.0);
-            for (int j = 0; j < N_X; j++) sum += row[j] * slope[j][c];
-            along[i][c] = slope[N_Q + i][c];
+            for (int j = 0; j < N_X; j++) sum += row[j] * dx[j][c];
+            along[i][c] = dx[N_Q + i][c];
             along[N_Q + i][c] = sum;
         }
     }
 }
 
-static void shoot(int group, int slopes) {
+static void shoot(int group, int derivatives) {
     vec x[N_X], s[N_X][N_W], h = now.data[group][0] / (double)SUBSTEPS, *first = now.z[group][0];
     const vec *weights = now.shared + 1;
     memcpy(x, first, sizeof x);
@@ -52,12 +52,12 @@ static void shoot(int group, int slopes) {
             vec *z = now.z[group][at], *rate = now.rate[group][at], step = h * step_to[l];
             for (int i = 0; i < N_X; i++) z[i] = l ? x[i] + step * k[l - 1][i] : x[i];
             z[N_X] = first[N_X];
-            if (slopes) {
-                vec (*z_slope)[N_W] = now.z_slope[group][at];
+            if (derivatives) {
+                vec (*z_jacobian)[N_W] = now.z_jacobian[group][at];
                 for (int i = 0; i < N_X; i++)
-                    for (int c = 0; c < N_W; c++) z_slope[i][c] = l ? s[i][c] + step * along[l - 1][i][c] : s[i][c];
-                rate_slope(z, weights, rate);
-                rate_along(rate, z_slope, along[l]);
+                    for (int c = 0; c < N_W; c++) z_jacobian[i][c] = l ? s[i][c] + step * along[l - 1][i][c] : s[i][c];
+                rate_jacobian(z, weights, rate);
+                rate_along(rate, z_jacobian, along[l]);
             } else rate_value(z, weights, rate);
             memcpy(k[l], z + N_Q, N_Q * sizeof(vec));
             memcpy(k[l] + N_Q, rate, N_Q * sizeof(vec));
@@ -65,15 +65,15 @@ static void shoot(int group, int slopes) {
         for (int l = 0; l < 4; l++) for (int i = 0; i < N_X; i++) {
             vec share = h * step_share[l];
             x[i] += share * k[l][i];
-            if (slopes) for (int c = 0; c < N_W; c++) s[i][c] += share * along[l][i][c];
+            if (derivatives) for (int c = 0; c < N_W; c++) s[i][c] += share * along[l][i][c];
         }
         if (sub + 1 == SUBSTEPS / 2) {
             memcpy(now.middle[group], x, sizeof x);
-            if (slopes) memcpy(now.middle_slope[group], s, sizeof s);
+            if (derivatives) memcpy(now.middle_jacobian[group], s, sizeof s);
         }
     }
     memcpy(now.reached[group], x, sizeof x);
-    if (slopes) memcpy(now.reached_slope[group], s, sizeof s);
+    if (derivatives) memcpy(now.reached_jacobian[group], s, sizeof s);
 }
 
 static int stage_of(int group, int lane) {
@@ -96,17 +96,18 @@ static void move_to(const double *x, const double *p) {
     }
 }
 
-static void know(const double **arg, int level) {
+static void evaluate(const double **arg, int level) {
     move_to(arg[0], arg[1]);
     if (now.level >= level) return;
     now.level = level;
     const vec *none = now.data[0];
-    (level == SLOPES ? end_slope : end_value)(now.last, now.shared, none, now.at_end);
+    (level == DERIVATIVES ? end_jacobian : end_value)(now.last, now.shared, none, now.at_end);
     for (int group = 0; group < GROUPS; group++) {
         const vec *data = now.data[group];
-        shoot(group, level == SLOPES);
-        (level == SLOPES ? start_slope : start_value)(now.z[group][0], now.shared, data, now.at_start[group]);
-        (level == SLOPES ? middle_slope : middle_value)(now.middle[group], now.shared, data, now.at_middle[group]);
+        shoot(group, level == DERIVATIVES);
+        const vec *start = now.z[group][0], *middle = now.middle[group];
+        (level == DERIVATIVES ? start_jacobian : start_value)(start, now.shared, data, now.at_start[group]);
+        (level == DERIVATIVES ? middle_jacobian : middle_value)(middle, now.shared, data, now.at_middle[group]);
     }
 }
 
@@ -129,10 +130,10 @@ static void constraints(double *g) {
     for (int i = 0; i < N_END; i++) g[N * ROWS + N_X + i] = now.at_end[1 + i][0];
 }
 
-/* The middle's derivatives with respect to w: those with respect to x times the slope of x. */
-static vec through_middle(int group, const vec *slope, int c) {
+/* A derivative at the middle with respect to w: the row of derivatives with respect to x times dx/dw. */
+static vec through_middle(int group, const vec *row, int c) {
     vec sum = splat(0.0);
-    for (int i = 0; i < N_X; i++) sum += slope[i] * now.middle_slope[group][i][c];
+    for (int i = 0; i < N_X; i++) sum += row[i] * now.middle_jacobian[group][i][c];
     return sum;
 }
 
@@ -150,7 +151,7 @@ static void jacobian(double *d) {
     vec own[GROUPS][ROWS][N_W];
     for (int group = 0; group < GROUPS; group++) for (int c = 0; c < N_W; c++) {
         const vec *start = now.at_start[group] + 1 + N_START + N_W, *middle = now.at_middle[group] + 1 + N_MIDDLE + N_X;
-        for (int i = 0; i < N_X; i++) own[group][i][c] = -now.reached_slope[group][i][c];
+        for (int i = 0; i < N_X; i++) own[group][i][c] = -now.reached_jacobian[group][i][c];
         for (int i = 0; i < N_START; i++) own[group][N_X + i][c] = start[i * N_W + c];
         for (int i = 0; i < N_MIDDLE; i++)
             own[group][N_X + N_START + i][c] = through_middle(group, middle + i * N_X, c);
@@ -166,17 +167,17 @@ static void jacobian(double *d) {
     }
 }
 
-/* h += slope' curve slope, where the last of n rows of the slope may be the force itself */
-static void add_curve(vec h[N_W][N_W], const vec *curve, int n, vec slope[N_X][N_W]) {
+/* h += dx' second dx, where the last of n rows of dx may be the force itself */
+static void add_second(vec h[N_W][N_W], const vec *second, int n, vec dx[N_X][N_W]) {
     vec half[N_W][N_W];
     for (int i = 0; i < n; i++) for (int c = 0; c < N_W; c++) {
-        vec sum = c == N_X && n == N_W ? curve[i * n + N_X] : splat(0.0);
-        for (int j = 0; j < N_X; j++) sum += curve[i * n + j] * slope[j][c];
+        vec sum = c == N_X && n == N_W ? second[i * n + N_X] : splat(0.0);
+        for (int j = 0; j < N_X; j++) sum += second[i * n + j] * dx[j][c];
         half[i][c] = sum;
     }
     for (int b = 0; b < N_W; b++) for (int c = 0; c < N_W; c++) {
         vec sum = b == N_X && n == N_W ? half[N_X][c] : splat(0.0);
-        for (int i = 0; i < N_X; i++) sum += slope[i][b] * half[i][c];
+        for (int i = 0; i < N_X; i++) sum += dx[i][b] * half[i][c];
         h[b][c] += sum;
     }
 }
@@ -185,14 +186,14 @@ static void shoot_back(int group, vec lambda[N_X], const vec *of_middle, vec h[N
     vec length = now.data[group][0] / (double)SUBSTEPS;
     for (int sub = SUBSTEPS - 1; sub >= 0; sub--) {
         if (sub + 1 == SUBSTEPS / 2) {
-            vec curve[N_X * N_X];
-            const vec *slope = now.at_middle[group] + 1 + N_MIDDLE;
-            middle_curve(now.middle[group], now.shared, now.data[group], of_middle, curve);
-            add_curve(h, curve, N_X, now.middle_slope[group]);
+            vec second[N_X * N_X];
+            const vec *rows = now.at_middle[group] + 1 + N_MIDDLE;
+            middle_hessian(now.middle[group], now.shared, now.data[group], of_middle, second);
+            add_second(h, second, N_X, now.middle_jacobian[group]);
             for (int m = 0; m <= N_MIDDLE; m++)
-                for (int i = 0; i < N_X; i++) lambda[i] += of_middle[m] * slope[m * N_X + i];
+                for (int i = 0; i < N_X; i++) lambda[i] += of_middle[m] * rows[m * N_X + i];
         }
-        vec before[N_X], of_z[N_X], of_k[N_X], curve[N_W * N_W];
+        vec before[N_X], of_z[N_X], of_k[N_X], second[N_W * N_W];
         memcpy(before, lambda, sizeof before);
         for (int l = 3; l >= 0; l--) {
             int at = 4 * sub + l;
@@ -201,8 +202,8 @@ static void shoot_back(int group, vec lambda[N_X], const vec *of_middle, vec h[N
                 of_k[i] = length * step_share[l] * lambda[i];
                 if (l < 3) of_k[i] += length * step_to[l + 1] * of_z[i];
             }
-            rate_curve(now.z[group][at], now.shared + 1, rate, of_k + N_Q, curve);
-            add_curve(h, curve, N_W, now.z_slope[group][at]);
+            rate_hessian(now.z[group][at], now.shared + 1, rate, of_k + N_Q, second);
+            add_second(h, second, N_W, now.z_jacobian[group][at]);
             for (int j = 0; j < N_X; j++) {
                 of_z[j] = j < N_Q ? splat(0.0) : of_k[j - N_Q];
                 for (int i = 0; i < N_Q; i++) of_z[j] += rate[N_Q + i * N_W + j] * of_k[N_Q + i];
@@ -224,25 +225,25 @@ static void hessian(double lam_f, const double *lam_g, double *d) {
             for (int i = 0; i < N_START; i++) of_start[1 + i][lane] = own[N_X + i];
             for (int i = 0; i < N_MIDDLE; i++) of_middle[1 + i][lane] = own[N_X + N_START + i];
         }
-        start_curve(now.z[group][0], now.shared, now.data[group], of_start, h[0]);
+        start_hessian(now.z[group][0], now.shared, now.data[group], of_start, h[0]);
         shoot_back(group, lambda, of_middle, h);
         for (int lane = 0; lane < LANES && group * LANES + lane < N; lane++)
             for (int i = 0; i < N_W * N_W; i++) *d++ = h[i / N_W][i % N_W][lane];
     }
     of_end[0] = splat(lam_f);
     for (int i = 0; i < N_END; i++) of_end[1 + i] = splat(lam_g[N * ROWS + N_X + i]);
-    end_curve(now.last, now.shared, now.data[0], of_end, end);
+    end_hessian(now.last, now.shared, now.data[0], of_end, end);
     for (int i = 0; i < N_X * N_X; i++) *d++ = end[i][0];
 }
 
 static void lagrangian_gradient(double lam_f, const double *lam_g, double *d) {
-    static _Thread_local double slopes[sizeof jacobian_pattern / sizeof(casadi_int)];
+    static _Thread_local double nonzeros[sizeof jacobian_pattern / sizeof(casadi_int)];
     const casadi_int *column = jacobian_pattern + 2, *row = column + N_VARIABLES + 1;
     gradient(d);
-    jacobian(slopes);
+    jacobian(nonzeros);
     for (int c = 0; c < N_VARIABLES; c++) {
         d[c] *= lam_f;
-        for (casadi_int i = column[c]; i < column[c + 1]; i++) d[c] += slopes[i] * lam_g[row[i]];
+        for (casadi_int i = column[c]; i < column[c + 1]; i++) d[c] += nonzeros[i] * lam_g[row[i]];
     }
 }
 """

@@ -1,4 +1,4 @@
-"""Solvers of problem (9): IPOPT as the reference, fatrop (which knows the stages) as the fast path."""
+"""Solvers of problem (9): IPOPT (Waechter & Biegler 2006), and fatrop (Vanroye et al. 2023), which uses the stages."""
 
 import time
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ import numpy as np
 
 from repro.codegen.c_library import has_compiler, library_file
 from repro.control.matrix_network import is_wide
-from repro.control.nonlinear import CompiledProgramme, NonlinearSolver, Solution, Solver
+from repro.control.nonlinear_solver import CompiledProgramme, NonlinearSolver, Solution, Solver
 from repro.control.programme import Programme, programme
 from repro.control.shooting import shooting_code
 from repro.control.solver_process import GuardedSolver
@@ -25,7 +25,7 @@ _QUIET = {"print_time": False, "error_on_fail": False, "show_eval_warnings": Fal
 
 @dataclass(frozen=True)
 class Limits:
-    """When a solver stops: the tolerance that it reaches, iterations, and seconds of CPU time."""
+    """Limits of one solution: tolerance, iterations, and CPU time in s."""
 
     tolerance: float = 1e-4
     iterations: int = 40
@@ -33,15 +33,15 @@ class Limits:
 
 
 def make_solver(of: Transcription, name: SolverName, limits: Limits) -> Solver:
-    """The solver of a transcription; without a C compiler IPOPT stands in for fatrop, whose code it would compile."""
+    """The solver of a transcription; without a C compiler IPOPT stands in for fatrop, which needs compiled code."""
     if name == "fatrop" and has_compiler():
         return GuardedSolver(compiled_programme(of, limits), limits.seconds)
-    return Timed(ipopt(of, limits))
+    return TimedSolver(ipopt(of, limits))
 
 
 @dataclass(frozen=True)
-class Timed:
-    """A solver in this process, with the CPU time of every solution."""
+class TimedSolver:
+    """A solver in this process that measures the CPU time of every solution."""
 
     solver: NonlinearSolver
 
@@ -52,21 +52,21 @@ class Timed:
         return replace(solution, seconds=time.thread_time() - started)
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Nothing to free."""
 
 
 def ipopt(of: Transcription, limits: Limits) -> NonlinearSolver:
     """IPOPT with exact derivatives, evaluated by CasADi."""
-    made = programme(of)
-    given, point = [made.x, made.p], ["x", "p"]
+    nlp = programme(of)
+    primal, names = [nlp.x, nlp.p], ["x", "p"]
     derivatives = {
-        "grad_f": ca.Function("grad_f", given, [made.f, made.grad_f], point, ["f", "grad_f_x"]),
-        "jac_g": ca.Function("jac_g", given, [made.g, made.jac_g], point, ["g", "jac_g_x"]),
+        "grad_f": ca.Function("grad_f", primal, [nlp.f, nlp.grad_f], names, ["f", "grad_f_x"]),
+        "jac_g": ca.Function("jac_g", primal, [nlp.g, nlp.jac_g], names, ["g", "jac_g_x"]),
         "hess_lag": ca.Function(
             "hess_lag",
-            [*given, made.lam_f, made.lam_g],
-            [ca.triu(made.hess_l)],
-            [*point, "lam_f", "lam_g"],
+            [*primal, nlp.lam_f, nlp.lam_g],
+            [ca.triu(nlp.hess_l)],
+            [*names, "lam_f", "lam_g"],
             ["triu_hess_gamma_x_x"],
         ),
     }
@@ -77,13 +77,13 @@ def ipopt(of: Transcription, limits: Limits) -> NonlinearSolver:
         "max_iter": limits.iterations,
         "max_cpu_time": limits.seconds,
     }
-    described = {"x": made.x, "p": made.p, "f": made.f, "g": made.g}
-    function = ca.nlpsol("solver", "ipopt", described, {**_QUIET, **derivatives, "ipopt": options})
+    expressions = {"x": nlp.x, "p": nlp.p, "f": nlp.f, "g": nlp.g}
+    function = ca.nlpsol("solver", "ipopt", expressions, {**_QUIET, **derivatives, "ipopt": options})
     return NonlinearSolver(function, of.bounds())
 
 
 def compiled_programme(of: Transcription, limits: Limits) -> CompiledProgramme:
-    """The programme as machine code for fatrop; CompilerError where nothing compiles C."""
+    """The programme as machine code for fatrop; CompilerError without a C compiler."""
     bounds = of.bounds()
     options = {
         **_QUIET,
@@ -106,26 +106,31 @@ def compiled_programme(of: Transcription, limits: Limits) -> CompiledProgramme:
 
 
 def _code(of: Programme) -> str:
-    """C source with the functions that fatrop looks for in a library."""
-    point, all_given = [of.x, of.p], [of.x, of.p, of.lam_f, of.lam_g]
-    names, all_names = ["x", "p"], ["x", "p", "lam_f", "lam_g"]
-    nobody_asks = ca.MX.zeros(of.p.shape)
-    wanted = [
-        ca.Function("nlp", point, [of.f, of.g], names, ["f", "g"]),
-        ca.Function("nlp_f", point, [of.f], names, ["f"]),
-        ca.Function("nlp_g", point, [of.g], names, ["g"]),
-        ca.Function("nlp_grad_f", point, [of.grad_f], names, ["grad_f_x"]),
-        ca.Function("nlp_jac_g", point, [of.g, of.jac_g], names, ["g", "jac_g_x"]),
-        ca.Function("nlp_hess_l", all_given, [of.grad_l, of.hess_l], all_names, ["grad_gamma_x", "hess_gamma_x_x"]),
+    """C source with the functions that fatrop looks up in a library."""
+    primal, names = [of.x, of.p], ["x", "p"]
+    dual, dual_names = [of.lam_f, of.lam_g], ["lam_f", "lam_g"]
+    unused = ca.MX.zeros(of.p.shape)  # fatrop does not use the gradient with respect to p
+    generator = ca.CodeGenerator("programme.c")
+    for function in (
+        ca.Function("nlp", primal, [of.f, of.g], names, ["f", "g"]),
+        ca.Function("nlp_f", primal, [of.f], names, ["f"]),
+        ca.Function("nlp_g", primal, [of.g], names, ["g"]),
+        ca.Function("nlp_grad_f", primal, [of.grad_f], names, ["grad_f_x"]),
+        ca.Function("nlp_jac_g", primal, [of.g, of.jac_g], names, ["g", "jac_g_x"]),
+        ca.Function(
+            "nlp_hess_l",
+            [*primal, *dual],
+            [of.grad_l, of.hess_l],
+            [*names, *dual_names],
+            ["grad_gamma_x", "hess_gamma_x_x"],
+        ),
         ca.Function(
             "nlp_grad",
-            all_given,
-            [of.f, of.g, of.grad_l, nobody_asks],
-            all_names,
+            [*primal, *dual],
+            [of.f, of.g, of.grad_l, unused],
+            [*names, *dual_names],
             ["f", "g", "grad_gamma_x", "grad_gamma_p"],
         ),
-    ]
-    generator = ca.CodeGenerator("programme.c")
-    for function in wanted:
+    ):
         generator.add(function)
     return str(generator.dump())

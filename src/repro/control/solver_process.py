@@ -1,6 +1,6 @@
-"""A solver in a process of its own, which the system kills when one solution takes too much CPU time.
+"""A solver in a child process, which the system kills when one solution takes too much CPU time.
 
-fatrop may stall inside one call whatever its limit on iterations, and nothing in its own process can stop it then.
+fatrop may stall inside one call despite its limit on iterations, and nothing in its own process can stop it then.
 """
 
 import pickle
@@ -13,11 +13,11 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from repro.control.nonlinear import CompiledProgramme, Solution, Solver
+from repro.control.nonlinear_solver import CompiledProgramme, Solution, Solver
 
 
 class GuardedSolver:
-    """Solves in a child process; a solution that takes more than `seconds` of CPU time is given up."""
+    """Solves in a child process; a solution that takes more than `seconds` of CPU time is abandoned."""
 
     def __init__(self, programme: CompiledProgramme, seconds: float) -> None:
         self.programme, self.seconds = programme, seconds
@@ -29,7 +29,8 @@ class GuardedSolver:
         assert process.stdin is not None and process.stdout is not None
         try:
             _write(process.stdin, (parameters, guess))
-            return _read(process.stdout)
+            solution: Solution = _read(process.stdout)
+            return solution
         except (EOFError, BrokenPipeError):
             self.close()
             nothing = np.full_like(guess, np.nan)

@@ -1,7 +1,7 @@
-"""Problem (9) as a nonlinear programme: where its variables and constraints lie, and their bounds.
+"""Problem (9) as a nonlinear programme: the layout of its variables and constraints, and their bounds.
 
 Variables [x_0, v_0, x_1, v_1, ..., x_N] with v = [f, further unknowns]; constraints, stage by stage,
-[x_{k+1} - F(x_k, v_k) | equalities | margins], the first stage with x_0 - x(t) besides, the last with margins alone.
+[x_{k+1} - F(x_k, v_k) | equalities | margins], the first stage followed by x_0 - x(t), the last with margins alone.
 Parameters [x(t), x_des, weights of the model].
 """
 
@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from repro.control.interval import DEGREE, ELEMENTS, Discretisation, Interval, horizon_end, interval
-from repro.control.optimal_control_problem import Problem
+from repro.control.optimal_control_problem import OptimalControlProblem
 from repro.control.predictive_model import PredictiveModel
 
 
@@ -20,17 +20,17 @@ from repro.control.predictive_model import PredictiveModel
 class Transcription:
     """One problem for one model in one discretisation.
 
-    substeps: of classical RK4 in an interval of shooting; even, so that one ends in the middle.
+    substeps: steps of classical RK4 in an interval of shooting; even, so that one ends in the middle.
     """
 
     model: PredictiveModel
-    problem: Problem
+    problem: OptimalControlProblem
     discretisation: Discretisation
     substeps: int = 2
 
     @cached_property
     def interval(self) -> Interval:
-        """Every stage but the last; they differ in their data alone."""
+        """Every stage but the last; they differ only in their data."""
         return interval(self.model, self.problem, self.discretisation, self.substeps)
 
     @cached_property
@@ -40,7 +40,7 @@ class Transcription:
 
     @cached_property
     def prediction(self) -> Interval:
-        """One interval with its end as an explicit function of its start: for roll-outs."""
+        """One interval with its end as an explicit function of its start, for roll-outs."""
         return interval(self.model, self.problem, "shooting", self.substeps)
 
     @property
@@ -51,7 +51,12 @@ class Transcription:
     @property
     def n_v(self) -> int:
         """Inner variables of an interval, the force first."""
-        return self.interval.inner.numel()
+        return int(self.interval.inner.numel())
+
+    @property
+    def n_w(self) -> int:
+        """Decision variables of an interval: its first state and its inner variables."""
+        return self.n_x + self.n_v
 
     @property
     def n_intervals(self) -> int:
@@ -61,17 +66,17 @@ class Transcription:
     @property
     def n_variables(self) -> int:
         """All decision variables."""
-        return self.n_intervals * (self.n_x + self.n_v) + self.n_x
+        return self.n_intervals * self.n_w + self.n_x
 
     @property
     def n_parameters(self) -> int:
         """Measured state, x_des, and the weights of the model."""
-        return self.n_x + self.interval.parameters.numel()
+        return int(self.n_x + self.interval.parameters.numel())
 
     @property
     def n_rows(self) -> int:
         """Constraints of one interval."""
-        return self.n_x + self.interval.equalities.numel() + self.interval.margins.numel()
+        return int(self.n_x + self.interval.equalities.numel() + self.interval.margins.numel())
 
     @property
     def rows(self) -> list[int]:
@@ -80,7 +85,10 @@ class Transcription:
 
     @property
     def data(self) -> np.ndarray:
-        """Length of each interval, and whether the obstacle counts at its start: not where we are already."""
+        """Length of each interval, s, and 1 where the obstacle counts at its start, (2, n_intervals).
+
+        It does not count at the first node: the measured state cannot be changed.
+        """
         counts = np.arange(self.n_intervals) > 0
         return np.stack([self.problem.intervals, counts])
 
@@ -97,11 +105,11 @@ class Transcription:
         return np.append(np.concatenate([states[:-1], inner], axis=1).ravel(), states[-1])
 
     def parameters(self, state: np.ndarray, x_des: float, weights: np.ndarray) -> np.ndarray:
-        """The parameters of one solution."""
+        """The parameters of one solution, (n_parameters,): measured state (n_x,), target x_des in m, model weights."""
         return np.concatenate([state, [x_des], weights])
 
     def guess(self, states: np.ndarray, forces: np.ndarray) -> np.ndarray:
-        """Decision variables near states (n_intervals + 1, n_x) under forces (n_intervals,): straight in between."""
+        """Decision variables from states (n_intervals + 1, n_x) and forces (n_intervals,), linear between nodes."""
         inner = [forces[:, None]]
         if self.discretisation == "collocation":
             steps = np.diff(states, axis=0)
@@ -125,10 +133,10 @@ class Transcription:
             [free, np.zeros(self.n_x), *[free] * (self.n_intervals - 1), np.full(self.rows[-1], np.inf)]
         )
         lbg = np.zeros_like(ubg)
-        at_start = self.end.margins.numel()  # those of the state we are in: nothing can be done about them
+        at_start = self.end.margins.numel()  # margins of the measured state, which cannot be changed
         first = self.n_rows - n_margins
         lbg[first : first + at_start] = -np.inf
         return {"lbx": -ubx, "ubx": ubx, "lbg": lbg, "ubg": ubg}
 
     def _stages(self, variables: np.ndarray) -> np.ndarray:
-        return variables[: -self.n_x].reshape(self.n_intervals, self.n_x + self.n_v)
+        return variables[: -self.n_x].reshape(self.n_intervals, self.n_w)

@@ -40,8 +40,8 @@ class Plan:
         if radius is None:
             radius = RADII.get(len(system.angles), RADIUS)
         own = {
-            "margin": "clearance_radii",
-            "hard": "obstacle_constraint",
+            "clearance_radii": "clearance_radii",
+            "constraint": "obstacle_constraint",
             "weight": "obstacle_weight",
             "midpoints": "midpoints",
         }
@@ -115,5 +115,5 @@ def _close(
         plan.conditions,
         time_step=plan.control["time_step"],
         seconds=plan.task["seconds"],
-        obstacle=obstacle,
+        disc=obstacle,
     )

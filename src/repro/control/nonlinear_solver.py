@@ -1,4 +1,4 @@
-"""A nonlinear programme's solver at work: light enough for a process of its own."""
+"""Solvers of nonlinear programmes and their solutions; imports little, so that a child process starts quickly."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,14 +7,18 @@ from typing import Any, Protocol
 import casadi as ca
 import numpy as np
 
-OUT_OF_TIME = ("killed", "Maximum_CpuTime_Exceeded")  # by the guard of a process, by IPOPT
+OUT_OF_TIME = ("killed", "Maximum_CpuTime_Exceeded")  # the status from GuardedSolver, from IPOPT
 
 
 @dataclass(frozen=True)
 class Solution:
-    """What a solver leaves: the decision variables, whether it converged, and how it got there.
+    """The result of one solution.
 
-    violation: the largest of any constraint; infinite where there are no variables. seconds: of CPU time.
+    variables   decision variables (n_variables,); nan without a result
+    converged   whether the solver reports success
+    violation   the largest violation of any constraint; infinite without a result
+    status      the solver's return status
+    seconds     CPU time
     """
 
     variables: np.ndarray
@@ -27,18 +31,18 @@ class Solution:
 
     @property
     def out_of_time(self) -> bool:
-        """Whether it took more CPU time than it may."""
+        """Whether it exceeded its CPU time."""
         return self.status in OUT_OF_TIME
 
 
 class Solver(Protocol):
-    """Solves one programme from a guess of its variables."""
+    """Solves one nonlinear programme."""
 
     def __call__(self, parameters: np.ndarray, guess: np.ndarray) -> Solution:
-        """The solution for these parameters."""
+        """The solution for parameters (n_parameters,) from a guess of the variables (n_variables,)."""
 
     def close(self) -> None:
-        """Let go of what the solver holds."""
+        """Free the resources of the solver."""
 
 
 @dataclass(frozen=True)
@@ -49,25 +53,25 @@ class NonlinearSolver:
     bounds: Mapping[str, np.ndarray]
 
     def __call__(self, parameters: np.ndarray, guess: np.ndarray) -> Solution:
-        """Solve, and say how well the constraints hold."""
-        found = self.function(x0=guess, p=parameters, **self.bounds)
-        told = self.function.stats()
-        variables, constraints = (np.asarray(found[name]).ravel() for name in ("x", "g"))
+        """Solve, and measure the violation of the constraints."""
+        result = self.function(x0=guess, p=parameters, **self.bounds)
+        statistics = self.function.stats()
+        variables, constraints = (np.asarray(result[name]).ravel() for name in ("x", "g"))
         outside = np.maximum(self.bounds["lbg"] - constraints, constraints - self.bounds["ubg"])
         violation = float(np.max(outside, initial=0.0))
         return Solution(
             variables=variables,
-            converged=bool(told["success"]),
+            converged=bool(statistics["success"]),
             violation=violation if np.all(np.isfinite(variables)) and np.isfinite(violation) else np.inf,
-            iterations=int(told["iter_count"]),
-            status=str(told["return_status"]),
-            objective=float(found["f"]),
+            iterations=int(statistics["iter_count"]),
+            status=str(statistics["return_status"]),
+            objective=float(result["f"]),
         )
 
 
 @dataclass(frozen=True)
 class CompiledProgramme:
-    """What fatrop needs to start anywhere: a library with the functions of a programme, options and bounds."""
+    """All that fatrop needs to start in any process: a library with the functions of a programme, options, bounds."""
 
     library: str
     options: Mapping[str, Any]

@@ -1,0 +1,44 @@
+"""What the closed loop needs of a controller, and the record of one of its steps."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+NO_PLAN = np.zeros((0, 0))
+
+
+@dataclass(frozen=True)
+class ControlStep:
+    """The force of one step, N, and how it was computed.
+
+    fallback    0 the solver's first answer; 1 a second try; 2 the last good plan; 3 no force at all
+    status      the solver's last word
+    iterations  of all solutions
+    seconds     CPU time of all solutions
+    killed      number of solutions that were stopped because they took too much CPU time
+    plan        predicted states (nodes, 2 n_q); empty where the controller makes no plan
+    """
+
+    force: float
+    fallback: int = 0
+    status: str = ""
+    iterations: int = 0
+    seconds: float = 0.0
+    killed: int = 0
+    plan: np.ndarray = field(default_factory=lambda: NO_PLAN)
+
+
+class Controller(Protocol):
+    """Computes the force of the next step from measured states."""
+
+    def decide(self, state: np.ndarray) -> ControlStep:
+        """The force at a measured state (2 n_q,)."""
+
+    def observe(self, samples: np.ndarray, forces: np.ndarray) -> None:
+        """Learn from the step: samples (n + 1, 2 n_q) measured under forces (n,) held between them."""
+
+
+MakeController = Callable[[np.ndarray, float], Controller]
+"""Makes a controller from the weights of a model (n_parameters,) and the target position x_des, m."""
