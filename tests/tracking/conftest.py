@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from repro.tracking import code
+from repro.tracking.source_reader import READER
 from repro.tracking.stage import Stage
 from repro.tracking.store import Store
 
@@ -87,6 +88,8 @@ class Toy:
 @pytest.fixture
 def toy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Toy:
     package = Toy(tmp_path / "source")
+    monkeypatch.setattr(READER, "cache_file", tmp_path / "code.json")
+    monkeypatch.setattr(READER, "_cached", None)
     monkeypatch.syspath_prepend(tmp_path / "source")
     importlib.invalidate_caches()
     return package

@@ -11,6 +11,7 @@ import pytest
 
 from repro.errors import UserError
 from repro.tracking import code
+from repro.tracking.source_reader import READER
 from repro.tracking.stage import Stage
 
 ALL = {"data", "fit", "score", "figure"}
@@ -87,7 +88,7 @@ def test_unknown_module_and_syntax_error_name_the_place(root, toy):
 
 def test_a_file_edited_after_it_was_loaded_is_not_trusted(root, toy, monkeypatch):
     time.sleep(0.02)
-    monkeypatch.setattr(code, "_begun", time.time())
+    monkeypatch.setattr(code.READER, "started", time.time())
     importlib.import_module(f"{toy.name}.learning.loss")
     toy.ids()
     time.sleep(0.02)
@@ -110,7 +111,7 @@ def test_code_edited_before_it_is_loaded_by_the_work_is_not_kept(store, toy):
 
 
 def test_code_edited_after_it_was_loaded_does_not_matter(store, toy, monkeypatch):
-    monkeypatch.setattr(code, "_begun", time.time())
+    monkeypatch.setattr(code.READER, "started", time.time())
     importlib.import_module(f"{toy.name}.learning.loss")
     fit = toy.stages()["fit"]
 
@@ -121,11 +122,10 @@ def test_code_edited_after_it_was_loaded_does_not_matter(store, toy, monkeypatch
     assert store.compute(fit, work).outcome == "ok"
 
 
-def test_the_cache_of_digests_only_saves_time(root, toy):
+def test_the_cache_of_digests_only_saves_time(root, toy, monkeypatch):
     ids = toy.ids()
-    cache = root / ".cache" / "code.json"
-    cache.parent.mkdir(parents=True, exist_ok=True)
-    cache.write_text("{ damaged")
+    READER.cache_file.write_text("{ damaged")
+    monkeypatch.setattr(READER, "_cached", None)
     code.closure.cache_clear()
     assert toy.ids() == ids
 
@@ -134,6 +134,8 @@ def test_a_hundred_modules_are_read_from_the_cache(root, toy, monkeypatch):
     for path in toy.folder.rglob("*.py"):
         os.utime(path, (time.time() - 60, time.time() - 60))
     ids = toy.ids()
+    assert str(toy.folder) in READER.cache_file.read_text()
+    monkeypatch.setattr(READER, "_cached", None)
     code.closure.cache_clear()
     monkeypatch.setattr(code.syntax, "analyse", lambda path, module: pytest.fail(f"{path} was analysed again"))
     assert toy.ids() == ids

@@ -1,4 +1,4 @@
-"""The one place that knows a file name of the store."""
+"""The file names of the store, all in one place."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def outputs_root() -> Path:
 
 @dataclass(frozen=True)
 class Paths:
-    """Names every file and folder under one outputs root; touches none of them."""
+    """Names of every file and folder under one outputs root; none is created here."""
 
     root: Path
 
@@ -100,10 +100,10 @@ class Paths:
         """Folder of the configurations composed so far, safe to delete."""
         return self.root / ".cache" / "composed"
 
-    @property
-    def code(self) -> Path:
-        """The cache of source digests, safe to delete."""
-        return self.root / ".cache" / "code.json"
+
+def source_cache() -> Path:
+    """The user's cache of source digests, which no results folder needs to hold; safe to delete."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "repro" / "code.json"
 
 
 def project_folder() -> Path:

@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from repro.errors import UserError
-from repro.tracking import code, lock, progress, provenance, record
+from repro.tracking import lock, progress, provenance, record
 from repro.tracking.files import disk_errors_explained, disk_trouble, file_digest, sync, write_json
 from repro.tracking.paths import CHECKPOINT_PREFIX, HOLDER_FILE, TEMPORARY_SUFFIX, Paths
 from repro.tracking.plain_data import plain_copy
 from repro.tracking.record import Damage, Failure, Record, StageOutcome, StoredFile
+from repro.tracking.source_reader import READER
 from repro.tracking.stage import Stage
 
 
@@ -128,7 +129,7 @@ class Store:
                 raise trouble from error
             raise StageFailed(self._keep_failure(stage, folder, meter, error)) from error
         try:
-            code.check_unchanged(stage.identity.code)
+            READER.check_unchanged(stage.identity.code)
         except UserError:
             shutil.rmtree(folder)
             raise

@@ -1,4 +1,4 @@
-"""One source file as its syntax tree: what it does and what it imports, not how it is written."""
+"""One source file as its syntax tree: its statements and imports, whatever its comments and layout."""
 
 from __future__ import annotations
 
@@ -6,17 +6,24 @@ import ast
 import hashlib
 import sys
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from repro.errors import UserError
 
 
-def analyse(path: Path, module: str) -> dict[str, Any]:
-    """Digest of a source file's syntax tree, the modules of its own package that it imports, and the libraries.
+@dataclass(frozen=True)
+class Source:
+    """Digest of a file's syntax tree, the modules of its own package that it imports, and the libraries."""
 
-    Raises UserError with file and line for a syntax error.
-    """
+    digest: str
+    imports: tuple[str, ...]
+    libraries: tuple[str, ...]
+
+
+def analyse(path: Path, module: str) -> Source:
+    """Read a source file. Raises UserError with file and line for a syntax error."""
     try:
         tree = ast.parse(path.read_bytes(), filename=str(path))
     except SyntaxError as error:
@@ -25,11 +32,11 @@ def analyse(path: Path, module: str) -> dict[str, Any]:
     package = module if path.name == "__init__.py" else module.rpartition(".")[0]
     imports = sorted(set(_imports(tree, package)))
     tops = {name.partition(".")[0] for name in imports}
-    return {
-        "digest": hashlib.sha256(_text(tree).encode()).hexdigest()[:16],
-        "imports": [name for name in imports if within(name, root)],
-        "libraries": sorted(tops - {root} - sys.stdlib_module_names),
-    }
+    return Source(
+        digest=hashlib.sha256(_text(tree).encode()).hexdigest()[:16],
+        imports=tuple(name for name in imports if within(name, root)),
+        libraries=tuple(sorted(tops - {root} - sys.stdlib_module_names)),
+    )
 
 
 def _imports(node: ast.AST, package: str) -> Iterator[str]:
@@ -66,10 +73,10 @@ def _text(node: Any) -> str:
 
 
 def _is_docstring(node: ast.stmt) -> bool:
-    """A bare text, wherever it stands: it does nothing when run."""
+    """A bare text in any place: it has no effect when run."""
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
 
 
 def within(module: str, package: str) -> bool:
-    """Whether a dotted name is a package or lies in it."""
+    """Whether a dotted name is a package or inside it."""
     return module == package or module.startswith(package + ".")
