@@ -93,7 +93,7 @@ def only_parsed(monkeypatch: pytest.MonkeyPatch) -> None:
             raise UnderstoodError(original(self, *arguments))
 
         monkeypatch.setattr(argparse.ArgumentParser, name, parse)
-    monkeypatch.setattr(cluster, "_is_there", lambda plugin: True)  # extras are shown, installed or not
+    monkeypatch.setattr(cluster, "_is_installed", lambda plugin: True)  # extras are shown, installed or not
 
 
 def overrides_of(words: list[str], recording: Path) -> list[tuple[str, ...]]:
@@ -144,12 +144,38 @@ def test_the_citation_names_this_version_and_the_paper() -> None:
     assert [author["family-names"] for author in paper["authors"]] == ["Bao", "Thesma", "Kelkar", "Mohammadpour Velni"]
 
 
-PLUMBING = {"bench", "claims", "codegen", "commands", "config", "export", "launch", "pipeline", "recording"}
+def test_every_file_of_the_project_that_is_named_exists() -> None:
+    missing = []
+    for page in PAGES:
+        text = page.read_text()
+        for name in re.findall(r"^::: (repro[\w.]*)", text, re.MULTILINE):
+            path = ROOT / "src" / name.replace(".", "/")
+            if (
+                not path.is_dir()
+                and not path.with_suffix(".py").exists()
+                and not path.parent.with_suffix(".py").exists()
+            ):
+                missing.append(f"{named(page)}: {name}")
+        made = re.findall(r'title="([^"]+)"', text)  # by the recipes of the page
+        for name in re.findall(r"`([\w./-]+\.(?:py|yaml|toml|css))`", text):
+            exists = any((folder / name).exists() for folder in (ROOT, ROOT / "src" / "repro", page.parent))
+            if "/" in name and "NAME" not in name and name not in made and not exists:
+                missing.append(f"{named(page)}: {name}")
+    assert not missing, "\n".join(missing)
+
+
+def test_the_picture_of_the_rooms_is_current() -> None:
+    command = [sys.executable, str(ROOT / "docs" / "architecture.py"), "--check"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+# Rooms that are used through commands or other rooms, not imported by users.
+PLUMBING = {"bench", "claims", "codegen", "commands", "config", "export", "launch", "pipeline", "plugins", "recording"}
 PLUMBING |= {"report", "results", "sweep"}
 
 
 def test_every_room_is_in_the_reference() -> None:
-    """A public room without a page would be found by nobody."""
     rooms = {path.parent.name for path in (ROOT / "src" / "repro").glob("*/__init__.py")}
     pages = {page.stem for page in (ROOT / "docs" / "reference").glob("*.md")}
     assert rooms - PLUMBING <= pages

@@ -162,7 +162,7 @@ def launcher() -> Callable[[str], list[str]]:
 
     def overrides(name: str) -> list[str]:
         extra, plugin = cluster.EXTRAS[name]
-        if not cluster._is_there(plugin):
+        if not cluster._is_installed(plugin):
             pytest.skip(f"the extra {extra} is not installed: pip install -e '.[{extra}]'")
         if name == "submitit_slurm" and not slurm_is_there():
             pytest.skip("no idle SLURM node answers to sinfo")

@@ -1,1 +1,1 @@
-"""Paired timings: our engine against the usual ways, forward against inverse, and other formulations."""
+"""Paired timings: this engine against the usual ways of computing, rivals and public packages."""

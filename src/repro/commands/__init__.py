@@ -1,1 +1,1 @@
-"""One file for each command of `repro`."""
+"""One file per command of `repro`."""

@@ -1,1 +1,1 @@
-"""What a fitted model is worth: errors, gauges, passivity, roll-outs, identifiability."""
+"""Accuracy of a fitted model: errors, gauges, passivity, roll-outs, identifiability."""

@@ -1,1 +1,1 @@
-"""Processes and clusters that run jobs."""
+"""Runs jobs in processes of this machine or on a cluster."""

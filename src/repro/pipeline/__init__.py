@@ -1,1 +1,1 @@
-"""One run: what it consists of (plan), how each stage is done (work), and doing it (run)."""
+"""One run: its stages (plan), the work of each (work), and their execution (run)."""

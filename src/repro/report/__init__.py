@@ -1,1 +1,1 @@
-"""From stored runs to tables, figures and verdicts: reads only what was stored, knows no physics."""
+"""From stored runs to tables, figures and pages, without loading a model."""

@@ -1,1 +1,1 @@
-"""The store of finished stages: identity, provenance, locks, index. Knows no physics."""
+"""The store of finished stages: identity, provenance, locks, index. Independent of physics."""
