@@ -9,17 +9,17 @@ from rerun.chunk import RrdReader
 
 from repro.errors import UserError
 from repro.recording import palette
+from repro.recording.card_page import card_page
 from repro.recording.chart import Chart
-from repro.recording.contents import Curve, Rollout, RunRecording
+from repro.recording.contents import DrawnMotion, LearningCurve, RunRecording
 from repro.recording.layout import layout_of
-from repro.recording.settings_text import markdown
 from repro.recording.viewer import command_of, environment
 from repro.recording.writer import read_recording, write_recording
 
 LENGTH, GRAVITY, MASS = 0.5, 9.8, 0.2
 
 
-def swing(time: np.ndarray, amplitude: float) -> Rollout:
+def swing(time: np.ndarray, amplitude: float) -> DrawnMotion:
     """A cart to and fro, its link about the upright; all numbers irregular, so that equality means something."""
     x, theta = amplitude * np.sin(1.3 * time), 2.0 * amplitude * np.cos(2.1 * time)
     rates = 1.3 * amplitude * np.cos(1.3 * time), -4.2 * amplitude * np.sin(2.1 * time)
@@ -28,7 +28,7 @@ def swing(time: np.ndarray, amplitude: float) -> Rollout:
     cart = np.stack([x, np.zeros_like(x)], axis=-1)
     tip = cart + LENGTH * np.stack([np.sin(theta), np.cos(theta)], axis=-1)
     energies = {"T": kinetic, "V": potential, "H": kinetic + potential}
-    return Rollout(np.stack([x, theta, *rates], axis=-1), energies, np.stack([cart, tip], axis=1))
+    return DrawnMotion(np.stack([x, theta, *rates], axis=-1), energies, np.stack([cart, tip], axis=1))
 
 
 def example(steps: int = 50, models: int = 2) -> RunRecording:
@@ -45,7 +45,7 @@ def example(steps: int = 50, models: int = 2) -> RunRecording:
         models=rollouts,
         forces={"x": np.sin(7.0 * time)},
         power={"supplied": np.cos(time), "dH/dt": np.cos(time) / 3},
-        curves={"log10 loss": Curve(epochs, {label: -np.log10(1.0 + epochs) for label in rollouts})},
+        curves={"log10 loss": LearningCurve(epochs, {label: -np.log10(1.0 + epochs) for label in rollouts})},
         obstacle=(0.6, 0.4, 0.1),
     )
 
@@ -99,7 +99,7 @@ def test_lines_are_named_with_their_unit(written):
 
 def test_every_input_has_a_line_in_the_chart_of_its_unit():
     forces = {name: np.linspace(0.0, slope, 50) for name, slope in (("x", 1.0), ("y", 2.0), ("theta", 3.0))}
-    still = Rollout(np.zeros((50, 6)), {"H": np.zeros(50)}, np.zeros((50, 2, 2)))
+    still = DrawnMotion(np.zeros((50, 6)), {"H": np.zeros(50)}, np.zeros((50, 2, 2)))
     coordinates = (("x", "m"), ("y", "m"), ("theta", "rad"))
     recording = replace(example(), coordinates=coordinates, plant=still, models={}, curves={}, forces=forces)
     charts = {chart.path: chart.names for chart in layout_of(recording).inputs}
@@ -180,7 +180,7 @@ def test_a_view_opens_to_the_reference_however_far_another_line_runs():
         ({"models": {"short": swing(np.arange(9) * 0.04, 0.5)}}, "state of short: shape"),
         ({"models": {"plant": swing(np.arange(50) * 0.04, 0.5)}}, "labels must differ"),
         ({"models": {label: swing(np.arange(50) * 0.04, 0.5) for label in ("a b", "a_b")}}, "labels must differ"),
-        ({"curves": {"loss": Curve(np.arange(3), {"seed 1": np.zeros(2)})}}, "curve loss of seed 1"),
+        ({"curves": {"loss": LearningCurve(np.arange(3), {"seed 1": np.zeros(2)})}}, "curve loss of seed 1"),
     ],
 )
 def test_arrays_that_do_not_fit_are_named(change, message):
@@ -223,7 +223,7 @@ def test_a_failed_write_leaves_neither_name_nor_litter(tmp_path, monkeypatch):
 
 
 def test_a_cell_cannot_break_its_table():
-    page = markdown("t", {"note": "a|b\nc", "nothing": None, "empty": [], "many": [1, 2.0]})
+    page = card_page("t", {"note": "a|b\nc", "nothing": None, "empty": [], "many": [1, 2.0]})
     assert "| note | a\\|b c |\n| nothing | – |\n| empty |  |\n| many | 1, 2 |" in page
 
 

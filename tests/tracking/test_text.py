@@ -20,7 +20,7 @@ def test_a_table_shows_the_columns_that_fit_and_names_the_others(width, shown):
     head, *lines = table(ROWS, HEADER, width).splitlines()
     assert head.split() == HEADER[:shown]
     if shown < len(HEADER):
-        assert lines[-1] == f"not shown for want of width: {', '.join(HEADER[shown:])}"
+        assert lines[-1] == f"not shown, for lack of width: {', '.join(HEADER[shown:])}"
 
 
 def test_what_is_no_terminal_has_no_width(capsys):

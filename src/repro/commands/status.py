@@ -14,7 +14,7 @@ from repro.errors import UserError
 if TYPE_CHECKING:
     from repro.tracking.paths import Paths
     from repro.tracking.stage import Stage
-    from repro.tracking.status import Item
+    from repro.tracking.survey import Item
 
 HELP = "what is done, stale, failed, missing"
 EXAMPLE = "--why 9f3c2a81bd"
@@ -51,14 +51,14 @@ def main(argv: Sequence[str]) -> int:
 def _survey(paths: Paths, verify: bool) -> list[Item]:
     """All stages; jobs are composed again, which is slow, only for experiments whose settings have changed."""
     from repro.config.places import digest
-    from repro.tracking import status
+    from repro.tracking.survey import survey
 
     def expected(overrides: Sequence[str]) -> Sequence[Stage]:
         from repro.sweep.missing import expected_stages
 
         return list(expected_stages(overrides))
 
-    return status.survey(paths, verify=verify, expected=expected, settings=digest)
+    return survey(paths, verify=verify, expected=expected, settings=digest)
 
 
 def _chosen(items: Sequence[Item], text: str) -> list[Item]:
@@ -71,7 +71,7 @@ def _chosen(items: Sequence[Item], text: str) -> list[Item]:
 
 
 def _print_status(items: Sequence[Item], paths: Paths, everything: bool) -> None:
-    from repro.tracking.status import STATES
+    from repro.tracking.survey import STATES
     from repro.tracking.text import short, table
 
     if not items:

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from repro.recording import palette
-from repro.recording import settings_text as card
+from repro.recording.card_page import card_page
 from repro.recording.chart import Chart, part
 from repro.recording.contents import PLANT
 from repro.recording.layout import CARD, TIMELINE
@@ -23,7 +22,7 @@ MASS = 0.12  # m, radius of a mass in the picture
 
 
 @dataclass(frozen=True)
-class Moving:
+class ChainMotion:
     """One chain: places (steps, links) of its masses along the line in m, the wall at 0; energy (steps,) in J."""
 
     places: np.ndarray
@@ -36,14 +35,14 @@ class ChainRecording:
 
     run: str
     title: str
-    card: Mapping[str, Any]
+    card: Mapping[str, object]
     time: np.ndarray
-    plant: Moving
-    models: Mapping[str, Moving]
+    plant: ChainMotion
+    models: Mapping[str, ChainMotion]
 
 
 def write_chain_recording(path: Path, recording: ChainRecording) -> None:
-    """Write the .rrd aside, read it back, rename; OSError when the file could not be written completely."""
+    """Write the .rrd aside, read it back, rename. Raises OSError when it could not be written completely."""
     chart = _energies(recording)
     with replacing(path) as temporary:
         _write(temporary, recording, chart)
@@ -63,7 +62,7 @@ def _write(path: Path, recording: ChainRecording, chart: Chart) -> None:
     stream = rr.RecordingStream(APPLICATION, recording_id=recording.run)
     stream.save(path, default_blueprint=window)
     stream.send_recording_name(recording.title)
-    text = card.markdown(recording.title, recording.card)
+    text = card_page(recording.title, recording.card)
     stream.log(CARD, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
     time = rr.TimeColumn(TIMELINE, duration=np.rint(recording.time * 1e9).astype("timedelta64[ns]"))
     chart.log(stream, time)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import rerun.blueprint as rrb
 
 REFERENCE_WIDTH, WIDTH = 3.0, 1.6
-# How far beyond the reference's own span a view still opens, as a part of that span.
+# How far a view opens beyond the range of the reference, as a part of that range.
 MOST_BEYOND = 0.6
 PADDING = 0.06
 
@@ -25,7 +25,7 @@ PADDING = 0.06
 class Chart:
     """Lines of one quantity.
 
-    path       entity that holds one vector of all lines a time
+    path       entity that holds one vector of all lines at each time
     title      of the view, without the unit
     quantity   what every line is, e.g. "H"; "" where the labels say it
     unit       "" for a number without one
@@ -46,7 +46,7 @@ class Chart:
 
     @property
     def names(self) -> list[str]:
-        """What the legend calls each line: quantity, label and unit."""
+        """Name of each line in the legend: quantity, label and unit."""
         return [with_unit(f"{self.quantity} {label}".strip(), self.unit) for label in self.lines]
 
     def log(self, recording: rr.RecordingStream, index: rr.TimeColumn) -> None:
@@ -78,7 +78,7 @@ class Chart:
     def opening_range(self) -> tuple[float, float] | None:
         """Lowest and highest value that the view opens to; None leaves it to the viewer.
 
-        The reference is always seen whole, and a line that runs away does not flatten it.
+        All of the reference is in view, and a line that diverges does not flatten it.
         """
         if not self.reference:
             return None

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,7 @@ PLANT = "plant"
 
 
 @dataclass(frozen=True)
-class Rollout:
+class DrawnMotion:
     """One trajectory on the recording's time grid; from where it diverged its values may be anything.
 
     state     (steps, 2 n_q), coordinates then their rates
@@ -28,8 +27,8 @@ class Rollout:
 
 
 @dataclass(frozen=True)
-class Curve:
-    """One quantity while fitting: step (n,) integers, and member -> (n,) values. The viewer has no logarithmic axis."""
+class LearningCurve:
+    """One quantity during a fit: step (n,) integers, and member -> (n,) values. The viewer has no logarithmic axis."""
 
     step: np.ndarray
     values: Mapping[str, np.ndarray]
@@ -37,10 +36,10 @@ class Curve:
 
 @dataclass(frozen=True)
 class RunRecording:
-    """All that the recording of one run shows; raises ValueError naming the array that does not fit.
+    """All that the recording of one run shows. Raises ValueError with the name of an array of the wrong shape.
 
     run          the run's id, which becomes the recording's id
-    title        what a person calls the run
+    title        readable name of the run
     card         plain nested dictionary: settings, provenance, metrics
     time         (steps,), s, increasing
     coordinates  (name, unit) of each generalised coordinate
@@ -50,20 +49,20 @@ class RunRecording:
     power        name -> (steps,), W; the first is the one that the others should add up to
     curves       name -> learning curve
     obstacle     centre x, centre y (y up) and radius, m
-    predicted    (steps, nodes, 2), where a controller sees the tip going, m; a step without a plan is not finite
+    predicted    (steps, nodes, 2), path of the tip that a controller predicts, m; not finite in a step without a plan
     charts       title -> unit and (steps,) values of further charts, such as what a solver did
     """
 
     run: str
     title: str
-    card: Mapping[str, Any]
+    card: Mapping[str, object]
     time: np.ndarray
     coordinates: Sequence[tuple[str, str]]
-    plant: Rollout
-    models: Mapping[str, Rollout]
+    plant: DrawnMotion
+    models: Mapping[str, DrawnMotion]
     forces: Mapping[str, np.ndarray]
     power: Mapping[str, np.ndarray]
-    curves: Mapping[str, Curve] = field(default_factory=dict)
+    curves: Mapping[str, LearningCurve] = field(default_factory=dict)
     obstacle: tuple[float, float, float] | None = None
     predicted: np.ndarray | None = None
     charts: Mapping[str, tuple[str, np.ndarray]] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""Which charts a recording has, and the finished window that it opens to."""
+"""The charts of a recording, and the window that it opens to."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from repro.recording.contents import PLANT
 if TYPE_CHECKING:
     import rerun.blueprint as rrb
 
-    from repro.recording.contents import Rollout, RunRecording
+    from repro.recording.contents import DrawnMotion, RunRecording
 
 CARD = "run_card"
 TIMELINE = "sim_time"
@@ -45,7 +45,7 @@ def layout_of(recording: RunRecording) -> Layout:
     members = [*recording.models, *(label for curve in recording.curves.values() for label in curve.values)]
     colours = {**palette.colours(members), PLANT: palette.PLANT}
 
-    def compare(path: str, quantity: str, title: str, unit: str, pick: Callable[[Rollout], np.ndarray]) -> Chart:
+    def compare(path: str, quantity: str, title: str, unit: str, pick: Callable[[DrawnMotion], np.ndarray]) -> Chart:
         lines = {label: pick(rollout) for label, rollout in rollouts.items()}
         return Chart(path, title, quantity, unit, lines, colours, reference=PLANT)
 
@@ -129,11 +129,11 @@ def _forces(recording: RunRecording) -> list[Chart]:
     return charts
 
 
-def _column(number: int) -> Callable[[Rollout], np.ndarray]:
+def _column(number: int) -> Callable[[DrawnMotion], np.ndarray]:
     return lambda rollout: rollout.state[:, number]
 
 
-def _energy(name: str) -> Callable[[Rollout], np.ndarray]:
+def _energy(name: str) -> Callable[[DrawnMotion], np.ndarray]:
     return lambda rollout: rollout.energies[name]
 
 

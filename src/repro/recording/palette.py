@@ -27,5 +27,5 @@ QUANTITIES: tuple[Colour, ...] = (MODELS[1], PLANT, MODELS[5], MODELS[2], MODELS
 
 
 def colours(labels: Iterable[str], choices: tuple[Colour, ...] = MODELS) -> dict[str, Colour]:
-    """One colour a label, in order; the choices begin again when there are more labels."""
+    """One colour per label, in order; with more labels the choices repeat."""
     return dict(zip(dict.fromkeys(labels), cycle(choices), strict=False))

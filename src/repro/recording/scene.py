@@ -122,7 +122,7 @@ def log_body(
 ) -> None:
     """A cart with its rigid links, from the world positions of cart and joints (steps, n_points, 2), m, y up.
 
-    Solid, or an outline; it is gone from where its points are not finite.
+    Solid, or an outline; hidden where its points are not finite.
     """
     import rerun as rr
 
@@ -152,7 +152,7 @@ def log_body(
 
 
 def log_prediction(recording: rr.RecordingStream, time: rr.TimeColumn, points: np.ndarray, scale: float) -> None:
-    """The path (steps, nodes, 2) on which a controller sees the tip going, m, y up; nothing where it is not finite."""
+    """The path (steps, nodes, 2) of the tip that a controller predicts, m, y up; nothing where it is not finite."""
     import rerun as rr
 
     entity = f"{ROOT}/{PLANT}/predicted"

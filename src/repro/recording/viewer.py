@@ -25,7 +25,7 @@ FILENAME = "recording.rrd"
 LOCAL = "127.0.0.1"
 WEB_PORT, DATA_PORT = 9090, 9876
 START_SECONDS = 30.0
-# The viewer answers before its charts have settled and its notices have faded.
+# The viewer accepts requests before its charts are drawn and its notices have faded.
 SETTLE_SECONDS = 8.0
 GRAPHICS_HELP = (
     "a picture needs a Vulkan driver; without a graphics card, install a software one (Debian, Ubuntu: "
@@ -81,7 +81,7 @@ def command_of(*arguments: str) -> list[str]:
 
 
 def environment() -> dict[str, str]:
-    """The viewer's environment: silent, and CI is how it is told to send no usage data nor to ask about it."""
+    """The viewer's environment: errors only, and CI=1, which turns off usage data and the question about it."""
     return {"RUST_LOG": "error", **os.environ, "CI": "1"}
 
 
@@ -144,8 +144,8 @@ def _wait(process: subprocess.Popen[bytes]) -> int:
 def _connect(process: subprocess.Popen[bytes], port: int) -> ViewerClient:
     from rerun.experimental import ViewerClient
 
-    patience = time.monotonic() + START_SECONDS
-    while time.monotonic() < patience and process.poll() is None:
+    deadline = time.monotonic() + START_SECONDS
+    while time.monotonic() < deadline and process.poll() is None:
         try:
             return ViewerClient(f"rerun+http://{LOCAL}:{port}/proxy")
         except ConnectionError:

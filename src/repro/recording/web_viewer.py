@@ -18,7 +18,7 @@ class WebViewer:
 
 
 def web_viewer() -> WebViewer:
-    """Take both files from the viewer, which serves them to this machine alone for a moment.
+    """Fetch both files from the viewer, which serves them on this machine for a moment.
 
     Raises UserError when it does not start.
     """
@@ -40,8 +40,8 @@ def web_viewer() -> WebViewer:
 
 
 def _fetched(process: "subprocess.Popen[bytes]", url: str) -> bytes:
-    patience = time.monotonic() + START_SECONDS
-    while time.monotonic() < patience and process.poll() is None:
+    deadline = time.monotonic() + START_SECONDS
+    while time.monotonic() < deadline and process.poll() is None:
         try:
             with urllib.request.urlopen(url, timeout=START_SECONDS) as answer:
                 return bytes(answer.read())

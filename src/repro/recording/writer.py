@@ -13,13 +13,14 @@ import numpy as np
 
 from repro.errors import UserError
 from repro.recording import palette, scene
-from repro.recording import settings_text as card
+from repro.recording.card_page import card_page
 from repro.recording.chart import part
 from repro.recording.contents import PLANT, RunRecording
 from repro.recording.layout import CARD, LEARNING_TIMELINE, TIMELINE, blueprint, layout_of
 from repro.tracking.files import replacing
+from repro.tracking.plain_data import flattened
 
-# One for all recordings, so that the viewer treats them as of one kind.
+# The same for all recordings, so that the viewer shares settings between them.
 APPLICATION = "repro"
 
 
@@ -34,7 +35,7 @@ class Track:
 
 
 def write_recording(path: Path, recording: RunRecording) -> None:
-    """Write the .rrd aside, read it back, rename: a recording that has its name is whole.
+    """Write the .rrd aside, read it back, rename, so that a file of this name is complete.
 
     Raises OSError when the file could not be written completely.
     """
@@ -50,7 +51,7 @@ def read_recording(path: Path) -> dict[str, Track]:
 
     try:
         with warnings.catch_warnings():
-            # A file without its last bytes is only worth a warning to the library.
+            # The library only warns about a truncated file.
             warnings.simplefilter("error", RerunWarning)
             chunks = RrdReader(path).stream().to_chunks()
     except (RuntimeError, ValueError, OSError, RerunWarning) as error:
@@ -73,9 +74,9 @@ def _write(path: Path, recording: RunRecording) -> None:
     stream = rr.RecordingStream(APPLICATION, recording_id=recording.run)
     stream.save(path, default_blueprint=blueprint(layout, frame))
     stream.send_recording_name(recording.title)
-    entries = {key: _property(value) for key, value in card.flatten(recording.card).items()}
+    entries = {key: _property(value) for key, value in flattened(recording.card).items()}
     stream.send_property("run", rr.AnyValues(**{"title": recording.title, **entries}))
-    text = card.markdown(recording.title, recording.card)
+    text = card_page(recording.title, recording.card)
     stream.log(CARD, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
 
     time = rr.TimeColumn(TIMELINE, duration=np.rint(recording.time * 1e9).astype("timedelta64[ns]"))
@@ -96,26 +97,26 @@ def _write(path: Path, recording: RunRecording) -> None:
 
 
 def _check(path: Path, recording: RunRecording) -> None:
-    """The library raises nothing when a write fails, so what lies on the disk is asked."""
+    """Read the file back, since the library raises nothing when a write fails."""
     try:
         tracks = read_recording(path)
     except UserError as error:
-        _write_once_more(path)
+        _raise_the_cause(path)
         raise OSError(f"the recording was not written completely: {error}") from error
     expected = {chart.path for chart in layout_of(recording).simulated}
     if not expected <= tracks.keys() or any(len(tracks[entity].at) != len(recording.time) for entity in expected):
         raise OSError("the recording was not written completely: rows are missing")
 
 
-def _write_once_more(path: Path) -> None:
-    """Whatever stopped the library, a full disk say, is raised here as the OSError that it is."""
+def _raise_the_cause(path: Path) -> None:
+    """Raise the OSError, of a full disk for instance, that the library did not report."""
     with path.open("ab") as stream:
         stream.write(bytes(1 << 20))
         stream.flush()
         os.fsync(stream.fileno())
 
 
-def _property(value: Any) -> Any:
+def _property(value: object) -> Any:
     return value if isinstance(value, bool | int | float | str) else str(value)
 
 

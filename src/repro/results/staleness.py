@@ -10,7 +10,7 @@ from repro.results.stored import Staleness
 def judged_by_tracking(outputs: Path) -> Staleness:
     """Survey the store once and answer for each of its runs."""
     from repro.tracking.paths import Paths
-    from repro.tracking.status import survey
+    from repro.tracking.survey import survey
 
     stale = {item.id for item in survey(Paths(outputs)) if item.state == "stale"}
 

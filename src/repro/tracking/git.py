@@ -32,7 +32,7 @@ def source_tree() -> Path | None:
 def state(patches: Path) -> dict[str, Any]:
     """Commit, branch, clean or not, and the patch (uncommitted changes and new files together) that `git apply` takes.
 
-    The patch is stored once a content as <patches>/<hash>.patch. New files above 1 MB are named, not stored.
+    The patch is stored once per content as <patches>/<hash>.patch. New files above 1 MB are named, not stored.
     """
     top = source_tree()
     if top is None:
@@ -85,7 +85,7 @@ def _text(folder: Path, *arguments: str) -> str:
 
 
 def _git(folder: Path, *arguments: str, environment: dict[str, str] | None = None) -> bytes:
-    # Without optional locks a status never gets in the way of the user's own git commands.
+    # Without optional locks, git status cannot block a git command of the user.
     outcome = subprocess.run(
         ["git", "-C", str(folder), *arguments],
         check=True,

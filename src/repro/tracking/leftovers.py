@@ -9,10 +9,10 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from repro.tracking import status
 from repro.tracking.paths import Paths
+from repro.tracking.survey import StageState, survey
 
-# What can be removed, and what is proposed when nothing is named.
+# What can be removed, and the default choice.
 SORTS = ("failed", "damaged", "interrupted", "logs", "stale")
 USUAL = ("failed", "damaged", "interrupted", "logs")
 _LOG_AGE_S = 7 * 24 * 3600
@@ -21,19 +21,19 @@ _LOG_AGE_S = 7 * 24 * 3600
 def removable(paths: Paths, sorts: Sequence[str]) -> list[Path]:
     """The folders of the chosen sorts: failed attempts, damaged stages kept aside, working folders of ended processes
     (their checkpoints too), logs older than a week, stages that the present code no longer gives."""
-    found: list[Path] = []
+    folders: list[Path] = []
     for kind in paths.kinds():
         if "failed" in sorts:
-            found += [paths.failed(kind, id) for id in paths.ids(kind, ".failed")]
+            folders += [paths.failed(kind, id) for id in paths.ids(kind, ".failed")]
         if "damaged" in sorts:
-            found += sorted(paths.damaged(kind).glob("*"))
+            folders += sorted(paths.damaged(kind).glob("*"))
         if "interrupted" in sorts:
-            found += [paths.work(kind, id) for id in paths.ids(kind, ".work")]
+            folders += [paths.work(kind, id) for id in paths.ids(kind, ".work")]
     if "logs" in sorts and paths.logs.is_dir():
-        found += [folder for folder in sorted(paths.logs.iterdir()) if _age(folder) > _LOG_AGE_S]
+        folders += [folder for folder in sorted(paths.logs.iterdir()) if _age(folder) > _LOG_AGE_S]
     if "stale" in sorts:
-        found += [paths.folder(item.kind, item.id) for item in status.survey(paths) if item.state == "stale"]
-    return found
+        folders += [paths.folder(item.kind, item.id) for item in survey(paths) if item.state is StageState.STALE]
+    return folders
 
 
 def remove(paths: Paths, folders: Sequence[Path]) -> Iterator[Path]:

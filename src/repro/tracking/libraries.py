@@ -6,7 +6,7 @@ from functools import cache
 from importlib import metadata
 
 ABSENT = "absent"
-# Libraries imported under another name than they are installed under; others are looked up, which takes 0.1 s.
+# Libraries that are installed under another name than the imported one; looking others up takes 0.1 s.
 _INSTALLED_AS = {"sklearn": "scikit-learn", "yaml": "PyYAML", "rerun": "rerun-sdk", "hydra": "hydra-core"}
 
 

@@ -1,9 +1,9 @@
-"""Stored results in a notebook: a tidy table of all runs, and one run with everything that lies in its folder."""
+"""Stored results in a notebook: a tidy table of all runs, and one run with everything in its folder."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -45,13 +45,13 @@ class Run:
         return {role: load_run(id, root=root) for role, id in self.record.identity.upstream.items()}
 
     def table(self, name: str) -> pd.DataFrame:
-        """A Parquet file of its folder: "metrics", "curves", "trajectories", ... Raises UserError when not there."""
+        """A Parquet file of its folder: "metrics", "curves", "trajectories", ... UserError for an unknown one."""
         import pandas as pd
 
         file = self.record.path(f"{name}.parquet")
         if not file.is_file():
-            there = ", ".join(sorted(path.stem for path in self.record.folder.glob("*.parquet"))) or "none"
-            raise UserError(f"{self.id} has no table {name}; it has: {there}")
+            tables = ", ".join(sorted(path.stem for path in self.record.folder.glob("*.parquet"))) or "none"
+            raise UserError(f"{self.id} has no table {name}; it has: {tables}")
         return pd.read_parquet(file)
 
 
@@ -65,11 +65,11 @@ def load_run(id: str, *, root: Path | None = None) -> Run:
 
 
 def load_runs(*, root: Path | None = None, **filters: Any) -> pd.DataFrame:
-    """All finished runs as one tidy table: a row a (experiment, run, member, split, metric), with the run's card.
+    """All finished runs as one tidy table: one row per (experiment, run, member, split, metric), with the run's card.
 
     A filter names a column and gives a value, a collection of values or a function of the value:
     `load_runs(experiment="sip_basis", metric=["mae_tau", "mae_qdd"], n_train=lambda n: n > 1000)`.
-    Runs that no experiment lists have an empty experiment and scale. Raises UserError for a column that is not there.
+    Runs that no experiment lists have an empty experiment and scale. Raises UserError for an unknown column.
     """
     import pandas as pd
 
@@ -82,26 +82,26 @@ def load_runs(*, root: Path | None = None, **filters: Any) -> pd.DataFrame:
             card = {key: value for key, value in entry.card.items() if not isinstance(value, list | Mapping)}
             for experiment, scale in listed.get(entry.id, [("", "")]):
                 columns = {"run": entry.id, "experiment": experiment, "scale": scale, **card}
-                if all(_fits(columns[key], wish) for key, wish in filters.items() if key in columns):
+                if all(_fits(columns[key], condition) for key, condition in filters.items() if key in columns):
                     parts.append(pd.read_parquet(file).assign(**columns))
     if not parts:
         return pd.DataFrame(columns=["run", "experiment", "scale", "member", "split", "metric", "value", "unit"])
     whole = pd.concat(parts, ignore_index=True)
     first = ["run", "experiment", "scale"]
     whole = whole[first + [name for name in whole.columns if name not in first]]
-    for key, wish in filters.items():
+    for key, condition in filters.items():
         if key not in whole:
             raise UserError(f"no column {key} to filter by; there are: {', '.join(whole.columns)}")
-        whole = whole[[_fits(value, wish) for value in whole[key]]]
+        whole = whole[[_fits(value, condition) for value in whole[key]]]
     return whole.reset_index(drop=True)
 
 
-def _fits(value: Any, wish: Any) -> bool:
-    if isinstance(wish, Callable):  # type: ignore[arg-type]
-        return bool(wish(value))
-    if isinstance(wish, Collection) and not isinstance(wish, str):
-        return value in wish
-    return bool(value == wish)
+def _fits(value: Any, condition: Any) -> bool:
+    if callable(condition):
+        return bool(condition(value))
+    if isinstance(condition, Collection) and not isinstance(condition, str):
+        return value in condition
+    return bool(value == condition)
 
 
 def _listings(paths: Paths) -> dict[str, list[tuple[str, str]]]:

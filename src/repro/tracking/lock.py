@@ -1,9 +1,9 @@
-"""One maker a stage: other processes wait and then share what it made.
+"""One process makes a stage; the others wait and then share its result.
 
 The lock is the operating system's own (flock), so it ends with its process, however that ends: a dead process never
-blocks anyone. On a shared file system (NFS, Lustre, BeeGFS) it holds across machines where these support flock, their
+blocks another. On a shared file system (NFS, Lustre, BeeGFS) it holds across machines where these support flock, their
 usual set-up; elsewhere filelock falls back to marker files, and breaks those whose process on the same host is gone.
-The holder's host and process number lie in the working folder, for whoever waits.
+The holder's host and process number lie in the working folder, for the messages of those that wait.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _POLL_S = 0.1
 
 @contextmanager
 def held(lock: Path, holder: Path, what: str) -> Iterator[None]:
-    """Hold a lock, waiting as long as needed; says once who holds it (read from the `holder` file)."""
+    """Hold a lock, waiting as long as needed; one notice names the holder (read from the `holder` file)."""
     lock.parent.mkdir(parents=True, exist_ok=True)
     handle = FileLock(lock, poll_interval=_POLL_S)
     try:
@@ -54,7 +54,7 @@ def is_held(lock: Path) -> bool:
 
 
 def holder() -> dict[str, object]:
-    """Who this process is, for others to read while it holds a lock."""
+    """Host and process number, for other processes to read while this one holds a lock."""
     return {"host": socket.gethostname(), "pid": os.getpid()}
 
 

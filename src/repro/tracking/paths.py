@@ -87,7 +87,7 @@ class Paths:
 
     @property
     def patches(self) -> Path:
-        """Folder of the working tree's differences from the commit, one file a content."""
+        """Folder of the working tree's differences from the commit, one file per content."""
         return self.root / "patches"
 
     @property

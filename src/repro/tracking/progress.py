@@ -1,6 +1,6 @@
-"""How a job says where it is; who listens decides what is shown.
+"""Progress and notices of a job; the listener decides what is shown.
 
-In a job of a sweep the reports travel to the launcher; anywhere else notices go to standard error.
+In a job of a sweep they are sent to the launcher; elsewhere notices go to standard error.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ _SHORTEST_PAUSE_S = 0.2
 
 
 class Listener(Protocol):
-    """Takes what a job says."""
+    """Receives the progress and notices of a job."""
 
     def report(self, fraction: float | None, text: str) -> None:
-        """Take the finished part (0 to 1, None when unknown) and what is being done."""
+        """Receive the finished part (0 to 1, None when unknown) and what is being done."""
 
     def notice(self, text: str) -> None:
-        """Take one line that the user should see."""
+        """Receive one line that the user should see."""
 
 
 class _Terminal:
@@ -36,7 +36,7 @@ _last = float("-inf")
 
 
 def report(fraction: float | None, text: str = "") -> None:
-    """Say how much of the job is done (0 to 1, None when unknown); cheap enough to call in every iteration."""
+    """Report how much of the job is done (0 to 1, None when unknown); cheap enough to call in every iteration."""
     global _last  # noqa: PLW0603 - one job a process
     now = time.monotonic()
     if now - _last >= _SHORTEST_PAUSE_S or fraction == 1:
@@ -45,12 +45,12 @@ def report(fraction: float | None, text: str = "") -> None:
 
 
 def notice(text: str) -> None:
-    """Say one line that the user should see."""
+    """Show one line to the user."""
     _listener.notice(text)
 
 
 def listen(listener: Listener, log: str = "") -> None:
-    """Send everything this process says to one listener; `log` is the file that takes its printed output."""
+    """Send progress and notices of this process to one listener; `log` is the file that takes its printed output."""
     global _listener, _log
     _listener, _log = listener, log
 

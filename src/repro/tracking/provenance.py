@@ -83,7 +83,7 @@ def _machine() -> dict[str, Any]:
 
 
 def processor_name() -> str:
-    """The model of this machine's processor, by its own name for it."""
+    """The model of this machine's processor, as the system names it."""
     cpuinfo = Path("/proc/cpuinfo")
     if cpuinfo.is_file():
         for line in cpuinfo.read_text(errors="replace").splitlines():

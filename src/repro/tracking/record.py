@@ -13,7 +13,7 @@ from repro.tracking.files import file_digest, write_json
 from repro.tracking.paths import RUN_FILE
 from repro.tracking.plain_data import digest
 
-Part = TypeVar("Part", "Identity", "Provenance", "StoredFile", "Failure")
+Stored = TypeVar("Stored", "Identity", "Provenance", "StoredFile", "Failure")
 
 
 class StageOutcome(StrEnum):
@@ -130,11 +130,11 @@ class Record:
             name=content["name"],
             outcome=StageOutcome(content["outcome"]),
             folder=folder,
-            identity=_part(Identity, {**identity, "modules": tuple(identity.get("modules", ()))}),
+            identity=_stored(Identity, {**identity, "modules": tuple(identity.get("modules", ()))}),
             summary=content["summary"],
-            provenance=_part(Provenance, {**provenance, "overrides": tuple(provenance.get("overrides", ()))}),
-            files={name: _part(StoredFile, file) for name, file in content["files"].items()},
-            failure=None if error is None else _part(Failure, error),
+            provenance=_stored(Provenance, {**provenance, "overrides": tuple(provenance.get("overrides", ()))}),
+            files={name: _stored(StoredFile, file) for name, file in content["files"].items()},
+            failure=None if error is None else _stored(Failure, error),
         )
 
 
@@ -164,7 +164,7 @@ def read(folder: Path, verify: bool = False) -> Record:
     return record
 
 
-def _part(kind: type[Part], content: Mapping[str, Any]) -> Part:
+def _stored(kind: type[Stored], content: Mapping[str, Any]) -> Stored:
     """Entries that another version wrote and this one has no use for are left out."""
     return kind(**{item.name: content[item.name] for item in fields(kind) if item.name in content})
 

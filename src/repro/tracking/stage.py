@@ -1,4 +1,4 @@
-"""What makes a stage the stage it is, and therefore when its result may be used again."""
+"""The identity of a stage, which decides whether a stored result may be used again."""
 
 from __future__ import annotations
 

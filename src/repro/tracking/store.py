@@ -33,8 +33,8 @@ class StageFailed(Exception):  # noqa: N818 - the outcome of a stage, known by t
 class Store:
     """All stages under one outputs root; safe to use from many processes and machines at once.
 
-    A stage is made in a working folder that survives a kill: whatever `work` leaves there under a name that begins with
-    "checkpoint" is found again by the next attempt, and dropped once the stage is finished; all else starts anew.
+    A stage is made in a working folder that survives a kill: files whose names begin with "checkpoint" stay for the
+    next attempt until the stage is finished; all others are removed before it.
     """
 
     def __init__(self, root: Path, overrides: Sequence[str] = ()) -> None:
@@ -42,7 +42,7 @@ class Store:
         self.overrides = tuple(overrides)
 
     def find(self, id: str, *, kind: str = "", verify: bool = False) -> Record | None:
-        """The finished stage of an id, or None when it is not there or damaged.
+        """The finished stage of an id, or None when it is missing or damaged.
 
         Checks run.json and the sizes of the files; `verify` checks every byte.
         """
@@ -64,26 +64,26 @@ class Store:
 
     def records(self, kind: str) -> list[Record]:
         """All finished, undamaged stages of one kind, by id."""
-        found = (self.find(id, kind=kind) for id in self.paths.ids(kind))
-        return [entry for entry in found if entry is not None]
+        stages = (self.find(id, kind=kind) for id in self.paths.ids(kind))
+        return [stage for stage in stages if stage is not None]
 
     def compute(self, stage: Stage, work: Callable[[Path], dict[str, Any]]) -> Record:
-        """The stage's result: found, or made by `work(folder) -> summary` and kept.
+        """The stage's stored result, or a new one, made by `work(folder) -> summary`.
 
-        Another process that makes the same stage is waited for. Raises StageFailed when `work` raises (the failure is
+        Waits for another process that makes the same stage. Raises StageFailed when `work` raises (the failure is
         stored, and retried by the next call) and UserError when the disk is full or cannot be written.
         """
-        found = self.find(stage.id, kind=stage.kind)
-        if found is not None:
-            return found
+        stored = self.find(stage.id, kind=stage.kind)
+        if stored is not None:
+            return stored
         folder = self.paths.work(stage.kind, stage.id)
         with (
             disk_errors_explained(self.paths.root),
             lock.held(self.paths.lock(stage.kind, stage.id), folder / HOLDER_FILE, stage.id),
         ):
             self._move_aside_if_damaged(stage.kind, stage.id)
-            found = self.find(stage.id, kind=stage.kind)
-            return found if found is not None else self._make(stage, work, folder)
+            stored = self.find(stage.id, kind=stage.kind)
+            return stored if stored is not None else self._make(stage, work, folder)
 
     def verify(self, kind: str, id: str) -> Damage | None:
         """Check every byte of a finished stage; a damaged one is moved aside, so that its command makes it again."""
@@ -99,7 +99,7 @@ class Store:
         return None
 
     def _move_aside_if_damaged(self, kind: str, id: str, *, verify: bool = False) -> Damage | None:
-        """Under the lock, so that nobody else moves or makes this stage meanwhile."""
+        """To be called under the lock, so that no other process moves or makes this stage meanwhile."""
         place = self.paths.folder(kind, id)
         try:
             record.read(place, verify)

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 
 
 def table(rows: Iterable[Sequence[object]], header: Sequence[str] = (), width: int | None = None) -> str:
-    """Left-aligned columns, two blanks apart; numbers are written as given.
+    """Left-aligned columns, two blanks apart; numbers as str() writes them.
 
     With a width, as many columns are shown as fit, at least the first; what is left out is named below.
     """
@@ -24,7 +24,7 @@ def table(rows: Iterable[Sequence[object]], header: Sequence[str] = (), width: i
         "  ".join(cell.ljust(width) for cell, width in zip(line[:shown], widths, strict=False)).rstrip()
         for line in lines
     )
-    left_out = f"\n\nnot shown for want of width: {', '.join(header[shown:])}" if header[shown:] else ""
+    left_out = f"\n\nnot shown, for lack of width: {', '.join(header[shown:])}" if header[shown:] else ""
     return text + left_out
 
 
@@ -42,7 +42,7 @@ def short(value: object, width: int = 80) -> str:
 
 
 def size(count: int) -> str:
-    """A number of bytes a person can read: 512 B, 3.4 KiB, 12.0 MiB."""
+    """A number of bytes in readable units: 512 B, 3.4 KiB, 12.0 MiB."""
     value, unit = float(count), "B"
     for larger in ("KiB", "MiB", "GiB"):
         if value < 1024:
@@ -52,7 +52,7 @@ def size(count: int) -> str:
 
 
 def duration(seconds: float) -> str:
-    """A time a person can read: 0.4 s, 12 s, 3 min 20 s, 2 h 5 min."""
+    """A time in readable units: 0.4 s, 12 s, 3 min 20 s, 2 h 5 min."""
     if seconds < 10:
         return f"{seconds:.1f} s"
     whole = round(seconds)

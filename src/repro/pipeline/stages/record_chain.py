@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from torch import Tensor
@@ -11,7 +10,7 @@ from repro.evaluation.chains import KEPT, TIME_STEP, Motion, random_start, simul
 from repro.mechanics.system import System
 from repro.models.link_chain import ChainLink
 from repro.models.model import Model
-from repro.recording.chain_writer import ChainRecording, Moving, write_chain_recording
+from repro.recording.chain_writer import ChainMotion, ChainRecording, write_chain_recording
 
 FILE = "recording.rrd"
 SPACING = 1.0  # m from mass to mass at rest, in the picture
@@ -21,24 +20,24 @@ def record(
     folder: Path,
     run: str,
     title: str,
-    card: Mapping[str, Any],
+    card: Mapping[str, object],
     model: Model,
     parameters: Tensor,
     seeds: Sequence[int],
     system: System,
     links: int,
-) -> dict[str, Any]:
+) -> dict[str, int]:
     """Write recording.rrd: 10 s of free motion of the true chain and of that of the first member."""
     start = random_start(links)
     plant = simulate_chain(ChainLink.true(system), start)
     learned = simulate_chain(ChainLink.learned(model, parameters[0].double().numpy()), start)
     time = np.arange(len(plant.energy)) * KEPT * TIME_STEP
-    models = {f"seed {seeds[0]}": _moving(learned)}
-    write_chain_recording(folder / FILE, ChainRecording(run, title, card, time, _moving(plant), models))
+    models = {f"seed {seeds[0]}": _drawn(learned)}
+    write_chain_recording(folder / FILE, ChainRecording(run, title, card, time, _drawn(plant), models))
     return {"member": int(seeds[0]), "links": links}
 
 
-def _moving(motion: Motion) -> Moving:
+def _drawn(motion: Motion) -> ChainMotion:
     links = motion.states.shape[1] // 2
     rest = SPACING * np.arange(1, links + 1)
-    return Moving(rest + np.cumsum(motion.states[:, :links], axis=1), motion.energy)
+    return ChainMotion(rest + np.cumsum(motion.states[:, :links], axis=1), motion.energy)

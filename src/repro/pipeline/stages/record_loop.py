@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from repro.control.loop_tables import energies
 from repro.evaluation.power_balance import power_balance
 from repro.mechanics.system import System
 from repro.pipeline.stages.drawn_motion import driven_forces, world_points
-from repro.recording.contents import Rollout, RunRecording
+from repro.recording.contents import DrawnMotion, RunRecording
 from repro.recording.writer import write_recording
 
 FILE = "recording.rrd"
@@ -19,8 +18,8 @@ FALLBACKS = "fallback (1 second try, 2 last plan, 3 none)"
 
 
 def record(
-    folder: Path, run: str, title: str, card: Mapping[str, Any], loop: Mapping[str, np.ndarray], system: System
-) -> dict[str, Any]:
+    folder: Path, run: str, title: str, card: Mapping[str, object], loop: Mapping[str, np.ndarray], system: System
+) -> dict[str, int]:
     """Write recording.rrd of a kept loop, as `loop_tables.keep` leaves it, up to where it was given up."""
     states = loop["states"][::SUBSTEPS]
     steps = int(np.sum(np.all(np.isfinite(states), axis=1)))
@@ -41,7 +40,7 @@ def record(
         card=card,
         time=time,
         coordinates=[(c.name, c.unit) for c in system.coordinates],
-        plant=Rollout(state=states, energies=energy, points=world_points(system, states)),
+        plant=DrawnMotion(state=states, energies=energy, points=world_points(system, states)),
         models={},
         forces=driven_forces(system, tau),
         power=power_balance(states[:, : system.n_q], tau, energy["H"], time),
@@ -54,5 +53,5 @@ def record(
 
 
 def _for_each(values: np.ndarray, steps: int) -> np.ndarray:
-    """Values of each control step for each sample; the last sample, after which nothing is decided, repeats one."""
+    """Values of each control step for each sample; the last sample, which starts no control step, repeats one."""
     return np.append(values, values[-1:], axis=0)[:steps]

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -10,7 +9,7 @@ import pandas as pd
 from repro.evaluation.power_balance import power_balance
 from repro.mechanics.system import System
 from repro.pipeline.stages.drawn_motion import driven_forces, world_points
-from repro.recording.contents import Curve, Rollout, RunRecording
+from repro.recording.contents import DrawnMotion, LearningCurve, RunRecording
 from repro.recording.writer import write_recording
 
 FILE = "recording.rrd"
@@ -21,11 +20,11 @@ def record(
     folder: Path,
     run: str,
     title: str,
-    card: Mapping[str, Any],
+    card: Mapping[str, object],
     trajectories: pd.DataFrame,
     curves: pd.DataFrame,
     system: System,
-) -> dict[str, Any]:
+) -> dict[str, int]:
     """Write recording.rrd: the first member's plant and model over the first test points, learning curves of a few."""
     members = sorted(trajectories["member"].unique())[:SHOWN]
     tested = {f"seed {members[0]}": tested_by(trajectories, members[0])}
@@ -35,16 +34,16 @@ def record(
 
 
 def tested_by(trajectories: pd.DataFrame, member: int) -> pd.DataFrame:
-    """One member's signals along the test set, a column each, by time."""
-    along_the_test = ~trajectories["name"].str.startswith("free.")
-    rows = trajectories[(trajectories["member"] == member) & along_the_test]
+    """One member's signals along the test set: one column per signal, indexed by time."""
+    is_test = ~trajectories["name"].str.startswith("free.")
+    rows = trajectories[(trajectories["member"] == member) & is_test]
     return rows.pivot(index="t", columns="name", values="value").sort_index()
 
 
 def recording_of(
     run: str,
     title: str,
-    card: Mapping[str, Any],
+    card: Mapping[str, object],
     tested: Mapping[str, pd.DataFrame],
     learned: Mapping[str, pd.DataFrame],
     system: System,
@@ -58,7 +57,7 @@ def recording_of(
     time = first.index.to_numpy()
     coordinates = [(c.name, c.unit) for c in system.coordinates]
     names = [name for name, _ in coordinates] + [f"{name}d" for name, _ in coordinates]
-    plant = _rollout(first, "plant", names, system)
+    plant = _motion(first, "plant", names, system)
     tau = first[[f"tau[{index}]" for index in range(system.n_q)]].to_numpy()
     power = power_balance(plant.state[:, : system.n_q], tau, plant.energies["H"], time)
     restart = np.append(np.diff(first["episode"].to_numpy()) != 0, False)
@@ -69,22 +68,22 @@ def recording_of(
         time=time,
         coordinates=coordinates,
         plant=plant,
-        models={label: _rollout(table, "model", names, system) for label, table in tested.items()},
+        models={label: _motion(table, "model", names, system) for label, table in tested.items()},
         forces=driven_forces(system, tau),
         power={name: np.where(restart, 0.0, values) for name, values in power.items()},
         curves=_curves(learned),
     )
 
 
-def _rollout(table: pd.DataFrame, role: str, names: Sequence[str], system: System) -> Rollout:
+def _motion(table: pd.DataFrame, role: str, names: Sequence[str], system: System) -> DrawnMotion:
     state = table[[f"{role}.{name}" for name in names]].to_numpy()
     absent = pd.Series(np.nan, index=table.index)
     energies = {name: table.get(f"{role}.{name}", absent).to_numpy() for name in ("T", "V", "H")}
-    return Rollout(state=state, energies=energies, points=world_points(system, state))
+    return DrawnMotion(state=state, energies=energies, points=world_points(system, state))
 
 
-def _curves(learned: Mapping[str, pd.DataFrame]) -> dict[str, Curve]:
-    """Every quantity by name; as logarithms unless some are negative, since the viewer has no logarithmic axis."""
+def _curves(learned: Mapping[str, pd.DataFrame]) -> dict[str, LearningCurve]:
+    """Every quantity by name; as a logarithm unless some are negative, since the viewer has no logarithmic axis."""
     result = {}
     for name in dict.fromkeys(name for rows in learned.values() for name in rows["name"]):
         lines = {label: rows[rows["name"] == name].groupby("step")["value"].mean() for label, rows in learned.items()}
@@ -95,10 +94,10 @@ def _curves(learned: Mapping[str, pd.DataFrame]) -> dict[str, Curve]:
         values = {label: _held(line, steps) for label, line in lines.items()}
         if logarithmic:
             values = {label: np.log10(np.where(line > 0, line, np.nan)) for label, line in values.items()}
-        result[f"log10 {name}" if logarithmic else name] = Curve(step=steps.to_numpy(), values=values)
+        result[f"log10 {name}" if logarithmic else name] = LearningCurve(step=steps.to_numpy(), values=values)
     return result
 
 
 def _held(line: pd.Series, steps: pd.Index) -> np.ndarray:
-    """A curve at the steps of all: between its own it keeps its value, after its last it ends."""
+    """A curve at the steps of all curves: constant between its own steps, not finite after its last."""
     return line.reindex(steps).ffill().where(steps <= line.index[-1]).to_numpy()

@@ -1,10 +1,11 @@
-"""What is done, stale, failed, missing, running, interrupted or damaged, and why."""
+"""The state of every stage (done, stale, failed, missing, running, interrupted, damaged) and the reasons."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from typing import Any
 
 from repro.errors import UserError
@@ -12,18 +13,31 @@ from repro.tracking import code, index, lock
 from repro.tracking.index import Index
 from repro.tracking.index_database import Entry
 from repro.tracking.paths import HOLDER_FILE, Paths
-from repro.tracking.record import Identity, read
+from repro.tracking.record import Identity, StageOutcome, read
 from repro.tracking.stage import Stage
 from repro.tracking.stage_difference import identity_differences
 from repro.tracking.store import Store
 
-STATES = ("done", "stale", "failed", "missing", "running", "interrupted", "damaged")
-# Separates what changed from the stage, some way up, where it changed.
+
+class StageState(StrEnum):
+    """What a stage in the store, or a run that an experiment lists, is worth now."""
+
+    DONE = "done"
+    STALE = "stale"
+    FAILED = "failed"
+    MISSING = "missing"
+    RUNNING = "running"
+    INTERRUPTED = "interrupted"
+    DAMAGED = "damaged"
+
+
+STATES = tuple(StageState)
+# Separates a change from the upstream stage in which it happened.
 _UPSTREAM = " (upstream "
 # Overrides of a job -> the stages it consists of by the present defaults and code, the run itself last.
 Expected = Callable[[Sequence[str]], Sequence[Stage]]
 # Experiment -> a digest of all that the settings of its jobs depend on.
-Settings = Callable[[str], str]
+SettingsDigest = Callable[[str], str]
 
 
 @dataclass(frozen=True)
@@ -33,7 +47,7 @@ class Item:
     id: str
     kind: str
     name: str
-    state: str
+    state: StageState
     why: tuple[str, ...] = ()
     command: str = ""
     experiments: tuple[str, ...] = ()
@@ -50,32 +64,32 @@ class _Listing:
 
 
 def survey(
-    paths: Paths, *, verify: bool = False, expected: Expected | None = None, settings: Settings | None = None
+    paths: Paths, *, verify: bool = False, expected: Expected | None = None, settings: SettingsDigest | None = None
 ) -> list[Item]:
     """The state of every stage in the store and of every run that an experiment lists.
 
     A finished stage is stale when the code, the libraries or an upstream stage no longer give its identity; with
-    `expected`, also when the defaults no longer do; `settings` spares this question for the jobs of an experiment that
-    were listed under the same digest. `verify` reads every byte of every finished stage and
-    moves damaged ones aside.
+    `expected`, also when the defaults no longer do, which is not checked for an experiment that was listed under the
+    present digest of its `settings`. `verify` reads every byte of every finished stage and moves damaged ones aside.
     """
     stored = index.load(paths)
-    judge = _Judge(paths, stored)
+    changes = _Changes(stored)
     listed = _listed(paths, settings)
-    items = {entry.id: judge.finished(entry) for entry in stored.finished().values()}
+    items = {entry.id: changes.item(entry) for entry in stored.finished().values()}
     for entry in stored.entries:
-        if entry.outcome == "damaged" or (entry.outcome == "failed" and entry.id not in items):
-            items[entry.id] = Item(entry.id, entry.kind, entry.name, entry.outcome, (entry.error,), entry.command)
+        if entry.outcome is StageOutcome.DAMAGED or (entry.outcome is StageOutcome.FAILED and entry.id not in items):
+            state = StageState(entry.outcome)
+            items[entry.id] = Item(entry.id, entry.kind, entry.name, state, (entry.error,), entry.command)
     for item in _being_made(paths):
-        if items.get(item.id, item).state in ("failed", item.state):
+        if items.get(item.id, item).state in (StageState.FAILED, item.state):
             items[item.id] = item
     for id, listing in listed.items():
-        absent = Item(id, "runs", id, "missing", ("not made yet",), listing.command)
+        absent = Item(id, "runs", id, StageState.MISSING, ("not made yet",), listing.command)
         item = items.get(id, absent)
         # a listing without overrides (the benchmark) is made by no configuration, so no default can outdate it
-        asked = expected is not None and not listing.current and bool(listing.overrides)
-        outdated = _outdated(item, listing, stored, paths, expected) if asked else ()
-        state = "stale" if outdated and item.state == "done" else item.state
+        unsure = not listing.current and bool(listing.overrides)
+        outdated = _outdated(item, listing, stored, paths, expected) if unsure and expected is not None else ()
+        state = StageState.STALE if outdated and item.state is StageState.DONE else item.state
         experiments = tuple(sorted(set(listing.experiments)))
         items[id] = replace(item, state=state, why=item.why + outdated, experiments=experiments)
     if verify:
@@ -83,19 +97,19 @@ def survey(
     return sorted(items.values(), key=lambda item: (item.kind, STATES.index(item.state), item.id))
 
 
-class _Judge:
-    """Says whether a finished stage still agrees with the present code, libraries and upstream stages."""
+class _Changes:
+    """What has changed in code, libraries and upstream stages since the finished stages were made."""
 
-    def __init__(self, paths: Paths, stored: Index) -> None:
-        self.paths = paths
+    def __init__(self, stored: Index) -> None:
         self.stored = stored
         self.entries = stored.finished()
         self.code_reasons: dict[str, tuple[str, ...]] = {}
         self.reasons: dict[str, tuple[str, ...]] = {}
 
-    def finished(self, entry: Entry) -> Item:
+    def item(self, entry: Entry) -> Item:
         why = self.why(entry)
-        return Item(entry.id, entry.kind, entry.name, "stale" if why else "done", why, entry.command)
+        state = StageState.STALE if why else StageState.DONE
+        return Item(entry.id, entry.kind, entry.name, state, why, entry.command)
 
     def why(self, entry: Entry) -> tuple[str, ...]:
         if entry.id not in self.reasons:
@@ -103,7 +117,7 @@ class _Judge:
         return self.reasons[entry.id]
 
     def _changed_upstream(self, entry: Entry) -> tuple[str, ...]:
-        # A source that was removed is no reason: its id says what it was, and it can be made again.
+        # An upstream stage that was removed is no reason: its id identifies it, and it can be made again.
         reasons = {
             reason if _UPSTREAM in reason else f"{reason}{_UPSTREAM}{role} {id})": None
             for role, id in entry.upstream.items()
@@ -129,7 +143,7 @@ def _code_reasons(stored: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _being_made(paths: Paths) -> list[Item]:
-    found = []
+    items = []
     for kind in paths.kinds():
         for id in paths.ids(kind, ".work"):
             holder = paths.work(kind, id) / HOLDER_FILE
@@ -138,15 +152,15 @@ def _being_made(paths: Paths) -> list[Item]:
             except (OSError, ValueError):
                 content = {}
             running = lock.is_held(paths.lock(kind, id))
-            who = lock.holder_text(holder)
-            why = [f"{who} is making it" if running else f"{who} was ended; its command goes on from there"]
+            maker = lock.holder_text(holder)
+            why = [f"{maker} is making it" if running else f"{maker} was ended; its command goes on from there"]
             why += [f"log: {content['log']}"] if content.get("log") else []
-            state = "running" if running else "interrupted"
-            found.append(Item(id, kind, content.get("name", id), state, tuple(why), content.get("command", "")))
-    return found
+            state = StageState.RUNNING if running else StageState.INTERRUPTED
+            items.append(Item(id, kind, content.get("name", id), state, tuple(why), content.get("command", "")))
+    return items
 
 
-def _listed(paths: Paths, settings: Settings | None) -> dict[str, _Listing]:
+def _listed(paths: Paths, settings: SettingsDigest | None) -> dict[str, _Listing]:
     """Every run that an experiment lists, by id."""
     listed: dict[str, _Listing] = {}
     for file in sorted(paths.experiments.glob("*/*.json")):
@@ -154,26 +168,26 @@ def _listed(paths: Paths, settings: Settings | None) -> dict[str, _Listing]:
             content = json.loads(file.read_bytes())
             current = settings is not None and settings(content["experiment"]) == content.get("settings")
             for job in content["jobs"]:
-                # A job that never came to its run has no id yet; its command names it.
-                fresh = _Listing(job["command"], job["overrides"], current)
-                listing = listed.setdefault(job["run"] or job["command"], fresh)
+                # A job that has not reached its run has no id yet; its command takes the place of the id.
+                new = _Listing(job["command"], job["overrides"], current)
+                listing = listed.setdefault(job["run"] or job["command"], new)
                 listing.experiments.append(f"{content['scale']}/{content['experiment']}")
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise UserError(f"{file} cannot be read ({error!r}): delete it and run the experiment again") from error
     return listed
 
 
-def _outdated(item: Item, listing: _Listing, stored: Index, paths: Paths, expected: Expected | None) -> tuple[str, ...]:
+def _outdated(item: Item, listing: _Listing, stored: Index, paths: Paths, expected: Expected) -> tuple[str, ...]:
     """How the run that the present defaults give differs from the listed one."""
     try:
-        stages = expected(listing.overrides) if expected else ()
+        stages = expected(listing.overrides)
     except UserError as error:
         return (f"its settings are no longer accepted: {error}",)
     if not stages or stages[-1].id == item.id:
         return ()
     reasons: list[str] = []
     finished = stored.finished()
-    wanted = {stage.id: stage for stage in stages}
+    by_id = {stage.id: stage for stage in stages}
     pairs = [(item.id, stages[-1])]
     while pairs:
         id, stage = pairs.pop()
@@ -183,12 +197,12 @@ def _outdated(item: Item, listing: _Listing, stored: Index, paths: Paths, expect
         differences = identity_differences(before, stage.identity)
         reasons += [str(one) for one in differences if one.area == "config"]
         upstream = [(before.upstream.get(role), id) for role, id in stage.upstream.items()]
-        pairs += [(old, wanted[new]) for old, new in upstream if old is not None and new in wanted]
+        pairs += [(old, by_id[new]) for old, new in upstream if old is not None and new in by_id]
     return tuple(reasons)
 
 
 def _verified(item: Item, store: Store) -> Item:
-    damage = store.verify(item.kind, item.id) if item.state in ("done", "stale") else None
+    damage = store.verify(item.kind, item.id) if item.state in (StageState.DONE, StageState.STALE) else None
     if damage is None:
         return item
-    return replace(item, state="damaged", why=(f"{damage}; moved aside, its command makes it again",))
+    return replace(item, state=StageState.DAMAGED, why=(f"{damage}; moved aside, its command makes it again",))

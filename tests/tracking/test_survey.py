@@ -8,7 +8,7 @@ import time
 import pytest
 
 from repro.errors import UserError
-from repro.tracking import code, ids, lock, status
+from repro.tracking import code, ids, lock, survey
 from repro.tracking.paths import HOLDER_FILE
 from repro.tracking.stage import Stage
 from repro.tracking.store import StageFailed
@@ -27,7 +27,7 @@ def list_runs(store, ids, scale="quick", experiment="basis", **more):
 
 
 def states(store, **options):
-    return {item.id: item for item in status.survey(store.paths, **options)}
+    return {item.id: item for item in survey.survey(store.paths, **options)}
 
 
 def test_an_edit_makes_exactly_the_dependents_stale(store, toy):
@@ -150,12 +150,12 @@ def test_a_broken_experiment_list_is_named(store):
     list_runs(store, ["x"])
     (store.paths.experiments / "quick" / "basis.json").write_text("[]")
     with pytest.raises(UserError, match=r"basis\.json cannot be read"):
-        status.survey(store.paths)
+        survey.survey(store.paths)
 
 
 def test_a_job_without_a_run_is_missing(store):
     list_runs(store, [None])
-    (item,) = status.survey(store.paths)
+    (item,) = survey.survey(store.paths)
     assert (item.id, item.state) == ("repro run n=0", "missing")
 
 
@@ -190,7 +190,7 @@ def test_status_of_many_runs_is_quick(store, stage, count):
     many_runs(store, stage, count)
     for limit in ({1000: 1.0, 10_000: 3.0}[count], 0.5):
         before = time.process_time()
-        items = status.survey(store.paths)
+        items = survey.survey(store.paths)
         assert time.process_time() - before < limit
         assert [item.state for item in items] == ["done"] * count
 
