@@ -6,7 +6,7 @@ import torch
 from torch.func import grad, hessian, jacrev, vmap
 
 from repro.bench.delan import DeLaN, delan_step
-from repro.bench.training_case import structured_case
+from repro.bench.training_case import triangular_case
 
 # torch.func loads its rules for forward mode with a function that torch itself deprecates
 pytestmark = pytest.mark.filterwarnings("ignore:`torch.jit.script` is deprecated:DeprecationWarning")
@@ -61,7 +61,7 @@ def test_the_factor_is_triangular_with_a_positive_diagonal(peer, weights, motion
 
 
 def test_the_step_is_the_mean_squared_error_of_tau():
-    case = structured_case((5,), 1, 30)
+    case = triangular_case((5,), 1, 30)
     loss, gradient = delan_step(case, (5,))()
     peer = DeLaN(2, (5,))
     start = torch.from_numpy(peer.network.initial([np.random.default_rng([0, 1])])[0])

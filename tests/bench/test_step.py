@@ -8,7 +8,7 @@ import torch
 
 from repro.bench.naive import engineered_features, naive_step, t2_features
 from repro.bench.step import native_step, torch_step
-from repro.bench.training_case import TrainingCase, lagrangian_case, structured_case
+from repro.bench.training_case import TrainingCase, lagrangian_case, triangular_case
 from repro.codegen.c_library import has_compiler
 from repro.errors import UserError
 from repro.models.bases import engineered, t2
@@ -42,8 +42,8 @@ def test_generated_code_agrees_with_the_hessian(equation):
 
 
 @needs_compiler
-def test_engines_agree_on_the_structured_model():
-    case = structured_case((5,), 1, 40)
+def test_engines_agree_on_the_triangular_factor():
+    case = triangular_case((5,), 1, 40)
     agree(native_step(case, "inverse"), torch_step(case, "inverse"))
 
 
@@ -79,8 +79,8 @@ def test_a_wide_network_agrees_with_the_hessian_in_compiled_code():
 
 @needs_compiler
 @pytest.mark.parametrize("equation", ["inverse", "forward"])
-def test_a_wide_structured_model_agrees_with_torch_in_compiled_code(equation):
-    case = structured_case((40, 23), 2, 50)
+def test_a_wide_triangular_factor_agrees_with_torch_in_compiled_code(equation):
+    case = triangular_case((40, 23), 2, 50)
     agree(native_step(case, equation), torch_step(case, equation))
 
 

@@ -54,13 +54,6 @@ def lagrangian_case(basis: ModuleType, hidden: Sequence[int], members: int, samp
     return _started(Lagrangian(basis, dataset.n_q, hidden=hidden), dataset)
 
 
-def structured_case(hidden: Sequence[int], members: int, samples: int) -> TrainingCase:
-    """A network for a wide factor of the mass matrix, on the single pendulum."""
-    dataset = pendulum(range(members), samples)
-    scale = dataset.qd.reshape(-1, dataset.n_q).std(axis=0)
-    return _started(Structured(dataset.n_q, scale, hidden=hidden), dataset)
-
-
 def triangular_case(hidden: Sequence[int], members: int, samples: int) -> TrainingCase:
     """The mass matrix by its triangular factor from a network without a linear path, as in DeLaN."""
     dataset = pendulum(range(members), samples)
