@@ -68,10 +68,10 @@ def test_each_command_explains_itself(command, capsys):
     with pytest.raises(SystemExit) as stop:
         cli.main([command, "--help"])
     assert stop.value.code == 0
-    usage, _, told = capsys.readouterr().out.partition("\n\n")
+    usage, _, output = capsys.readouterr().out.partition("\n\n")
     assert usage.startswith(f"usage: repro {command} ")
-    says, _, example = told.partition("example")
-    assert says.strip()
+    description, _, example = output.partition("example")
+    assert description.strip()
     assert f"repro {command}" in example
 
 
@@ -81,21 +81,21 @@ def test_a_typing_mistake_is_answered(capsys):
 
 
 @pytest.mark.parametrize(
-    ("trouble", "code", "said"),
+    ("trouble", "code", "expected"),
     [
         (UserError("no model lagrangain; choose from lagrangian"), 2, "repro: no model lagrangain"),
         (KeyboardInterrupt(), 130, "Finished work is kept; to go on: repro status"),
     ],
 )
-def test_troubles_end_calmly(monkeypatch, capsys, trouble, code, said):
+def test_troubles_end_calmly(monkeypatch, capsys, trouble, code, expected):
     def raises(argv):
         raise trouble
 
     monkeypatch.setattr("repro.commands.status.main", raises)
     assert cli.main(["status"]) == code
-    told = capsys.readouterr().err
-    assert said in told
-    assert "Traceback" not in told
+    output = capsys.readouterr().err
+    assert expected in output
+    assert "Traceback" not in output
 
 
 def test_a_closed_pipe_is_no_error(store, records):
@@ -113,8 +113,8 @@ def test_status_counts_and_explains(store, records, capsys):
     assert cli.main(["status", "--why", records[2].id]) == 0
     assert "made by: repro run n=3" in capsys.readouterr().out
     assert cli.main(["status", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert sorted(item["state"] for item in told) == ["done", "done", "failed"]
+    output = json.loads(capsys.readouterr().out)
+    assert sorted(item["state"] for item in output) == ["done", "done", "failed"]
     assert cli.main(["status", "--why", "nothing"]) == 2
 
 

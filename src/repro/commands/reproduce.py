@@ -47,7 +47,7 @@ def main(argv: Sequence[str]) -> int:
 
 
 def experiments_at(scale: str) -> list[str]:
-    """Names of the experiments that are made unasked: all at the paper's scale, below it those that are quick there."""
+    """Names of the experiments that run by default: all at the paper's scale, below it those that are quick there."""
     from repro.config.overrides import experiments
 
     return [name for name in experiments() if scale == "paper" or name not in FULLY_TRAINED]

@@ -75,8 +75,8 @@ def _chosen(ledger: Sequence["Assumption"], names: Sequence[str]) -> list["Assum
 def _print_plan(cases: Sequence["Case"], jobs: Sequence["Planned"]) -> int:
     from repro.tracking.text import duration
 
-    said = [f"{case.assumption}, {case.claim}: {case.alternative}" for case in cases]
-    print("\n".join(dict.fromkeys(said)))
+    tried = [f"{case.assumption}, {case.claim}: {case.alternative}" for case in cases]
+    print("\n".join(dict.fromkeys(tried)))
     missing = [job for job in jobs if job.record is None]
     left = duration(sum(job.expected_seconds for job in missing))
     print(f"{len(jobs)} jobs, {len(missing)} to run, about {left} of one core")

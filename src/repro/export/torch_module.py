@@ -51,7 +51,7 @@ def energies(q, qd):
 
 
 def friction(q, qd):
-    """The forces against the motion that L does not know."""
+    """Friction, the forces that do not follow from L."""
     return torch.stack(_all(q, qd)[2:], dim=-1)
 
 
@@ -105,8 +105,8 @@ def write(folder: Path, model: Model, weights: np.ndarray, title: str) -> list[s
     parameters = casadi.SX.sym("parameters", len(weights))
     if model.energetic:
         energies = model.energies(q, qd, parameters)
-        said = casadi.vertcat(energies.kinetic, energies.potential, model.friction(q, qd, parameters))
-        body = _code("_energies_and_friction", {"q": q, "qd": qd, "parameters": parameters}, said) + ENERGIES
+        outputs = casadi.vertcat(energies.kinetic, energies.potential, model.friction(q, qd, parameters))
+        body = _code("_energies_and_friction", {"q": q, "qd": qd, "parameters": parameters}, outputs) + ENERGIES
     else:
         inputs = {"q": q, "qd": qd, "tau": tau, "parameters": parameters}
         body = _code("_forward", inputs, model.acceleration(q, qd, tau, parameters)) + FORWARD
