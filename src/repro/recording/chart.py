@@ -27,7 +27,7 @@ class Chart:
 
     path       entity that holds one vector of all lines at each time
     title      of the view, without the unit
-    quantity   what every line is, e.g. "H"; "" where the labels say it
+    quantity   what every line is, e.g. "H"; "" where the labels name it
     unit       "" for a number without one
     lines      label -> (steps,) values; a value that is not finite is a gap
     colours    label -> colour

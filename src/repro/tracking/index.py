@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,7 +19,7 @@ from repro.tracking.paths import RUN_FILE, Paths
 from repro.tracking.plain_data import canonical
 from repro.tracking.record import StageOutcome
 
-_READERS, _BATCH = 8, 64
+_READERS = 8
 _SHELVES = {"": StageOutcome.OK, ".failed": StageOutcome.FAILED}
 
 
@@ -51,7 +50,9 @@ def load(paths: Paths) -> Index:
                     rows[place] = row
                 elif stamp is not None:
                     unread.append((place, stamp, id, kind, outcome))
-    contents = _contents([paths.root / place / RUN_FILE for place, *_ in unread])
+    # Several files at once, since reading waits for the disk.
+    with ThreadPoolExecutor(_READERS) as readers:
+        contents = list(readers.map(_content, [paths.root / place / RUN_FILE for place, *_ in unread]))
     new = {
         place: (stamp, _entry(content, id, kind, outcome, codes))
         for (place, stamp, id, kind, outcome), content in zip(unread, contents, strict=True)
@@ -72,21 +73,11 @@ def _stamp(file: str) -> Stamp | None:
     return stat.st_mtime_ns, stat.st_size
 
 
-def _contents(files: Sequence[Path]) -> list[bytes | OSError]:
-    """The files' bytes, several files at once, since reading waits for the disk."""
-    batches = [files[start : start + _BATCH] for start in range(0, len(files), _BATCH)]
-    with ThreadPoolExecutor(_READERS) as readers:
-        return [content for batch in readers.map(_read_batch, batches) for content in batch]
-
-
-def _read_batch(files: Sequence[Path]) -> list[bytes | OSError]:
-    contents: list[bytes | OSError] = []
-    for file in files:
-        try:
-            contents.append(file.read_bytes())
-        except OSError as error:
-            contents.append(error)
-    return contents
+def _content(file: Path) -> bytes | OSError:
+    try:
+        return file.read_bytes()
+    except OSError as error:
+        return error
 
 
 def _entry(content: bytes | OSError, id: str, kind: str, outcome: StageOutcome, codes: Codes) -> Entry:

@@ -1,7 +1,7 @@
 """The index on disk: one SQLite file, one row per stage, written in short transactions.
 
-Several processes may read and write it at once. Where the file system allows no database (no locks, no writing) there
-is no index, and whoever loads it reads every run.json.
+Several processes may read and write it at once. Where the file system allows no database (no locks, no writing) nothing
+is stored, and every run.json is read each time.
 """
 
 from __future__ import annotations

@@ -153,7 +153,7 @@ def _being_made(paths: Paths) -> list[Item]:
                 content = {}
             running = lock.is_held(paths.lock(kind, id))
             maker = lock.holder_text(holder)
-            why = [f"{maker} is making it" if running else f"{maker} was ended; its command goes on from there"]
+            why = [f"{maker} is making it" if running else f"{maker} was ended; its command continues from there"]
             why += [f"log: {content['log']}"] if content.get("log") else []
             state = StageState.RUNNING if running else StageState.INTERRUPTED
             items.append(Item(id, kind, content.get("name", id), state, tuple(why), content.get("command", "")))
