@@ -20,6 +20,8 @@ from repro.errors import UserError
 COMPANIONS = {
     "basis=rigid_body": ["system=rod"],
     "basis=spring": ["system=link"],
+    "system=link": ["basis=spring"],
+    "system=rod": ["basis=rigid_body"],
     "data=file": ["data.path={file}"],
     "model=blackbox": ["objective=forward"],
     "objective=port": ["model=port_hamiltonian"],

@@ -32,7 +32,7 @@ def data():
 
 @pytest.fixture
 def context(data):
-    return Context(t2, data.q, data.qd, data.train.qd, SYSTEM)
+    return Context(t2, SYSTEM.coordinates, data.q, data.qd, data.train.qd, SYSTEM)
 
 
 @pytest.mark.parametrize(
@@ -81,10 +81,16 @@ def test_a_structured_model_starts_with_the_inertia_scale_of_the_data(context):
 
 def test_scales_are_taken_where_training_starts_and_never_zero(data):
     still = np.zeros_like(data.qd)
-    np.testing.assert_array_equal(Context(t2, data.q, data.qd, still, SYSTEM).velocity_scale, [1, 1])
-    np.testing.assert_array_equal(Context(t2, 0 * data.q, still, data.qd, SYSTEM).feature_scale, [1, 1, 1])
+    np.testing.assert_array_equal(
+        Context(t2, SYSTEM.coordinates, data.q, data.qd, still, SYSTEM).velocity_scale, [1, 1]
+    )
+    np.testing.assert_array_equal(
+        Context(t2, SYSTEM.coordinates, 0 * data.q, still, data.qd, SYSTEM).feature_scale, [1, 1, 1]
+    )
     expected = data.qd[:, :50].reshape(-1, 2).std(0)
-    np.testing.assert_allclose(Context(t2, data.q, data.qd, data.qd[:, :50], SYSTEM).velocity_scale, expected)
+    np.testing.assert_allclose(
+        Context(t2, SYSTEM.coordinates, data.q, data.qd, data.qd[:, :50], SYSTEM).velocity_scale, expected
+    )
 
 
 def test_the_trivial_model_says_nothing(context, data):
@@ -118,4 +124,4 @@ def test_the_degenerate_model_is_the_cart_momentum_alone(name, data):
 
 def test_the_degenerate_model_needs_the_true_system(data):
     with pytest.raises(UserError, match="data=file"):
-        build(Context(t2, data.q, data.qd, data.qd, None), Options())
+        build(Context(t2, SYSTEM.coordinates, data.q, data.qd, data.qd, None), Options())

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from repro.models import position
 from repro.models.bases import engineered, library, raw, t1, t2
 from repro.models.features import FeatureMap
+from repro.models.position import cart_with_links
 
 STEP = 1e-4
-BASES = {"raw": raw, "engineered": engineered, "t1": t1, "t2": t2, "library": library, "position": position}
-
+BASES = {"raw": raw, "engineered": engineered, "t1": t1, "t2": t2, "library": library}
 
 TEXTS = {f"{name} {part}": getattr(basis, part) for name, basis in BASES.items() for part in ("kinetic", "potential")}
+TEXTS |= {"position inertia": cart_with_links(2).inertia, "position potential": cart_with_links(2).potential}
 
 
 @pytest.fixture(params=[name for name, text in TEXTS.items() if text(np.ones(2), np.ones(2), np)])

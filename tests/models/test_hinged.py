@@ -10,7 +10,7 @@ from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import load
 from repro.models import remaining_inertia
 from repro.models.bases import fxf, rigid_body, t1
-from repro.models.context import Context, Part
+from repro.models.context import Context, SubModel
 from repro.models.damped import Damped
 from repro.models.hinged import Hinged, RodOfUnknownMass
 from repro.models.interconnection import Interconnection, Joined
@@ -140,8 +140,8 @@ def test_parts_start_from_what_they_bring_along():
 
 def _context(*models):
     zeros = np.ones((1, 4, 3)) * np.arange(4)[:, None]
-    parts = tuple(Part(model, np.zeros((1, model.n_parameters))) for model in models)
-    return Context(fxf, zeros, zeros, zeros, load("dip"), parts)
+    parts = tuple(SubModel(model, np.zeros((1, model.n_parameters))) for model in models)
+    return Context(fxf, load("dip").coordinates, zeros, zeros, zeros, load("dip"), parts)
 
 
 def test_what_is_joined_must_fit():
@@ -160,7 +160,7 @@ def test_what_is_joined_must_fit():
 
 def test_the_rest_starts_as_what_the_part_leaves_of_the_inertia():
     """The data suggest M = diag(velocity_scale^-2); a part that is more than that leaves a tenth of it."""
-    cart = Part(Lagrangian(t1, 2), CART[None])
+    cart = SubModel(Lagrangian(t1, 2), CART[None])
     inertia = remaining_inertia.mean_inertia(cart, np.random.default_rng(0).normal(size=(2, 50, 3)))
     np.testing.assert_allclose(inertia, [0.8, 0.2 * 0.25 / 3], rtol=1e-12)
     scale = remaining_inertia.remaining_scale(np.array([1.0, 10.0, 5.0]), inertia)

@@ -54,7 +54,7 @@ def test_it_starts_with_the_inertia_scale_of_the_data_and_no_energy_at_the_origi
 
 def test_a_spring_is_learned_with_the_mass_and_the_damper():
     data = random_force(LINK, seeds=[0], samples=400, episode_steps=50, reset="random")
-    context = Context(t1, data.q, data.qd, data.train.qd, LINK)
+    context = Context(t1, LINK.coordinates, data.q, data.qd, data.train.qd, LINK)
     model = neural_potential.build(context, neural_potential.Options(hidden=(4,), damping="diagonal"))
     problem = TrainingProblem(model, [make_task(model, data.train, Objective("inverse"))], [0])
     start = torch.from_numpy(model.initial([np.random.default_rng(0)]))

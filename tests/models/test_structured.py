@@ -95,7 +95,7 @@ def test_the_true_system_is_in_the_class(name):
 def test_without_scaling_the_start_is_one_unit_of_inertia_a_coordinate():
     random = np.random.default_rng(0)
     qd = random.normal(size=(1, 50, 3)) * [1.0, 5.0, 9.0]
-    context = Context(t2, qd, qd, qd, None)
+    context = Context(t2, load("dip").coordinates, qd, qd, qd, None)
     scaled, plain = (
         structured.build(context, structured.Options(hidden=(4,), scaled=scaled)) for scaled in (True, False)
     )

@@ -36,7 +36,7 @@ def test_energies_are_those_of_the_system(name, reading):
 def test_its_friction_is_that_of_the_joints():
     system = load("dip", damping=[0.1, 0.02, 0.03])
     zeros = np.zeros((1, 2, 3))
-    model = build(Context(t1, zeros, zeros, zeros, system), Options(damping="diagonal"))
+    model = build(Context(t1, system.coordinates, zeros, zeros, zeros, system), Options(damping="diagonal"))
     weights = model.initial([np.random.default_rng(seed) for seed in range(2)])
     np.testing.assert_array_equal(weights[:, -3:], [[0.1, 0.02, 0.03]] * 2)
     q, qd, tau = np.random.default_rng(1).normal(size=(3, 3))
@@ -51,4 +51,4 @@ def test_what_is_no_chain_is_refused():
         Truth(load("dip", "printed"))
     zeros = np.zeros((1, 2, 2))
     with pytest.raises(UserError, match="data=file"):
-        build(Context(t1, zeros, zeros, zeros, None), Options())
+        build(Context(t1, load("sip").coordinates, zeros, zeros, zeros, None), Options())

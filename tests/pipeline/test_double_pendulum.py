@@ -93,9 +93,9 @@ def test_every_model_runs_on_more_than_one_link(run, overrides):
     [
         (
             ["basis=t1"],
-            "is made for 2 coordinates, and system=dip has 3; use one of engineered, fxf",
+            "is made for coordinates in m, rad, and system=dip has m, rad, rad; use one of engineered, fxf",
         ),
-        (["basis=library"], "basis.name = 'library': is made for 2 coordinates"),
+        (["basis=library"], "basis.name = 'library': is made for coordinates in m, rad"),
         (["basis=fxf", "sequence.pretraining_epochs=3"], "sequence=main has no phase on D_H alone"),
         (
             ["basis=fxf", "sequence=pretrain", "sequence.pretraining_epochs=3", "optimiser=lbfgs"],

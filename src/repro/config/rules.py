@@ -44,16 +44,23 @@ def _system(config: Config) -> Iterator[str]:
 
 
 def _basis_of_another_system(config: Config) -> Iterator[str]:
-    needed = getattr(_features(config.basis.name), "N_Q", None)
-    if not config.model.uses_basis or needed is None or [*_system(config)]:
+    if not config.model.uses_basis or [*_system(config)]:
         return
-    n_q = _load(config).n_q
-    if n_q != needed:
-        general = ", ".join(name for name in plugin_names(BASES) if not hasattr(_features(name), "N_Q"))
+    units = [coordinate.unit for coordinate in _load(config).coordinates]
+    if not _suits(config.basis.name, units):
+        suited = ", ".join(name for name in plugin_names(BASES) if _suits(name, units))
+        needed = ", ".join("..." if unit is ... else unit for unit in _features(config.basis.name).COORDINATES)
         yield (
-            f"basis.name = {config.basis.name!r}: is made for {needed} coordinates, and "
-            f"system={config.system.name} has {n_q}; use one of {general}"
+            f"basis.name = {config.basis.name!r}: is made for coordinates in {needed}, and "
+            f"system={config.system.name} has {', '.join(units)}; use one of {suited}"
         )
+
+
+def _suits(basis: str, units: list[str]) -> bool:
+    needed = list(getattr(_features(basis), "COORDINATES", units))
+    if needed[-1] is ...:
+        needed = needed[:-1] + needed[-2:-1] * (len(units) - len(needed) + 1)
+    return units == needed
 
 
 def _closed_form(config: Config) -> Iterator[str]:

@@ -49,7 +49,8 @@ class Chain(System):
     def coordinates(self) -> tuple[Coordinate, ...]:
         """The cart's position and the angle of every link."""
         numbers = [""] if len(self.links) == 1 else range(1, len(self.links) + 1)
-        return (Coordinate("x", "m", False), *(Coordinate(f"theta{number}", "rad", True) for number in numbers))
+        cart = Coordinate("x", "m", False, cyclic=True)
+        return (cart, *(Coordinate(f"theta{number}", "rad", True) for number in numbers))
 
     def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
         """Kinetic energy in J (sections V-A and V-B)."""

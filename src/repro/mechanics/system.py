@@ -17,11 +17,15 @@ DAMPING_FRAMES = ("relative", "absolute")
 
 @dataclass(frozen=True)
 class Coordinate:
-    """One generalised coordinate: its name, its unit, and whether it counts turns."""
+    """One generalised coordinate: its name, its unit, whether it is an angle, and whether it is cyclic.
+
+    Neither T nor V depends on a cyclic coordinate.
+    """
 
     name: str
     unit: str
     is_angle: bool
+    cyclic: bool = False
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,11 @@ import casadi
 import numpy as np
 from torch import Tensor
 
-from repro.models import position
 from repro.models.features import FeatureMap
 from repro.models.model import EnergyExpressions, Model, Prepared
 from repro.models.network import Network
 from repro.models.options import Activation
+from repro.models.position import PositionFeatures, cart_with_links
 from repro.models.terms import Terms
 
 
@@ -20,9 +20,16 @@ class BlackBox(Model):
     inverse = False
     energetic = False
 
-    def __init__(self, n_q: int, *, hidden: Sequence[int] = (32, 32), activation: Activation = "softplus") -> None:
+    def __init__(
+        self,
+        n_q: int,
+        *,
+        hidden: Sequence[int] = (32, 32),
+        activation: Activation = "softplus",
+        positions: PositionFeatures | None = None,
+    ) -> None:
         self.n_q = n_q
-        self.features = FeatureMap(position.kinetic, n_q)
+        self.features = FeatureMap((positions or cart_with_links(n_q)).inertia, n_q)
         self.network = Network(2 * n_q + len(self.features), tuple(hidden), n_q, activation)
 
     @property

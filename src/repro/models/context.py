@@ -6,13 +6,14 @@ from types import ModuleType
 import numpy as np
 
 from repro.errors import UserError
-from repro.mechanics.system import System
+from repro.mechanics.system import Coordinate, System
 from repro.models.features import FeatureMap
 from repro.models.model import Model
+from repro.models.position import PositionFeatures, position_features
 
 
 @dataclass(frozen=True)
-class Part:
+class SubModel:
     """A trained sub-model: a model and the weights of its members (member, n_parameters)."""
 
     model: Model
@@ -29,11 +30,12 @@ class Context:
     """
 
     basis: ModuleType
+    coordinates: tuple[Coordinate, ...]
     q: np.ndarray
     qd: np.ndarray
     first_qd: np.ndarray
     system: System | None
-    parts: tuple[Part, ...] = ()
+    parts: tuple[SubModel, ...] = ()
 
     @property
     def n_q(self) -> int:
@@ -46,6 +48,16 @@ class Context:
         if self.system is None:
             raise UserError("this model is made from the true system: it cannot be used with data=file")
         return self.system
+
+    @property
+    def position_scale(self) -> np.ndarray:
+        """Standard deviation of each coordinate over all training samples (n_q,), 1 where it is constant."""
+        return _spread(self.q)
+
+    @property
+    def positions(self) -> PositionFeatures:
+        """What of a position a network is shown."""
+        return position_features(self.coordinates, self.position_scale)
 
     @property
     def velocity_scale(self) -> np.ndarray:

@@ -13,6 +13,7 @@ from repro.models.model import EnergyExpressions, Model, Prepared
 from repro.models.momentum import MomentumTransform
 from repro.models.network import Network
 from repro.models.options import Activation
+from repro.models.position import PositionFeatures, cart_with_links
 from repro.models.terms import Terms, symmetric
 
 WIDE = 16.0  # spreads of the data within a unit's quadratic range
@@ -34,6 +35,7 @@ class Lagrangian(Model):
         activation: Activation = "softplus",
         input_scale: np.ndarray | None = None,
         momentum_hidden: Sequence[int] | None = None,
+        positions: PositionFeatures | None = None,
     ) -> None:
         self.n_q = n_q
         self.kinetic_features = FeatureMap(basis.kinetic, n_q)
@@ -41,7 +43,8 @@ class Lagrangian(Model):
         self.linear: bool = basis.LINEAR
         self.network = None if self.linear else Network(len(self.kinetic_features), tuple(hidden), 1, activation)
         self.input_scale = input_scale
-        self.transform = None if momentum_hidden is None else MomentumTransform(n_q, tuple(momentum_hidden))
+        shown = positions or cart_with_links(n_q)
+        self.transform = None if momentum_hidden is None else MomentumTransform(n_q, tuple(momentum_hidden), shown)
         n_kinetic = len(self.kinetic_features) if self.network is None else self.network.n_parameters
         n_potential = len(self.potential_features)
         self.kinetic_slice = slice(0, n_kinetic)

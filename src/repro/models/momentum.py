@@ -8,9 +8,9 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from repro.models import position
 from repro.models.features import FeatureMap
 from repro.models.network import Network
+from repro.models.position import PositionFeatures
 from repro.models.terms import symmetric
 
 
@@ -20,11 +20,12 @@ class MomentumTransform:
 
     n_q: int
     hidden: tuple[int, ...]
+    positions: PositionFeatures
     features: FeatureMap = field(init=False)
     network: Network = field(init=False)
 
     def __post_init__(self) -> None:
-        features = FeatureMap(position.kinetic, self.n_q)
+        features = FeatureMap(self.positions.inertia, self.n_q)
         object.__setattr__(self, "features", features)
         n_out = self.n_q * (self.n_q + 1) // 2
         object.__setattr__(self, "network", Network(len(features), self.hidden, n_out))

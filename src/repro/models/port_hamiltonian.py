@@ -5,13 +5,13 @@ from collections.abc import Sequence
 import casadi
 import numpy as np
 
-from repro.models import position
 from repro.models.expression import ExpressionModel
 from repro.models.features import FeatureMap
 from repro.models.model import EnergyExpressions, Model, PortForm
 from repro.models.momentum import MomentumTransform
 from repro.models.options import Dissipation, Structure
 from repro.models.port_matrices import Factored, Skew
+from repro.models.position import PositionFeatures, cart_with_links
 
 
 class PortHamiltonian(ExpressionModel):
@@ -36,12 +36,16 @@ class PortHamiltonian(ExpressionModel):
         hidden: Sequence[int] = (8,),
         floor: float = 0.0,
         momentum_hidden: Sequence[int] | None = None,
+        positions: PositionFeatures | None = None,
     ) -> None:
+        positions = positions or cart_with_links(energy.n_q)
         self.transforms = momentum_hidden is not None
-        self.transform = None if momentum_hidden is None else MomentumTransform(energy.n_q, tuple(momentum_hidden))
+        self.transform: MomentumTransform | None = None
+        if momentum_hidden is not None:
+            self.transform = MomentumTransform(energy.n_q, tuple(momentum_hidden), positions)
         self.energy, self.n_q, self.floor, self.structure = energy, energy.n_q, floor, structure
         self.velocity_scale = np.asarray(velocity_scale, dtype=float)
-        self.features = FeatureMap(position.kinetic, self.n_q)
+        self.features = FeatureMap(positions.inertia, self.n_q)
         units, places = tuple(hidden), len(self.features)
         force_scale = tuple((1 / self.velocity_scale).tolist())
         scale = (*self.velocity_scale.tolist(), *force_scale)

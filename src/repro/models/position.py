@@ -1,15 +1,46 @@
-"""Position features {cos, sin} of every angle: what a mass matrix of linked bodies on a cart depends on."""
+"""What of a position a network is shown: {cos, sin} of angles, and translations that the energies depend on."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 
-def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
-    """Inputs of a network for M(q); the cart's position is cyclic and is left out."""
-    angles = list(enumerate(q))[1:]
-    return {f"cos(q{i})": m.cos(angle) for i, angle in angles} | {f"sin(q{i})": m.sin(angle) for i, angle in angles}
+from repro.mechanics.system import Coordinate
 
 
-def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
-    """Features of V: the cosines (V1)."""
-    return {f"cos(q{i})": m.cos(angle) for i, angle in list(enumerate(q))[1:]}
+@dataclass(frozen=True)
+class PositionFeatures:
+    """Features of q (n_q,): angles enter as cos and sin, translations (column, scale) divided by their scale in m.
+
+    A cyclic coordinate, such as the position of a cart, changes neither T nor V, and so it is left out.
+    """
+
+    angles: tuple[int, ...]
+    translations: tuple[tuple[int, float], ...] = ()
+
+    def inertia(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+        """Inputs of a network for M(q), dimensionless, by name."""
+        cosines = {f"cos(q{i})": m.cos(q[i]) for i in self.angles}
+        sines = {f"sin(q{i})": m.sin(q[i]) for i in self.angles}
+        return cosines | sines | self._moved(q)
+
+    def potential(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+        """Features of V by name: the cosines (V1), and the translations, in which a weight is linear."""
+        return {f"cos(q{i})": m.cos(q[i]) for i in self.angles} | self._moved(q)
+
+    def _moved(self, q: Sequence[Any]) -> dict[str, Any]:
+        return {f"q{i}": q[i] / scale for i, scale in self.translations}
+
+
+def position_features(coordinates: Sequence[Coordinate], scale: np.ndarray | None = None) -> PositionFeatures:
+    """Features for these coordinates; scale: (n_q,) typical size of each in m (1 by default), used for translations."""
+    sizes = np.ones(len(coordinates)) if scale is None else scale
+    angles = tuple(i for i, coordinate in enumerate(coordinates) if coordinate.is_angle)
+    moved = [i for i, coordinate in enumerate(coordinates) if not coordinate.is_angle and not coordinate.cyclic]
+    return PositionFeatures(angles, tuple((i, float(sizes[i])) for i in moved))
+
+
+def cart_with_links(n_q: int) -> PositionFeatures:
+    """Features of a cart, whose position is cyclic, with n_q - 1 links."""
+    return PositionFeatures(tuple(range(1, n_q)))

@@ -4,13 +4,13 @@ import casadi
 import numpy as np
 
 from repro.codegen.array_evaluation import evaluate
-from repro.models.context import Part
+from repro.models.context import SubModel
 
 LEAST_SHARE = 0.1  # of the inertia that the data suggest, for the start of the rest
 PLACES = 500  # samples at which the inertia of a part is looked at
 
 
-def mean_inertia(part: Part, q: np.ndarray) -> np.ndarray:
+def mean_inertia(part: SubModel, q: np.ndarray) -> np.ndarray:
     """Diagonal of the part's mass matrix (n_i,), the mean over its members and over places q (member, sample, n_q)."""
     model = part.model
     place, rates = casadi.SX.sym("q", model.n_q), casadi.SX.sym("qd", model.n_q)

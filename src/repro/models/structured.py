@@ -7,11 +7,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from repro.models import position
 from repro.models.features import FeatureMap
 from repro.models.model import EnergyExpressions, Model, Prepared
 from repro.models.network import Network
 from repro.models.options import Activation, Factor, Initialisation
+from repro.models.position import PositionFeatures, cart_with_links
 from repro.models.terms import Terms
 
 
@@ -37,15 +37,17 @@ class Structured(Model):
         skip: bool = True,
         factor: Factor = "wide",
         initialisation: Initialisation = "inertia",
+        positions: PositionFeatures | None = None,
     ) -> None:
+        positions = positions or cart_with_links(n_q)
         self.n_q = n_q
         self.rank = n_q if factor == "triangular" else n_q + 2 if rank is None else rank
         self.initialisation = initialisation
         shape = (n_q, self.rank)
         self._entries = np.flatnonzero(np.tril(np.ones(shape)) if factor == "triangular" else np.ones(shape))
         self.velocity_scale = np.asarray(velocity_scale, dtype=float)
-        self.features = FeatureMap(position.kinetic, n_q)
-        self.potential_features = FeatureMap(position.potential, n_q)
+        self.features = FeatureMap(positions.inertia, n_q)
+        self.potential_features = FeatureMap(positions.potential, n_q)
         self.network = Network(len(self.features), tuple(hidden), len(self._entries), activation, skip)
         n_network = self.network.n_parameters
         self.network_slice = slice(0, n_network)

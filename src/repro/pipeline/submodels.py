@@ -14,7 +14,7 @@ from repro.plugins.plugin import plugin_module
 from repro.tracking.load import Run, load_run
 
 if TYPE_CHECKING:
-    from repro.models.context import Part
+    from repro.models.context import SubModel
     from repro.models.model import Model
 
 
@@ -68,16 +68,16 @@ def model_of(fit: Run) -> "Model":
     return build_model(model_options(fit.config["model"]), basis, data, system, parts)
 
 
-def part_of(fit: Run, seeds: Sequence[int]) -> "Part":
+def part_of(fit: Run, seeds: Sequence[int]) -> "SubModel":
     """A trained sub-model with the weights of the members of these seeds; UserError where one is missing."""
-    from repro.models.context import Part
+    from repro.models.context import SubModel
     from repro.pipeline.stages.fit import load_parameters
 
     there = list(fit.config["seeds"])
     if missing := [seed for seed in seeds if seed not in there]:
         raise UserError(f"model.parts: {fit.id} has the seeds {there}, and not {missing}")
     weights = load_parameters(fit.record.folder).numpy()
-    return Part(model_of(fit), weights[[there.index(seed) for seed in seeds]])
+    return SubModel(model_of(fit), weights[[there.index(seed) for seed in seeds]])
 
 
 @cache

@@ -31,7 +31,11 @@ class FreeRod(System):
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
         """Position of the centre of mass, and the angle."""
-        return Coordinate("x", "m", False), Coordinate("y", "m", False), Coordinate("theta", "rad", True)
+        return (
+            Coordinate("x", "m", False, cyclic=True),
+            Coordinate("y", "m", False),
+            Coordinate("theta", "rad", True),
+        )
 
     @property
     def input_map(self) -> np.ndarray:

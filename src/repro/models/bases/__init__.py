@@ -1,1 +1,5 @@
-"""Bases: one file each, with the features of T and of V written once for any maths namespace."""
+"""Bases: one file each, with the features of T and of V written once for any maths namespace.
+
+LINEAR: T is linear in its features, else a network of them. COORDINATES, where present: the units of the coordinates
+that the basis is made for; a final `...` repeats the one before it.
+"""

@@ -6,6 +6,7 @@ from typing import Any
 from repro.models.bases import fxf
 
 LINEAR = True
+COORDINATES = ("m", "rad", ...)  # a cart and any number of links
 
 
 def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 LINEAR = True
-N_Q = 2  # a cart and one link
+COORDINATES = ("m", "rad")  # a cart and one link
 
 
 def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:

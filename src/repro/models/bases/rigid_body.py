@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 LINEAR = True
-N_Q = 3
+COORDINATES = ("m", "m", "rad")
 
 
 def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 LINEAR = False
+COORDINATES = ("m", "rad", ...)  # a cart and any number of links
 
 
 def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:

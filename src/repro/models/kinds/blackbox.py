@@ -29,4 +29,4 @@ def build(context: Context, options: Options) -> Model:
     """The network."""
     from repro.models.blackbox import BlackBox
 
-    return BlackBox(context.n_q, hidden=options.hidden, activation=options.activation)
+    return BlackBox(context.n_q, hidden=options.hidden, activation=options.activation, positions=context.positions)

@@ -64,7 +64,13 @@ def build(context: Context, options: Options) -> Model:
     else:
         scale = remaining_scale(context.velocity_scale, mean_inertia(part, context.q))
         rest = Structured(
-            context.n_q, scale, hidden=hidden, rank=options.rank, activation=activation, skip=options.skip
+            context.n_q,
+            scale,
+            hidden=hidden,
+            rank=options.rank,
+            activation=activation,
+            skip=options.skip,
+            positions=context.positions,
         )
     joined = [Joined(part.model, lambda q: q[:own]), Joined(rest, lambda q: q)]
     return Interconnection(joined, context.n_q, part.parameters, options.frozen)

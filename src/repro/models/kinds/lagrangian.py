@@ -61,5 +61,6 @@ def build(context: Context, options: Options) -> Model:
         activation=options.activation,
         input_scale=WIDE * context.feature_scale if options.initialisation == "wide" else None,
         momentum_hidden=options.momentum_hidden,
+        positions=context.positions,
     )
     return with_damping(model, options.damping)

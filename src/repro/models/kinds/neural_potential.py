@@ -26,24 +26,14 @@ class Options(ModelOptions):
 
 
 def build(context: Context, options: Options) -> Model:
-    """The model, beside friction where chosen.
-
-    The true system declares which coordinates are angles; without one, all but the first are.
-    """
-    import numpy as np
-
+    """The model, beside friction where chosen; V is a function of all positions, of cyclic ones too."""
     from repro.models.damped import with_damping
     from repro.models.neural_potential import NeuralPotential
 
-    if context.system is None:
-        angles = list(range(1, context.n_q))
-    else:
-        angles = [i for i, coordinate in enumerate(context.system.coordinates) if coordinate.is_angle]
-    spread = context.q.reshape(-1, context.n_q).std(axis=0)
     model = NeuralPotential(
         context.velocity_scale,
-        np.where(spread > 0, spread, 1.0),
-        angles,
+        context.position_scale,
+        context.positions.angles,
         hidden=options.hidden,
         potential_hidden=options.potential_hidden,
         activation=options.activation,

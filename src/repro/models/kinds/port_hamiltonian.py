@@ -53,9 +53,12 @@ def build(context: Context, options: Options) -> Model:
     from repro.models.structured import Structured
 
     scale, hidden, activation = context.velocity_scale, options.hidden, options.activation
+    positions = context.positions
     learned: Model
     if options.energy == "structured":
-        learned = Structured(context.n_q, scale, hidden=hidden, rank=options.rank, activation=activation)
+        learned = Structured(
+            context.n_q, scale, hidden=hidden, rank=options.rank, activation=activation, positions=positions
+        )
     else:
         learned = Lagrangian(context.basis, context.n_q, hidden=hidden, activation=activation)
     return PortHamiltonian(
@@ -66,4 +69,5 @@ def build(context: Context, options: Options) -> Model:
         hidden=options.damping_hidden,
         floor=options.floor if options.energy == "structured" else 0.0,
         momentum_hidden=options.momentum_hidden,
+        positions=positions,
     )

@@ -64,5 +64,6 @@ def build(context: Context, options: Options) -> Model:
         skip=options.skip,
         factor=options.factor,
         initialisation=options.initialisation,
+        positions=context.positions,
     )
     return with_damping(model, options.damping)

@@ -20,7 +20,7 @@ from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.learning.watch import InertiaWatch, PassivityWatch, Watch
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
-from repro.models.context import Context, Part
+from repro.models.context import Context, SubModel
 from repro.models.damped import without_damping
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
@@ -45,11 +45,13 @@ def build_model(
     basis: str,
     data: Sequence[Dataset],
     system: System | None,
-    parts: Sequence[Part] = (),
+    parts: Sequence[SubModel] = (),
 ) -> Model:
     """The model that its file of models/kinds builds; data: the curriculum's datasets, then D itself."""
     final = data[-1].train
-    context = Context(plugin("models.bases", basis), final.q, final.qd, data[0].train.qd, system, tuple(parts))
+    context = Context(
+        plugin("models.bases", basis), final.coordinates, final.q, final.qd, data[0].train.qd, system, tuple(parts)
+    )
     return plugin("models.kinds", options.kind).build(context, options)
 
 
