@@ -96,7 +96,7 @@ def test_the_bench_depends_on_what_it_times_and_not_on_its_own_table():
     code = set(stage("smoke").identity.code)
     timed = {
         "learning.native",
-        "learning.kernels.matrix_products",
+        "learning.kernels.network_kernel",
         "models.network",
         "bench.naive",
         "mechanics.systems.sip",

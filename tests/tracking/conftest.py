@@ -33,6 +33,7 @@ FILES = {
             return samples
         """,
     "learning/__init__.py": "",
+    "learning/kernel.c": "/* a kernel */\nint kernel(void) { return 1; }\n",
     "learning/loss.py": "def loss(error):\n    return error**2\n",
     "learning/fit.py": """
         from typing import TYPE_CHECKING

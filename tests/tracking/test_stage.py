@@ -25,6 +25,7 @@ ALL = {"data", "fit", "score", "figure"}
         ("learning/loss.py", "error**2", "abs(error)", {"fit", "score", "figure"}),
         ("learning/loss.py", "def loss(error):", 'def loss(error):\n    """Square."""', set()),
         ("learning/loss.py", "error**2", "(error   **   2)  # squared", set()),
+        ("learning/kernel.c", "return 1", "return 2", {"fit", "score", "figure"}),
         ("data/make.py", "samples=100", "samples=101", ALL),
         ("data/make.py", "'''Data.", "'''The data.", set()),
         ("errors.py", "pass", "code = 2", set()),

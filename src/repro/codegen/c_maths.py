@@ -2,26 +2,13 @@
 
 from collections.abc import Sequence
 
+from repro.codegen.c_source import c_source
 from repro.codegen.straight_line import parts
 
-PREAMBLE = """
-#include <math.h>
-#include <stdint.h>
-#include <string.h>
 
-#define inf INFINITY
-#define nan NAN
-
-static inline double less(double a, double b) { return a < b; }
-static inline double less_equal(double a, double b) { return a <= b; }
-static inline double equal(double a, double b) { return a == b; }
-static inline double unequal(double a, double b) { return a != b; }
-static inline double both(double a, double b) { return a != 0.0 && b != 0.0; }
-static inline double either(double a, double b) { return a != 0.0 || b != 0.0; }
-static inline double negation(double a) { return a == 0.0; }
-static inline double if_else_zero(double a, double b) { return a != 0.0 ? b : 0.0; }
-static inline double sign(double a) { return (a > 0.0) - (a < 0.0); }
-"""
+def preamble() -> str:
+    """Headers, constants and comparisons that the statements of `straight_line` need."""
+    return c_source(__file__, "scalar_functions")
 
 
 def function(name: str, inputs: Sequence[str], output: str, lines: Sequence[str], n_work: int) -> str:

@@ -10,12 +10,10 @@ from collections.abc import Sequence
 import casadi as ca
 import numpy as np
 
-from repro.codegen.lanes import FUNCTIONS as LANE_FUNCTIONS
-from repro.codegen.lanes import TYPE, vector_function
+from repro.codegen.c_source import c_source
+from repro.codegen.lanes import FUNCTIONS, TYPE, vector_function
 from repro.control.horizon_cost import HorizonCost
-from repro.control.programme_template import FUNCTIONS
 from repro.control.rate import Rate
-from repro.control.shooting_template import STAGES
 from repro.control.transcription import Transcription
 
 
@@ -48,8 +46,9 @@ def shooting_code(of: Transcription) -> str:
         _table("casadi_int", "jacobian_pattern", _compressed(_jacobian(of))),
         _table("casadi_int", "hessian_pattern", _compressed(_hessian(of))),
     ]
+    assembled = [c_source(__file__, name) for name in ("shooting", "fatrop_interface")]
     types = [TYPE, "typedef long long int casadi_int;"]
-    return "\n".join([*definitions, *types, LANE_FUNCTIONS, *tables, *kernels, STAGES, FUNCTIONS])
+    return "\n".join([*definitions, *types, FUNCTIONS, *tables, *kernels, *assembled])
 
 
 def _jacobian(of: Transcription) -> ca.Sparsity:

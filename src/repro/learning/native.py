@@ -7,46 +7,13 @@ from functools import lru_cache
 import numpy as np
 
 from repro.codegen.c_library import CompilerError, load_library
+from repro.codegen.c_source import c_source
+from repro.learning import kernels
 from repro.learning.kernels.generated import generated_kernel
 from repro.learning.kernels.kernel import FLAGS, Kernel, address
 from repro.learning.kernels.network_kernel import network_kernel
 from repro.learning.kernels.positions import position_kernel
 from repro.learning.training_problem import TrainingProblem
-
-_TRAINING = """
-#include <stdlib.h>
-
-static void gradients(const double **data, const int64_t *counts, const int64_t *order, int64_t batch,
-                      const double *parameters, double *total) {{
-  for (int p = 0; p < {outputs}; p++) total[p] = 0;
-{calls}
-}}
-
-void loss_and_gradient(const double **data, const int64_t *counts, const double *parameters, double *total) {{
-  gradients(data, counts, 0, counts[0], parameters, total);
-}}
-
-double adam_epoch(const double **data, const int64_t *counts, const int64_t *order, int64_t batch,
-                  const double *rates, double beta_1, double beta_2, double epsilon, const double *l1,
-                  double *parameters, double *first, double *second) {{
-  double *total = malloc({outputs} * sizeof(double)), loss = 0;
-  int64_t step = 0;
-  for (int64_t start = 0; start < counts[0]; start += batch, step++) {{
-    int64_t size = counts[0] - start < batch ? counts[0] - start : batch;
-    gradients(data, counts, order + start, size, parameters, total);
-    for (int p = 0; p < {n_parameters}; p++) total[0] += l1[p] * fabs(parameters[p]);
-    loss += total[0] * size / counts[0];
-    for (int p = 0; p < {n_parameters}; p++) {{
-      double g = total[1 + p] + l1[p] * ((parameters[p] > 0) - (parameters[p] < 0));
-      first[p] = beta_1 * first[p] + (1 - beta_1) * g;
-      second[p] = beta_2 * second[p] + (1 - beta_2) * g * g;
-      parameters[p] -= rates[step] * first[p] / (sqrt(second[p]) + epsilon);
-    }}
-  }}
-  free(total);
-  return loss;
-}}
-"""
 
 
 class NativeProblem:
@@ -113,7 +80,8 @@ def _training_library(kernel: Kernel, n_parameters: int) -> ctypes.CDLL:
     for number in range(len(kernel.data)):
         count, order = (f"counts[{number}]", "0") if number else ("batch", "order")
         calls.append(f"  gradient_{number}(data[{number}], {order}, {count}, 1.0 / {count}, parameters, total);")
-    text = _TRAINING.format(outputs=1 + n_parameters, n_parameters=n_parameters, calls="\n".join(calls))
+    values = {"outputs": 1 + n_parameters, "n_parameters": n_parameters, "calls": "\n".join(calls)}
+    text = c_source(kernels.__file__, "training", **values)
     library = load_library(kernel.source + text, FLAGS)
     library.adam_epoch.restype = ctypes.c_double
     library.loss_and_gradient.restype = None

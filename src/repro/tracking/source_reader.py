@@ -29,7 +29,7 @@ _FORMAT = 2
 
 @dataclass(frozen=True)
 class _FileState:
-    """A source file when it was read; `stamp` is its time of change in ns and its size."""
+    """A source file when it was read; `stamp` is its time of change in ns and its size, C files included."""
 
     path: Path
     stamp: tuple[int, int]
@@ -61,10 +61,10 @@ class SourceReader:
         """
         if module in self.recorded:
             return self.recorded[module]
-        changed, now = path.stat().st_mtime, time.time()
+        stamp = _stamp(path)
+        changed, now = stamp[0] / 1e9, time.time()
         if module in sys.modules and self.inherited.get(module, self.started) < changed <= now:
             raise _edited(path)
-        stamp = _stamp(path)
         key = f"{path} {module}"
         entry = self._cache().get(key)
         if entry is not None and tuple(entry["stamp"]) == stamp:
@@ -101,7 +101,7 @@ class SourceReader:
     def record(self, files: Iterable[tuple[str, Path]]) -> None:
         """Record the loaded modules whose files have not changed since this process started, for jobs forked later."""
         for module, path in files:
-            if path.stat().st_mtime <= self.started:
+            if _stamp(path)[0] / 1e9 <= self.started:
                 self.recorded[module] = self.read(path, module)
         self.save()
 
@@ -122,8 +122,8 @@ class SourceReader:
 
 
 def _stamp(path: Path) -> tuple[int, int]:
-    stat = path.stat()
-    return stat.st_mtime_ns, stat.st_size
+    files = [each.stat() for each in (path, *syntax.c_files(path))]
+    return max(file.st_mtime_ns for file in files), sum(file.st_size for file in files)
 
 
 def _edited(path: Path) -> UserError:

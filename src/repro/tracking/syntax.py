@@ -23,7 +23,10 @@ class Source:
 
 
 def analyse(path: Path, module: str) -> Source:
-    """Read a source file. Raises UserError with file and line for a syntax error."""
+    """Read a source file; the C files of a folder belong to its `__init__`.
+
+    Raises UserError with file and line for a syntax error.
+    """
     try:
         tree = ast.parse(path.read_bytes(), filename=str(path))
     except SyntaxError as error:
@@ -32,11 +35,19 @@ def analyse(path: Path, module: str) -> Source:
     package = module if path.name == "__init__.py" else module.rpartition(".")[0]
     imports = sorted(set(_imports(tree, package)))
     tops = {name.partition(".")[0] for name in imports}
+    digest = hashlib.sha256(_text(tree).encode())
+    for other in c_files(path):
+        digest.update(other.read_bytes())
     return Source(
-        digest=hashlib.sha256(_text(tree).encode()).hexdigest()[:16],
+        digest=digest.hexdigest()[:16],
         imports=tuple(name for name in imports if within(name, root)),
         libraries=tuple(sorted(tops - {root} - sys.stdlib_module_names)),
     )
+
+
+def c_files(path: Path) -> list[Path]:
+    """The C files that belong to a module: those in the folder of an `__init__`."""
+    return sorted(path.parent.glob("*.c")) if path.name == "__init__.py" else []
 
 
 def _imports(node: ast.AST, package: str) -> Iterator[str]:

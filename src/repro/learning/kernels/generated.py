@@ -11,6 +11,7 @@ import casadi
 import numpy as np
 
 from repro.codegen.c_library import load_library
+from repro.codegen.c_source import c_source
 from repro.codegen.lanes import FUNCTIONS, TYPE, vectorised
 from repro.learning.kernels.kernel import FLAGS, Kernel, address
 from repro.learning.objective import Objective
@@ -27,47 +28,6 @@ _PRELUDE = f"""{TYPE}
 #define AHEAD (4 * LANES) /* samples fetched in advance: their order is random */
 {FUNCTIONS}"""
 
-_GRADIENT = """
-static void gradient_{number}(const double *data, const int64_t *order, int64_t count, double factor,
-                              const double *parameters, double *total) {{
-  vec sum[{outputs}] = {{0}};
-  for (int64_t s = 0; s < count; s += LANES) {{
-    vec {arrays};
-    for (int l = 0; l < LANES; l++) {{
-      int64_t inside = s + l < count;
-      const double *row = data + {columns} * (order ? order[inside ? s + l : s] : (inside ? s + l : s));
-      if (order && s + l + AHEAD < count)
-        for (int k = 0; k < {columns}; k += 8) __builtin_prefetch(data + {columns} * order[s + l + AHEAD] + k);
-      {load}
-      weight[0][l] *= inside;
-    }}
-    vec {work};
-{statements}
-  }}
-  for (int p = 0; p < {outputs}; p++) {{
-    double lanes = 0;
-    for (int l = 0; l < LANES; l++) lanes += sum[p][l];
-    total[p] += factor * lanes;
-  }}
-}}
-"""
-
-_ROWS = """
-void rows_{number}(const double *data, int64_t count, const double *parameters, double *result) {{
-  for (int64_t s = 0; s < count; s += LANES) {{
-    vec {arrays}, out[{outputs}];
-    for (int l = 0; l < LANES; l++) {{
-      const double *row = data + {columns} * (s + l < count ? s + l : s);
-      {load}
-    }}
-    vec {work};
-{statements}
-    for (int l = 0; l < LANES && s + l < count; l++)
-      for (int p = 0; p < {outputs}; p++) result[(s + l) * {outputs} + p] = out[p][l];
-  }}
-}}
-"""
-
 
 def generated_kernel(problem: TrainingProblem) -> Kernel | None:
     """The kernel of a small problem, or None."""
@@ -76,7 +36,13 @@ def generated_kernel(problem: TrainingProblem) -> Kernel | None:
     source, model = _PRELUDE, problem.model
     for number, task in enumerate(problem.tasks):
         lines, n_work = _gradient_statements(model, task.objective)
-        source += _GRADIENT.format(number=number, outputs=1 + model.n_parameters, **_body(model.n_q, lines, n_work))
+        source += c_source(
+            __file__,
+            "generated_gradient",
+            number=number,
+            outputs=1 + model.n_parameters,
+            **_body(model.n_q, lines, n_work),
+        )
     return Kernel(source, [pack(task) for task in problem.tasks])
 
 
@@ -127,11 +93,11 @@ def _rows_library(model: Model, objective: Objective) -> tuple[ctypes.CDLL, int]
     lines, n_work = vectorised(
         casadi.Function("rows", s.inputs, [casadi.densify(casadi.vec(outputs))], {"cse": True}), "out", INPUTS
     )
-    text = _ROWS.format(number=0, outputs=outputs.numel(), **_body(model.n_q, lines, n_work))
+    text = c_source(__file__, "generated_rows", number=0, outputs=outputs.numel(), **_body(model.n_q, lines, n_work))
     return load_library(_PRELUDE + text, FLAGS), rows.numel()
 
 
-def _body(n_q: int, lines: Sequence[str], n_work: int) -> dict:
+def _body(n_q: int, lines: Sequence[str], n_work: int) -> dict[str, object]:
     widths = dict.fromkeys(COLUMNS[:4], n_q) | dict.fromkeys(COLUMNS[4:], 1)
     load, column = [], 0
     for name, width in widths.items():

@@ -5,23 +5,14 @@ from collections.abc import Iterable
 import numpy as np
 import torch
 
+from repro.codegen.c_source import c_source
 from repro.learning.affine_rows import affine_rows, has_affine_rows
-from repro.learning.kernels import (
-    activations,
-    forward_rows,
-    pairs,
-    passes,
-)
-from repro.learning.kernels import (
-    inverse_rows as rows,
-)
-from repro.learning.kernels import (
-    matrix_products as products,
-)
 from repro.learning.kernels.kernel import Kernel
 from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.models.lagrangian import Lagrangian
 
+# C files, each using the ones before
+PARTS = ("matrix_products", "activations", "pairs", "inverse_rows", "forward_rows", "passes")
 NARROW = 24  # units: below this a small block of samples leaves more of the network in the first cache
 
 
@@ -30,8 +21,7 @@ def network_kernel(problem: TrainingProblem) -> Kernel | None:
     model = problem.model
     if not isinstance(model, Lagrangian) or not has_affine_rows(problem):
         return None
-    parts = [products, activations, pairs, rows, forward_rows, passes]
-    source, data = [_constants(model), *(part.SOURCE for part in parts)], []
+    source, data = [_constants(model), *(c_source(__file__, name) for name in PARTS)], []
     for number, task in enumerate(problem.tasks):
         form, packed = _pack(model, task, number)
         source.append(form)

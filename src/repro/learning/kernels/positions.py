@@ -11,31 +11,14 @@ from functools import lru_cache
 import casadi
 import numpy as np
 
+from repro.codegen.c_source import c_source
 from repro.codegen.lanes import FUNCTIONS, vectorised
-from repro.learning.kernels import activations, jets
-from repro.learning.kernels import matrix_products as products
 from repro.learning.kernels.generated import pack
 from repro.learning.kernels.kernel import Kernel
 from repro.learning.objective import Objective
 from repro.learning.symbolic import COLUMNS, residual, symbols
 from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.models.structured import Structured
-
-_PHYSICS = """
-static void physics_{number}(const vec *columns, const vec *jets, const double *parameters, double factor,
-                             vec *cotangents, double *total) {{
-  for (int v = 0; v < VECTORS; v++) {{
-    vec {arrays}, outputs[OUTPUTS * QUANTITIES], out[1 + OUTPUTS * QUANTITIES + OWN];
-    {load}
-    for (int k = 0; k < OUTPUTS * QUANTITIES; k++) outputs[k] = jets[k * VECTORS + v];
-    vec {work};
-{statements}
-    total[0] += factor * lanes_sum(out[0]);
-    for (int k = 0; k < OUTPUTS * QUANTITIES; k++) cotangents[k * VECTORS + v] = factor * out[1 + k];
-    for (int k = 0; k < OWN; k++) total[1 + own[k]] += factor * lanes_sum(out[1 + OUTPUTS * QUANTITIES + k]);
-  }}
-}}
-"""
 
 
 def position_kernel(problem: TrainingProblem) -> Kernel | None:
@@ -46,9 +29,10 @@ def position_kernel(problem: TrainingProblem) -> Kernel | None:
     moving = tuple(
         c for c in range(model.n_q) if any(task.prepared["position"][:, :, 2 + c].any() for task in problem.tasks)
     )
-    source = [_constants(model, moving), products.SOURCE, activations.SOURCE, FUNCTIONS]
+    shared = [c_source(__file__, name) for name in ("matrix_products", "activations")]
+    source = [_constants(model, moving), *shared, FUNCTIONS]
     source += [_physics(model, task.objective, moving, number) for number, task in enumerate(problem.tasks)]
-    source.append(jets.SOURCE)
+    source.append(c_source(__file__, "jets"))
     for number in range(len(problem.tasks)):
         source.append(f"#define gradient_{number}(...) jets_gradient(__VA_ARGS__, physics_{number})\n")
     return Kernel("".join(source), [_pack(task, moving) for task in problem.tasks])
@@ -116,7 +100,9 @@ def _physics(model: Structured, objective: Objective, moving: tuple[int, ...], n
     for name, width in widths.items():
         load += [f"{name}[{i}] = columns[{column + i} * VECTORS + v];" for i in range(width)]
         column += width
-    return _PHYSICS.format(
+    return c_source(
+        __file__,
+        "physics",
         number=number,
         arrays=", ".join(f"{name}[{width}]" for name, width in widths.items()),
         load=" ".join(load),

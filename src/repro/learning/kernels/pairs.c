@@ -1,9 +1,7 @@
-"""Layers of the network's passes in C: every array holds two quantities, forwards and backwards through the activation.
+/* Layers of the network's passes in C: every array holds two quantities, forwards and backwards through the activation.
 
-Constants: LAYERS, INPUTS, WIDTHS.
-"""
+   Constants: LAYERS, INPUTS, WIDTHS. */
 
-SOURCE = """
 static const int64_t sizes[LAYERS + 1] = {INPUTS, WIDTHS};
 
 typedef struct {
@@ -77,4 +75,3 @@ static void activate_seconds_backward(const Layer *layer, int64_t units) {
     layer->bias_total[u] += total;
   }
 }
-"""

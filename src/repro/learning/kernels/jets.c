@@ -1,13 +1,11 @@
-"""Loss and gradient of a network inside any physics in C: jets forward, physics of the outputs, and back.
+/* Loss and gradient of a network inside any physics in C: jets forward, physics of the outputs, and back.
 
-A jet is the value and the tangents along some coordinates, QUANTITIES in all. Constants: INPUTS, LAYERS, WIDTHS,
-OUTPUTS, SKIP (a linear path from input to output), START (of the network's weights among the parameters), MEASURED (of
-a sample beside its jets), OWN (parameters outside the network).
+   A jet is the value and the tangents along some coordinates, QUANTITIES in all. Constants: INPUTS, LAYERS, WIDTHS,
+   OUTPUTS, SKIP (a linear path from input to output), START (of the network's weights among the parameters), MEASURED (of
+   a sample beside its jets), OWN (parameters outside the network).
 
-Before it stand `physics_k` for every task: loss and cotangents of the outputs from a sample's columns.
-"""
+   Before it stand `physics_k` for every task: loss and cotangents of the outputs from a sample's columns. */
 
-SOURCE = """
 static const int64_t sizes[LAYERS + 2] = {INPUTS, WIDTHS, OUTPUTS};
 
 typedef void Physics(const vec *columns, const vec *outputs, const double *parameters, double factor, vec *cotangents,
@@ -114,4 +112,3 @@ static void jets_gradient(const double *data, const int64_t *order, int64_t coun
   }
   free(allocated);
 }
-"""

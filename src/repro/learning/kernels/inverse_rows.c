@@ -1,10 +1,8 @@
-"""Residual rows of a block of samples in C, and their gradients with respect to what the network makes.
+/* Residual rows of a block of samples in C, and their gradients with respect to what the network makes.
 
-A row is r = a N + b.g + c.gdot + d.beta - y with the network's N, g = DN, gdot = D^2 N[zdot]. Most b, c and d are the
-same for all samples: only the entries that vary are read, the others are 0 or 1.
-"""
+   A row is r = a N + b.g + c.gdot + d.beta - y with the network's N, g = DN, gdot = D^2 N[zdot]. Most b, c and d are the
+   same for all samples: only the entries that vary are read, the others are 0 or 1. */
 
-SOURCE = """
 #define ROW_SIZE (1 + 2 * INPUTS + POTENTIAL + 1)  /* a, b, c, d, y */
 
 typedef struct {
@@ -81,4 +79,3 @@ static void pull_rows(const Form *form, const vec *entries, const vec *lambda, v
     }
   for (int k = 0; k < POTENTIAL; k++) potential_total[k] += lanes_sum(potential[k]);
 }
-"""

@@ -1,10 +1,8 @@
-"""Matrix products over blocks of samples in C: samples are the lanes, and the quantities of a unit go together.
+/* Matrix products over blocks of samples in C: samples are the lanes, and the quantities of a unit go together.
 
-An array is (unit, quantity, sample). Constants: VECTORS, the vectors of samples in a block, a multiple of 3;
-QUANTITIES of a unit.
-"""
+   An array is (unit, quantity, sample). Constants: VECTORS, the vectors of samples in a block, a multiple of 3;
+   QUANTITIES of a unit. */
 
-SOURCE = """
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -44,7 +42,7 @@ ALWAYS void product_tile(const int rows, const int64_t inner, const double *weig
 /* out (outer, ...) = weight (outer, inner) in (inner, ...) */
 static void product(int64_t outer, int64_t inner, const double *weight, const vec *in, vec *out) {
   int64_t o = 0;
-#define TILES(rows) for (; o + rows <= outer; o += rows) for (int c = 0; c < UNIT; c += 3) \\
+#define TILES(rows) for (; o + rows <= outer; o += rows) for (int c = 0; c < UNIT; c += 3) \
     product_tile(rows, inner, weight + o * inner, in + c, out + o * UNIT + c)
 #if TILE == 8
   TILES(8);
@@ -84,8 +82,8 @@ ALWAYS void outer_tile(const int rows, const int columns, const vec *left, const
 static void outer_products(int64_t outer, int64_t inner, const vec *left, const vec *right, const vec *left_2,
                            const vec *right_2, double *total) {
   int64_t o = 0;
-#define COLUMNS(rows, columns) for (; i + columns <= inner; i += columns) \\
-    outer_tile(rows, columns, left + o * UNIT, right + i * UNIT, left_2 ? left_2 + o * UNIT : 0, \\
+#define COLUMNS(rows, columns) for (; i + columns <= inner; i += columns) \
+    outer_tile(rows, columns, left + o * UNIT, right + i * UNIT, left_2 ? left_2 + o * UNIT : 0, \
                right_2 + i * UNIT, total + o * inner + i, inner)
 #define TILES(rows) for (; o + rows <= outer; o += rows) { int64_t i = 0; COLUMNS(rows, 4); COLUMNS(rows, 1); }
   TILES(4)
@@ -93,4 +91,3 @@ static void outer_products(int64_t outer, int64_t inner, const vec *left, const 
 #undef TILES
 #undef COLUMNS
 }
-"""

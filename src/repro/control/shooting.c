@@ -1,6 +1,5 @@
-"""C template of `shooting`: Runge-Kutta steps and their derivatives, assembled over the horizon."""
+/* Runge-Kutta steps and their derivatives, assembled over the horizon of `shooting.py`. */
 
-STAGES = r"""
 #include <string.h>
 
 #define N_X (2 * N_Q)
@@ -246,4 +245,3 @@ static void lagrangian_gradient(double lam_f, const double *lam_g, double *d) {
         for (casadi_int i = column[c]; i < column[c + 1]; i++) d[c] += nonzeros[i] * lam_g[row[i]];
     }
 }
-"""

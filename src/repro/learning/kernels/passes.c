@@ -1,17 +1,15 @@
-"""Loss and gradient of a network's rows in C, at a cost that hardly depends on the number of coordinates.
+/* Loss and gradient of a network's rows in C, at a cost that hardly depends on the number of coordinates.
 
-Four passes over a block of samples (the reverse of a product with the Hessian, after Pearlmutter 1994):
+   Four passes over a block of samples (the reverse of a product with the Hessian, after Pearlmutter 1994):
 
-    1  forward    the value and the tangent along zdot
-    2  backward   of the tangent: g = DN and gdot = D^2 N[zdot] at the inputs, hence the rows r
-    3  forward    the tangent along s and the second-order term, for S = alpha N + DN[t] + D^2 N[s, zdot], where
-                  sum lambda r = S + ..., lambda = 2 r: see `pull_rows`
-    4  backward   of S to the weights; half of its cotangents are those of pass 2
+       1  forward    the value and the tangent along zdot
+       2  backward   of the tangent: g = DN and gdot = D^2 N[zdot] at the inputs, hence the rows r
+       3  forward    the tangent along s and the second-order term, for S = alpha N + DN[t] + D^2 N[s, zdot], where
+                     sum lambda r = S + ..., lambda = 2 r: see `pull_rows`
+       4  backward   of S to the weights; half of its cotangents are those of pass 2
 
-The forward objective adds n_q tangents, forward and backward, between 2 and 3.
-"""
+   The forward objective adds n_q tangents, forward and backward, between 2 and 3. */
 
-SOURCE = """
 static void network_gradient(const double *data, const int64_t *order, int64_t count, double factor,
                              const double *parameters, double *total, const Form *form) {
   const int64_t along = form->solved ? 2 * PAIRS_OF_COORDINATES * UNIT : 0;
@@ -116,4 +114,3 @@ static void network_gradient(const double *data, const int64_t *order, int64_t c
   }
   free(allocated);
 }
-"""

@@ -1,6 +1,5 @@
-"""Tanh or softplus in C, and its derivatives from the value and the slope. Constant: TANH (otherwise softplus)."""
+/* Tanh or softplus in C, and its derivatives from the value and the slope. Constant: TANH (otherwise softplus). */
 
-SOURCE = """
 /* a unit's values before the activation, in place -> after it, and the slopes there */
 static void curve(double *value, double *first, int wants_value) {
 #if TANH
@@ -24,4 +23,3 @@ static void curve(double *value, double *first, int wants_value) {
 #define SECOND(value, first) (1 - (first))
 #define THIRD(value, first) ((1 - (first)) * (1 - 2 * (first)))
 #endif
-"""

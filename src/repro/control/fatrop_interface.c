@@ -1,6 +1,5 @@
-"""C template of the interface that fatrop expects of a library: functions with their names, shapes and sparsity."""
+/* The interface that fatrop expects of a library: functions with their names, shapes and sparsity. */
 
-FUNCTIONS = r"""
 static const casadi_int one[] = {1, 1, 1}, variables[] = {N_VARIABLES, 1, 1}, parameters[] = {N_X + N_SHARED, 1, 1},
                         rows[] = {N_CONSTRAINTS, 1, 1};
 
@@ -74,4 +73,3 @@ int nlp_grad(ARGUMENTS) {
     if (res[3]) memset(res[3], 0, (N_X + N_SHARED) * sizeof(double)); /* fatrop does not use it */
     return 0;
 }
-"""

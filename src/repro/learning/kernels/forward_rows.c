@@ -1,10 +1,8 @@
-"""The forward objective in C: n_q more products with vectors, and the gradient of the inverse rows.
+/* The forward objective in C: n_q more products with vectors, and the gradient of the inverse rows.
 
-With M e = tau - tau_hat the error of the acceleration is e, and d(e'e) = 2 e'de with de = -M^-1 d(tau_hat at qdd + e):
-the gradient is that of the inverse rows at the model's own acceleration, for lambda = -2 M^-1 e.
-"""
+   With M e = tau - tau_hat the error of the acceleration is e, and d(e'e) = 2 e'de with de = -M^-1 d(tau_hat at qdd + e):
+   the gradient is that of the inverse rows at the model's own acceleration, for lambda = -2 M^-1 e. */
 
-SOURCE = """
 #define UPPER(c, d) ((c) * COORDINATES - (c) * ((c) - 1) / 2 + (d) - (c)) /* of a symmetric matrix, c <= d */
 #define PAIRS_OF_COORDINATES ((COORDINATES + 1) / 2)
 
@@ -119,4 +117,3 @@ static void pull_bends(const Form *form, const vec *entries, const vec *lambda, 
         }
     }
 }
-"""
