@@ -7,7 +7,7 @@ from scipy.optimize import least_squares
 
 from repro.codegen.array_evaluation import evaluate
 from repro.control.adaptation import Identification, Prior
-from repro.control.conditions import measured, random_starts
+from repro.control.conditions import measured, random_start
 from repro.control.momentum_balance import MomentumBalance, forces, information, momenta
 from repro.data.random_force import random_force
 from repro.mechanics.derive import dynamics_of
@@ -23,7 +23,7 @@ def motion(system, steps=25, seed=0):
     """Stretches (step, 9, 2 n_q) of the plant under random forces (step, 8)."""
     applied = np.repeat(np.random.default_rng(seed).uniform(-4, 4, steps), 8)
     tau = applied[None, :, None] * system.input_map[:, 0]
-    start = random_starts(system, (0.8,), 1, seed)[0].state
+    start = random_start(system, 0.8, seed, 0).state
     states = simulate(dynamics_of(system).acceleration, start[None], tau, DT, angles=system.angles)[0]
     return np.stack([states[8 * k : 8 * k + 9] for k in range(steps)]), applied.reshape(steps, 8)
 
@@ -79,7 +79,7 @@ def test_the_balance_holds_along_a_motion_and_its_slope_is_exact(plant):
 
 def test_wrong_coefficients_are_found_within_a_second(plant):
     system, model, samples = plant
-    start = random_starts(system, (0.8,), 1, 0)[0]
+    start = random_start(system, 0.8, 0, 0)
     factors = np.random.default_rng([*start.seed, 1]).uniform(0.8, 1.2, len(model.coefficients))
     adaptive = identification(system, model, model.coefficients * factors, samples)
     for stretch, applied in zip(*motion(system), strict=True):

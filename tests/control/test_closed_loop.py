@@ -5,7 +5,7 @@ import pytest
 
 from repro.codegen.array_evaluation import evaluate
 from repro.control.closed_loop import run_loop
-from repro.control.conditions import Conditions, hanging_start, random_starts
+from repro.control.conditions import Conditions, hanging_start, random_start
 from repro.control.controller import ControlStep
 from repro.control.geometry import Disc
 from repro.control.predictive_controller import PredictiveController
@@ -17,13 +17,13 @@ DISC = Disc()
 
 
 class Playing:
-    """Plays forces whatever is measured, and keeps what it is told."""
+    """Plays forces whatever is measured, and stores its inputs."""
 
     def __init__(self, forces):
-        self.forces, self.seen, self.samples = list(forces), [], []
+        self.forces, self.states, self.samples = list(forces), [], []
 
     def decide(self, state):
-        self.seen.append(state)
+        self.states.append(state)
         return ControlStep(self.forces.pop(0))
 
     def observe(self, samples, forces):
@@ -38,12 +38,12 @@ def play(system, forces, start, conditions=Conditions(), disc=DISC):  # noqa: B0
 
 def test_the_plant_moves_as_simulated(system):
     forces = np.random.default_rng(0).uniform(-4, 4, 30)
-    start = random_starts(system, (0.8,), 1, 0)[0]
+    start = random_start(system, 0.8, 0, 0)
     controller, loop = play(system, forces, start)
     tau = np.stack([forces, np.zeros_like(forces)], axis=1)[None]
     motion = simulate(dynamics_of(system).acceleration, start.state[None], tau, 0.04)[0]
     np.testing.assert_allclose(loop.states[::8], motion, atol=1e-8)
-    np.testing.assert_array_equal(controller.seen, loop.states[:-1:8])
+    np.testing.assert_array_equal(controller.states, loop.states[:-1:8])
     np.testing.assert_array_equal(loop.forces, forces)
     assert loop.time[-1] == pytest.approx(1.2) and len(loop.clearance) == len(loop.time) == 241
     assert controller.samples[3][0].shape == (9, 4)
@@ -58,18 +58,18 @@ def test_a_delayed_force_begins_later(system):
 
 def test_disturbance_and_noise_repeat_and_differ_between_starts(system):
     conditions = Conditions(noise=1.0, disturbance=0.5)
-    first, second = random_starts(system, (0.8,), 2, 0)
+    first, second = (random_start(system, 0.8, 0, number) for number in (0, 1))
     runs = [play(system, [0.0] * 20, start, conditions) for start in (first, first, second)]
     np.testing.assert_array_equal(runs[0][1].states, runs[1][1].states)
-    np.testing.assert_array_equal(runs[0][0].seen, runs[1][0].seen)
+    np.testing.assert_array_equal(runs[0][0].states, runs[1][0].states)
     pushes = [np.diff(loop.states[:, 2])[:8].sum() for _, loop in runs]
     assert pushes[0] != pushes[2]
-    away = np.array(runs[0][0].seen) - runs[0][1].states[:-1:8]
+    away = np.array(runs[0][0].states) - runs[0][1].states[:-1:8]
     assert 0 < np.abs(away).max() < 0.1
 
 
 def test_friction_of_the_plant_takes_energy(system):
-    start = random_starts(system, (0.8,), 1, 0)[0]
+    start = random_start(system, 0.8, 0, 0)
     energy = dynamics_of(system).hamiltonian
     for damping, least, most in (((), -1e-7, 1e-7), ((0.1, 0.01), -1.0, -1e-3)):
         _, loop = play(system, [0.0] * 50, start, Conditions(damping=damping))
@@ -77,7 +77,7 @@ def test_friction_of_the_plant_takes_energy(system):
         assert least < values[-1] - values[0] < most
 
 
-def test_a_runaway_is_given_up_and_counts_as_failure(system):
+def test_a_runaway_is_stopped_and_counts_as_failure(system):
     _, loop = play(system, [4.0] * 250, hanging_start(system, 0.8))
     gone = np.isnan(loop.states[:, 0])
     assert gone[-1] and not gone[0] and np.nanmax(loop.states[:, 0]) <= 10.0

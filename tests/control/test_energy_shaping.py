@@ -5,7 +5,7 @@ import pytest
 
 from repro.control.closed_loop import run_loop
 from repro.control.conditions import Conditions, Start, hanging_start
-from repro.control.energy_shaping import EnergyShaping
+from repro.control.controllers.energy_shaping import EnergyShaping
 from repro.errors import UserError
 from repro.mechanics.system import load
 
@@ -27,5 +27,5 @@ def test_the_regulator_holds_near_upright():
 
 
 def test_two_links_are_refused():
-    with pytest.raises(UserError, match="dip has more"):
+    with pytest.raises(UserError, match="a cart with one link; dip has 2"):
         EnergyShaping(load("dip"), 0.8)

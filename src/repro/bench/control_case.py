@@ -10,11 +10,16 @@ import numpy as np
 from repro.bench.do_mpc_peer import Collocation, DoMpc
 from repro.control.closed_loop import SUBSTEPS, run_loop
 from repro.control.conditions import Conditions, hanging_start
-from repro.control.interval import Discretisation
-from repro.control.optimal_control_problem import NodeWeights, Obstacle, OptimalControlProblem
+from repro.control.optimal_control_problem import (
+    Discretisation,
+    NodeWeights,
+    Obstacle,
+    OptimalControlProblem,
+    SolverName,
+)
 from repro.control.predictive_controller import PredictiveController
 from repro.control.predictive_model import PredictiveModel
-from repro.control.solver import Limits, SolverName, make_solver
+from repro.control.solver import Limits, make_solver
 from repro.control.transcription import Transcription
 from repro.mechanics.system import load
 from repro.models.truth import Truth

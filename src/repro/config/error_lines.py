@@ -9,20 +9,22 @@ if TYPE_CHECKING:
     from pydantic import ValidationError
 
 # pydantic names the branch of a union that it has tried; a user has written no such key.
-_BRANCHES = ("random_force", "file", "none", "mpc", "energy_shaping")
+_BRANCHES = ("random_force", "file")
+# of a key that is not listed: in a pydantic model, in a dataclass
+_UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")
 
 
 def lines(error: "ValidationError", raw: Mapping[str, Any], prefix: str = "") -> Iterator[str]:
     """What pydantic found, a line a key; `raw` is what it was given, `prefix` the group that this was part of."""
     problems = error.errors()
-    unknown = {problem["loc"][-1] for problem in problems if problem["type"] == "extra_forbidden"}
+    unknown = {problem["loc"][-1] for problem in problems if problem["type"] in _UNKNOWN}
     for problem in problems:
         if nested := getattr(problem.get("ctx", {}).get("error"), "lines", None):
             yield from nested
             continue
         path = [str(part) for part in problem["loc"] if part not in _BRANCHES]
         key = ".".join([*([prefix] if prefix else []), *path])
-        if problem["type"] == "extra_forbidden":
+        if problem["type"] in _UNKNOWN:
             allowed = [str(key) for key in _siblings(raw, problem["loc"]) if key not in unknown]
             yield f"{key}: unknown key{nearest(path[-1], allowed)}; allowed are {', '.join(sorted(allowed))}"
         elif problem["type"] == "union_tag_invalid":
@@ -31,9 +33,8 @@ def lines(error: "ValidationError", raw: Mapping[str, Any], prefix: str = "") ->
         elif problem["type"] == "missing":
             yield f"{key}: a value is needed"
         else:
-            message = (
-                problem["msg"].removeprefix("Input ").removeprefix("Value error, ").replace("valid tuple", "valid list")
-            )
+            message = problem["msg"].removeprefix("Input ").removeprefix("Value error, ")
+            message = message.replace("valid tuple", "valid list").replace("Tuple should", "list should")
             yield f"{key} = {problem['input']!r}: {message}"
 
 

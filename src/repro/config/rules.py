@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from repro.config.plugin_options import MODELS
 from repro.config.schema import Config, File
+from repro.control.controller_options import ControllerOptions
 from repro.errors import UserError
 from repro.plugins.plugin import not_allowed, plugin, plugin_names
 
@@ -177,7 +178,7 @@ def _recording(config: Config) -> Iterator[str]:
 
 def _closed_loop(config: Config) -> Iterator[str]:
     control, task = config.control, config.task
-    if control.kind == "none" or [*_system(config)]:
+    if not isinstance(control, ControllerOptions) or [*_system(config)]:
         return
     choice = f"control = {control.name!r}"
     if isinstance(config.data, File):
@@ -185,12 +186,12 @@ def _closed_loop(config: Config) -> Iterator[str]:
     if not config.model.controllable:
         yield f"{choice}: needs a model with energies and an invertible mass matrix, not model={config.model.kind}"
     system = _load(config)
-    if control.kind == "energy_shaping" and system.n_q != 2:
-        yield f"{choice}: swings up one link, and system={config.system.name} has {system.n_q - 1}"
+    if not control.fits(system):
+        yield f"{choice}: drives {control.drives} by one force; {_inputs(system)}; use {_suited_to(control)}"
     if task.delay >= control.time_step:
         yield f"task.delay = {task.delay}: must be shorter than control.time_step = {control.time_step}"
     if len(task.damping) not in (0, system.n_q):
-        yield f"task.damping = {task.damping}: needs {system.n_q} numbers, or none"
+        yield f"task.damping = {list(task.damping)}: needs {system.n_q} numbers, or none"
 
 
 RULES: tuple[Callable[[Config], Iterator[str]], ...] = (
@@ -210,6 +211,21 @@ RULES: tuple[Callable[[Config], Iterator[str]], ...] = (
     _recording,
     _closed_loop,
 )
+
+
+def _inputs(system: "System") -> str:
+    """The inputs and coordinates of a system in words."""
+    count = system.input_map.shape[1]
+    names = ", ".join(coordinate.name for coordinate in system.coordinates)
+    return f"system={system.name} has {count} input{'s' * (count > 1)} and coordinates {names}"
+
+
+def _suited_to(control: ControllerOptions) -> str:
+    """The systems that a controller can drive, with their own constants."""
+    from repro.mechanics.system import load
+
+    names = [name for name in plugin_names("mechanics.systems") if control.fits(load(name))]
+    return "system=" + ", ".join(names)
 
 
 def _models_with(capability: str) -> list[str]:

@@ -1,13 +1,15 @@
 """The schema of a run: every key, its type and what is allowed, checked before anything is computed."""
 
 import math
+from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field, field_validator
 
 from repro.config.base import Count, NotNegative, Positive, Section, Share
-from repro.config.control_schema import Control, Task
 from repro.config.plugin_options import MODELS, OPTIMISERS, chosen
+from repro.control.controller_options import CONTROLLERS, ControlOptions
+from repro.control.task import Task
 from repro.learning.optimiser_options import OptimiserOptions
 from repro.models.options import ModelOptions
 
@@ -137,10 +139,11 @@ class Scale(Section):
 
 Model = Annotated[ModelOptions, *chosen("model", MODELS)]
 Optimiser = Annotated[OptimiserOptions, *chosen("optimiser", OPTIMISERS)]
+Control = Annotated[ControlOptions, *chosen("control", CONTROLLERS)]
 
 
 class Config(Section):
-    """One run. The options of `model` and `optimiser` are those that the module of their `kind` declares."""
+    """One run. The options of `model`, `optimiser` and `control` are those that the module of their `kind` declares."""
 
     system: System
     reading: Reading
@@ -187,7 +190,7 @@ def scaled(config: Config) -> Config:
     share = scale.epochs if config.optimiser.unit == "epochs" else scale.iterations
     updates: dict[str, Any] = {"optimiser": config.optimiser.shortened(share)}
     horizons = _up_to(scale.seconds, config.energies.horizons)
-    updates["task"] = config.task.model_copy(update={"seconds": min(config.task.seconds, scale.seconds or math.inf)})
+    updates["task"] = replace(config.task, seconds=min(config.task.seconds, scale.seconds or math.inf))
     updates["energies"] = config.energies.model_copy(update={"horizons": horizons})
     updates |= {name: _up_to(scale.links, getattr(config, name)) for name in ("chain", "whole_chain")}
     if isinstance(config.data, RandomForce):

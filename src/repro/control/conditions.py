@@ -1,12 +1,13 @@
-"""What a controller meets in the loop: where it starts, how wrong its model is, what it measures."""
+"""The disturbances of a closed loop: start, mismatch of model or plant, and measurement noise."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
+from annotated_types import Ge, Lt
 
 from repro.mechanics.system import System
+from repro.plugins.options import NotNegative, Options
 
 # random starts: around the cart at 0 and all links hanging
 POSITION, ANGLE, SPEED = 0.3, 0.6, 0.3
@@ -16,28 +17,28 @@ NOISE = (1e-3, 1e-3, 5e-3, 1e-2)
 MismatchKind = Literal["coefficients", "physical"]
 
 
-@dataclass(frozen=True)
-class Conditions:
-    """What disturbs a closed loop.
+@dataclass(frozen=True, kw_only=True)
+class Conditions(Options):
+    """Disturbances of a closed loop.
 
-    mismatch   d: each coefficient of the model (or each mass and length of the plant) times its own U(1 - d, 1 + d)
-    noise      in units of NOISE, on every measurement
-    disturbance  standard deviation of a force on the cart besides, held over each step, N
-    delay      between measurement and force, s; less than a step
-    damping    of the plant's joints besides, which no model was told of; as System.damping
+    mismatch     d: each coefficient of the model (or each mass and length of the plant) times its own U(1 - d, 1 + d)
+    noise        of every measurement, in units of NOISE
+    disturbance  standard deviation of a random force that is added to that of the controller and held over each step, N
+    delay        between measurement and force, s; less than a step
+    damping      of the plant's joints in the loop, unknown to every model, as System.damping; empty: that of the system
     """
 
-    mismatch: float = 0.0
+    mismatch: Annotated[float, Ge(0), Lt(1)] = 0.0
     mismatch_kind: MismatchKind = "coefficients"
-    noise: float = 0.0
-    disturbance: float = 0.0
-    delay: float = 0.0
-    damping: tuple[float, ...] = ()
+    noise: NotNegative = 0.0
+    disturbance: NotNegative = 0.0
+    delay: NotNegative = 0.0
+    damping: tuple[NotNegative, ...] = ()
 
 
 @dataclass(frozen=True)
 class Start:
-    """One closed loop: its name, the initial state (2 n_q,), where to go, and the stream of its random numbers."""
+    """The start of one closed loop: name, initial state (2 n_q,), target x_des in m, and the seed of its noise."""
 
     name: str
     state: np.ndarray
@@ -46,26 +47,23 @@ class Start:
 
 
 def hanging_start(system: System, x_des: float) -> Start:
-    """The paper's: cart at 0, every angle pi, at rest."""
+    """The start of the paper: cart at 0, every angle pi, at rest."""
     state = np.zeros(2 * system.n_q)
     state[list(system.angles)] = np.pi
     return Start("hanging", state, x_des, (0, 0))
 
 
-def random_starts(system: System, x_des: Sequence[float], count: int, seed: int) -> list[Start]:
-    """Starts around hanging, x_des in turn; start k is the same whatever the count."""
-    made = []
-    for k in range(count):
-        generator = np.random.default_rng([seed, k])
-        spread = np.array([ANGLE if c.is_angle else POSITION for c in system.coordinates] + [SPEED] * system.n_q)
-        centre = hanging_start(system, 0.0).state
-        state = centre + spread * generator.uniform(-1, 1, 2 * system.n_q)
-        made.append(Start(f"random {k}", state, float(x_des[k % len(x_des)]), (seed, k)))
-    return made
+def random_start(system: System, x_des: float, seed: int, number: int) -> Start:
+    """One of many starts around hanging; it depends on its number, not on how many there are."""
+    generator = np.random.default_rng([seed, number])
+    spread = np.array([ANGLE if c.is_angle else POSITION for c in system.coordinates] + [SPEED] * system.n_q)
+    centre = hanging_start(system, 0.0).state
+    state = centre + spread * generator.uniform(-1, 1, 2 * system.n_q)
+    return Start(f"random {number}", state, x_des, (seed, number))
 
 
 def wrong_weights(weights: np.ndarray, conditions: Conditions, start: Start) -> np.ndarray:
-    """The model's weights under mismatch of its coefficients, drawn anew for every start."""
+    """The model's weights (n_parameters,) under mismatch of its coefficients, drawn anew for every start."""
     if conditions.mismatch_kind != "coefficients":
         return weights
     return np.asarray(weights * _factors(conditions, start, len(weights)))
@@ -83,7 +81,7 @@ def plant_of(system: System, conditions: Conditions, start: Start) -> System:
 
 
 def measured(states: np.ndarray, system: System, noise: float, generator: np.random.Generator) -> np.ndarray:
-    """States (..., 2 n_q) with noise."""
+    """States (..., 2 n_q) with measurement noise, in units of NOISE."""
     if not noise:
         return states
     deviations = [NOISE[1] if c.is_angle else NOISE[0] for c in system.coordinates]

@@ -40,5 +40,7 @@ class Controller(Protocol):
         """Learn from the step: samples (n + 1, 2 n_q) measured under forces (n,) held between them."""
 
 
+Samples = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""q, qd, qdd (sample, n_q) of training data."""
 MakeController = Callable[[np.ndarray, float], Controller]
 """Makes a controller from the weights of a model (n_parameters,) and the target position x_des, m."""

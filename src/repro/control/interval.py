@@ -1,18 +1,17 @@
 """One interval of the horizon: its motion as equations between decision variables, and its cost."""
 
 from dataclasses import dataclass
-from typing import Any, Literal, assert_never
+from typing import Any, assert_never
 
 import casadi as ca
 import numpy as np
 
 from repro.control.horizon_cost import Expression, HorizonCost
 from repro.control.matrix_network import is_wide
-from repro.control.optimal_control_problem import OptimalControlProblem
+from repro.control.optimal_control_problem import Discretisation, OptimalControlProblem
 from repro.control.predictive_model import PredictiveModel
 from repro.mechanics.runge_kutta import rk4_step
 
-Discretisation = Literal["shooting", "collocation"]
 LARGEST_INLINE = 400  # instructions of the model's derivative
 DEGREE, ELEMENTS = 2, 2  # Gauss-Radau, V-A.1
 

@@ -1,43 +1,36 @@
-"""Closed loops as tables: one row a loop, and the trajectories of a few."""
+"""Closed loops as tables: one row per loop, and the trajectories of a few."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from repro.codegen.array_evaluation import evaluate
 from repro.control.closed_loop import SUBSTEPS, ClosedLoop
+from repro.control.controller_options import Cell, ControllerOptions
 from repro.control.geometry import Disc
+from repro.control.task import Task
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
 
 
-def row(loop: ClosedLoop, seed: int, control: Mapping[str, Any], task: Mapping[str, Any]) -> dict[str, Any]:
-    """One row of control.parquet: what was asked, what came of it, what it cost."""
+def row(loop: ClosedLoop, seed: int, controller: ControllerOptions, task: Task) -> dict[str, Cell]:
+    """One row of control.parquet: the options of the loop, its start, and its outcome.
+
+    seed: of the model that drives it. Columns start_NAME hold the initial coordinates.
+    """
     outcome = loop.outcome
-    milliseconds = 1e3 * np.array([decision.seconds for decision in loop.steps])
+    milliseconds = 1e3 * np.array([step.seconds for step in loop.steps])
     median, p95, p99 = (float(np.percentile(milliseconds, share)) for share in (50, 95, 99))
-    fallbacks = np.array([decision.fallback for decision in loop.steps])
-    length = control.get("intervals", 0) * control["time_step"]
-    length += control.get("coarse_intervals", 0) * control.get("coarse_step", 0.0)
-    begun = {f"start_{c.name}": value for c, value in zip(loop.plant.coordinates, loop.start.state, strict=False)}
+    fallbacks = np.array([step.fallback for step in loop.steps])
+    initial = {f"start_{c.name}": float(q) for c, q in zip(loop.plant.coordinates, loop.start.state, strict=False)}
     return {
         "member": seed,
-        "controller": control["kind"],
-        "setting": control["name"],
-        "intervals": control.get("intervals", 0) + control.get("coarse_intervals", 0),
-        "horizon_s": length,
-        "adaptive": bool(control.get("adaptive", False)),
-        "discretisation": control.get("discretisation", ""),
-        "solver": control.get("solver", ""),
-        "task": task["name"],
+        **controller.columns(),
+        **task.columns(),
         "x_des": loop.start.x_des,
         "start": loop.start.name,
-        **begun,
-        "seconds": task["seconds"],
-        **{name: task[name] for name in ("mismatch", "mismatch_kind", "noise", "disturbance", "delay")},
-        "friction": "-".join(f"{value:g}" for value in task["damping"]),
+        **initial,
         "success": outcome.success,
         "contact": outcome.contact,
         "clearance_min_m": outcome.clearance,
@@ -46,17 +39,17 @@ def row(loop: ClosedLoop, seed: int, control: Mapping[str, Any], task: Mapping[s
         "solve_ms_median": median,
         "solve_ms_p95": p95,
         "solve_ms_p99": p99,
-        "iterations_median": float(np.median([decision.iterations for decision in loop.steps])),
+        "iterations_median": float(np.median([step.iterations for step in loop.steps])),
         "fallbacks": int(np.sum(fallbacks > 0)),
         **{f"fallbacks_{level}": int(np.sum(fallbacks == level)) for level in (1, 2, 3)},
-        "killed": sum(decision.killed for decision in loop.steps),
+        "killed": sum(step.killed for step in loop.steps),
     }
 
 
 def trajectory(loop: ClosedLoop, disc: Disc | None) -> Iterator[tuple[float, str, float, float]]:
-    """State, energies, force, clearance and the links' ends at every control step, as (x_des, name, t, value).
+    """State, energies, force, clearance and the ends of the links at every control step, as (x_des, name, t, value).
 
-    The disc's centre and radius come first, at t = 0.
+    Units: m, rad, J, N and s. The centre and radius of the disc come first, at t = 0.
     """
     if disc is not None:
         for name, value in zip(("x", "y", "radius"), (*disc.centre, disc.radius), strict=True):
@@ -77,16 +70,16 @@ def trajectory(loop: ClosedLoop, disc: Disc | None) -> Iterator[tuple[float, str
 
 
 def energies(system: System, states: np.ndarray) -> dict[str, np.ndarray]:
-    """T, V and H of the plant along states (n, 2 n_q)."""
+    """T, V and H of the plant along states (n, 2 n_q), each (n,) in J."""
     q, qd = states[:, : system.n_q], states[:, system.n_q :]
     dynamics = dynamics_of(system)
     kinetic, potential = (evaluate(function, q, qd)[:, 0] for function in (dynamics.kinetic, dynamics.potential))
     return {"T": kinetic, "V": potential, "H": kinetic + potential}
 
 
-def keep(path: Path, loop: ClosedLoop, disc: Disc | None) -> None:
-    """All of the first loop, for its recording."""
-    plans = [decision.plan for decision in loop.steps]
+def save(path: Path, loop: ClosedLoop, disc: Disc | None) -> None:
+    """Write all of a loop as .npz, for its recording."""
+    plans = [step.plan for step in loop.steps]
     longest = max(len(plan) for plan in plans)
     predicted = np.full((len(plans), longest, loop.states.shape[1]), np.nan)
     for k, plan in enumerate(plans):
@@ -99,9 +92,9 @@ def keep(path: Path, loop: ClosedLoop, disc: Disc | None) -> None:
         forces=loop.forces,
         clearance=np.zeros(0) if loop.clearance is None else loop.clearance,
         predicted=predicted,
-        iterations=[decision.iterations for decision in loop.steps],
-        fallbacks=[decision.fallback for decision in loop.steps],
-        milliseconds=[1e3 * decision.seconds for decision in loop.steps],
+        iterations=[step.iterations for step in loop.steps],
+        fallbacks=[step.fallback for step in loop.steps],
+        milliseconds=[1e3 * step.seconds for step in loop.steps],
         obstacle=np.zeros(0) if disc is None else [*disc.centre, disc.radius],
         x_des=loop.start.x_des,
     )

@@ -4,24 +4,27 @@ from dataclasses import dataclass
 from typing import Literal
 
 from repro.control.geometry import Disc
+from repro.plugins.options import NotNegative, Options
 
 AngleError = Literal["cosine", "square"]
+Discretisation = Literal["shooting", "collocation"]
+SolverName = Literal["fatrop", "ipopt"]
 
 
 @dataclass(frozen=True)
-class NodeWeights:
+class NodeWeights(Options):
     """The cost of one node of the horizon as weights of its terms.
 
     kinetic T + potential V_cost + position (x - x_des)^2 + angle sum_j e(theta_j) + rates |qd|^2 + force f^2, where
     V_cost = -V in the physical reading and e is the angle error of the problem.
     """
 
-    kinetic: float = 0.0
-    potential: float = 0.0
-    position: float = 0.0
-    angle: float = 0.0
-    rates: float = 0.0
-    force: float = 0.0
+    kinetic: NotNegative = 0.0
+    potential: NotNegative = 0.0
+    position: NotNegative = 0.0
+    angle: NotNegative = 0.0
+    rates: NotNegative = 0.0
+    force: NotNegative = 0.0
 
 
 @dataclass(frozen=True)

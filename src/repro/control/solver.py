@@ -3,7 +3,7 @@
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -11,12 +11,12 @@ import numpy as np
 from repro.codegen.c_library import has_compiler, library_file
 from repro.control.matrix_network import is_wide
 from repro.control.nonlinear_solver import CompiledProgramme, NonlinearSolver, Solution, Solver
+from repro.control.optimal_control_problem import SolverName
 from repro.control.programme import Programme, programme
 from repro.control.shooting import shooting_code
 from repro.control.solver_process import GuardedSolver
 from repro.control.transcription import Transcription
 
-SolverName = Literal["fatrop", "ipopt"]
 FLAGS = ("-O1",)
 VECTOR_FLAGS = ("-O2", "-march=native")
 START_BARRIER = 0.1  # fatrop's mu_init

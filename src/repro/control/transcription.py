@@ -11,8 +11,8 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from repro.control.interval import DEGREE, ELEMENTS, Discretisation, Interval, horizon_end, interval
-from repro.control.optimal_control_problem import OptimalControlProblem
+from repro.control.interval import DEGREE, ELEMENTS, Interval, horizon_end, interval
+from repro.control.optimal_control_problem import Discretisation, OptimalControlProblem
 from repro.control.predictive_model import PredictiveModel
 
 

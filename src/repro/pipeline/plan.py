@@ -8,6 +8,7 @@ from typing import Any
 
 from repro.config.rules import FREE_MOTION
 from repro.config.schema import Config, File, RandomForce, scaled
+from repro.control.controller_options import CONTROLLERS, ControllerOptions
 from repro.pipeline.submodels import fit_of, is_settings, model_modules, settings_of
 from repro.plugins.plugin import plugin_module
 from repro.tracking.record import Record
@@ -125,16 +126,17 @@ class Pipeline:
     def control_stage(self) -> Stage | None:
         """The closed loops on the true plant, where a controller is chosen."""
         config = self.config
-        if config.control.kind == "none":
+        if not isinstance(config.control, ControllerOptions):
             return None
         parts = {
-            "control": config.control.model_dump(),
-            "task": config.task.model_dump(),
+            "control": config.control.plain(),
+            "task": config.task.plain(),
             "loops": config.scale.loops,
             "canonical": config.energies.gauge.startswith("canonical"),
         }
         upstream = {"data": self.data_stages["data"].id, "fit": self.fit_stage.id}
-        modules = ("repro.pipeline.stages.close_loops", self._model_module, self._system_module)
+        controller = plugin_module(CONTROLLERS, config.control.kind)
+        modules = ("repro.pipeline.stages.close_loops", controller, self._model_module, self._system_module)
         return self._stage("control", self.name, parts, upstream, modules)
 
     @cached_property

@@ -11,6 +11,7 @@ import pandas as pd
 from torch import Tensor
 
 from repro.config.schema import RandomForce
+from repro.control.controller_options import ControllerOptions
 from repro.data.dataset import Dataset
 from repro.evaluation.chains import chain_errors
 from repro.evaluation.identifiability import Identifiability
@@ -131,14 +132,15 @@ class Work:
 
     def make_control(self, folder: Path, fitted: Record) -> dict[str, Any]:
         """Close the loops."""
-        stage = self.pipeline.control_stage
-        assert stage is not None
-        plan = control.Plan(*(stage.config[name] for name in ("control", "task", "loops", "canonical")))
+        config = self.config
+        assert isinstance(config.control, ControllerOptions)
+        canonical = config.energies.gauge.startswith("canonical")
+        plan = control.LoopPlan(config.control, config.task, config.scale.loops, canonical)
         return control.drive(
             folder,
             self.model,
             fit.load_parameters(fitted.folder).numpy(),
-            self.config.members,
+            config.members,
             self.system,
             self.data("data"),
             plan,

@@ -51,13 +51,9 @@ class Planned:
         config = self.pipeline.config
         if config.control.kind == "none":
             return 0.0
-        asked = (
-            config.task.initial_states
-            if config.task.start == "random"
-            else len(config.task.x_des) * len(config.members)
-        )
+        loops = min(config.task.n_loops(len(config.members)), config.scale.loops)
         a_second = 0.06 if config.system.name == "sip" else 0.15
-        return 3 + min(asked, config.scale.loops) * config.task.seconds * a_second
+        return 3 + loops * config.task.seconds * a_second
 
     @property
     def _fit_seconds(self) -> float:

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from repro.claims.claims import Claim
-from repro.config.control_schema import NoControl, Predictive
 from repro.config.schema import Config, RandomForce
+from repro.control.controller_options import ControllerOptions
 from repro.pipeline.card import run_card
 from repro.results.schema import as_text
 from repro.sweep.planned_job import Planned
@@ -24,15 +24,8 @@ def _foreseen(config: Config) -> dict[str, Any]:
     n_train = int(samples) if asked is None else min(int(samples), asked)
     notes = {"epochs": getattr(config.optimiser, "epochs", 0)}
     columns = run_card(config, n_train=n_train, n_parameters=0, status=(), notes=notes)
-    control, task = config.control, config.task
-    if isinstance(control, NoControl):
-        return columns
-    columns |= {"setting": control.name, "task": task.name, "seconds": task.seconds}
-    columns |= task.model_dump(include={"mismatch", "mismatch_kind", "noise", "disturbance", "delay"})
-    columns["friction"] = "-".join(f"{value:g}" for value in task.damping)
-    if isinstance(control, Predictive):
-        columns |= control.model_dump(include={"adaptive", "discretisation", "solver"})
-        columns["intervals"] = control.intervals + control.coarse_intervals
+    if isinstance(config.control, ControllerOptions):
+        columns |= config.control.columns() | config.task.columns()
     return columns
 
 

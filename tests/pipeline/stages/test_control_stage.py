@@ -1,15 +1,22 @@
-"""Closed loops as a stage: which are closed, what they leave, and that their recording shows them."""
+"""Closed loops as a stage: which are run, what they write, and that their recording shows them."""
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from repro.config.registry import settings
+from repro.config.compose import compose
+from repro.config.plugin_options import checked
+from repro.config.registry import groups, settings
+from repro.control.controller_options import CONTROLLERS
+from repro.control.predictive_model import PredictiveModel
+from repro.control.task import Task
 from repro.data.random_force import random_force
+from repro.errors import UserError
 from repro.mechanics.system import load
 from repro.models.truth import Truth
 from repro.pipeline.stages import close_loops as control
 from repro.pipeline.stages import record_loop as loop_recording
+from repro.plugins.plugin import plugin, plugin_names
 from repro.recording.writer import read_recording
 
 COLUMNS = [
@@ -19,8 +26,12 @@ COLUMNS = [
 ]  # fmt: skip
 
 
-def options(group, name, **changes):
-    return {**settings(group, name), **changes}
+def controller(name):
+    return checked("control", CONTROLLERS, settings("control", name))
+
+
+def task(name, **changes):
+    return Task(**settings("task", name) | changes)
 
 
 @pytest.fixture(scope="module")
@@ -41,8 +52,8 @@ def drive(folder, plan, data):
 
 @pytest.mark.parametrize("setting", ["sip", "sip_adaptive", "energy_shaping", "sip_printed"])
 def test_a_setting_drives_and_leaves_its_rows(setting, tmp_path, data):
-    task = options("task", "random", seconds=2.0, mismatch=0.1, noise=0.5)
-    summary = drive(tmp_path, control.Plan(options("control", setting), task, 2, True), data)
+    disturbed = task("random", seconds=2.0, mismatch=0.1, noise=0.5)
+    summary = drive(tmp_path, control.LoopPlan(controller(setting), disturbed, 2, True), data)
     table = pd.read_parquet(tmp_path / control.LOOPS)
     assert set(COLUMNS) <= set(table) and len(table) == summary["loops"] == 2
     assert list(table["member"]) == [0, 1] and list(table["x_des"]) == [0.8, -0.8]
@@ -51,31 +62,56 @@ def test_a_setting_drives_and_leaves_its_rows(setting, tmp_path, data):
     assert set(shown["loop"]) == {0, 1} and {"x", "theta", "force", "T", "clearance", "end1.x"} <= set(shown["name"])
 
 
+@pytest.mark.parametrize("system", plugin_names("mechanics.systems"))
+@pytest.mark.parametrize("setting", [name for name in groups()["control"] if name != "none"])
+def test_every_system_and_controller_make_a_step_or_are_refused_in_one_line(system, setting):
+    short = ["control.intervals=2", "control.coarse_intervals=0", "control.solver=ipopt"]
+    overrides = short if settings("control", setting)["kind"] == "mpc" else []
+    try:
+        options = compose([f"system={system}", "model=truth", f"control={setting}", *overrides]).config.control
+    except UserError as refused:
+        assert str(refused).startswith(f"control = {setting!r}: drives a cart with ")
+        assert f"system={system} has " in str(refused) and len(str(refused).splitlines()) == 1
+        return
+    plant = load(system)
+    model = Truth(plant)
+    samples = np.random.default_rng(0).normal(size=(3, 50, plant.n_q))
+    disc = task("hanging").disc(plant)
+    with plugin(CONTROLLERS, options.kind).build(options, PredictiveModel(model, plant), disc, samples) as make:
+        step = make(model.coefficients, 0.8).decide(np.append(plant.hanging, np.full(plant.n_q, 0.1)))
+    assert np.isfinite(step.force) and abs(step.force) <= options.force_limit
+
+
+def test_only_a_cart_with_links_and_one_force_is_driven():
+    fits = {name for name in plugin_names("mechanics.systems") if controller("sip").fits(load(name))}
+    assert fits == {"cart_rods", "dip", "sip", "sip_rod"}
+    assert {name for name in fits if controller("energy_shaping").fits(load(name))} == {"sip", "sip_rod"}
+    assert controller("energy_shaping").fits(load("cart_rods", n=1))
+
+
 def test_a_hanging_start_is_driven_by_every_member_to_every_place():
-    plan = control.Plan({}, options("task", "hanging", x_des=[0.8, 0.4]), 3, False)
-    pairs = plan.starts(load("sip"), 2)
-    assert [(start.x_des, member) for start, member in pairs] == [(0.8, 0), (0.8, 1), (0.4, 0)]
+    pairs = task("hanging", x_des=[0.8, 0.4]).starts(load("sip"), 2)
+    assert [(start.x_des, member) for start, member in pairs] == [(0.8, 0), (0.8, 1), (0.4, 0), (0.4, 1)]
+    assert task("hanging", x_des=[0.8, 0.4]).n_loops(2) == 4
 
 
-def test_random_starts_go_to_the_members_in_turn():
-    plan = control.Plan({}, options("task", "random", initial_states=5), 50, False)
-    pairs = plan.starts(load("dip"), 2)
+def test_random_starts_go_to_targets_and_members_in_turn():
+    pairs = task("random", initial_states=5).starts(load("dip"), 2)
     assert [(start.name, member) for start, member in pairs] == [(f"random {k}", k % 2) for k in range(5)]
+    assert [start.x_des for start, _ in pairs] == [0.8, -0.8, 0.8, -0.8, 0.8]
 
 
-def test_the_disc_is_the_papers_unless_it_is_said():
-    def plan(**changes):
-        return control.Plan(options("control", "sip"), options("task", "hanging", **changes), 1, False)
-
-    assert [plan().obstacle(load(name)).radius for name in ("sip", "dip")] == [0.3, 0.1]
-    assert plan(radius=0.2).obstacle(load("sip")).radius == 0.2
-    assert plan(radius=0).obstacle(load("sip")) is None
-    assert plan().obstacle(load("sip")).midpoints and plan().obstacle(load("sip")).weight == 1e6
+def test_the_disc_is_the_papers_unless_another_is_chosen():
+    assert [task("hanging").disc(load(name)).radius for name in ("sip", "dip")] == [0.3, 0.1]
+    assert task("hanging", radius=0.2).disc(load("sip")).radius == 0.2
+    assert task("hanging", radius=0).disc(load("sip")) is None
+    obstacle = controller("sip").problem(task("hanging").disc(load("sip"))).obstacle
+    assert obstacle.midpoints and obstacle.weight == 1e6 and obstacle.radius == 0.3
 
 
 def test_the_recording_shows_motion_solver_and_clearance(tmp_path, data):
-    task = options("task", "hanging", seconds=2.0)
-    drive(tmp_path, control.Plan(options("control", "sip"), task, 1, False), data)
+    plan = control.LoopPlan(controller("sip"), task("hanging", seconds=2.0), 1, False)
+    drive(tmp_path, plan, data)
     with np.load(tmp_path / control.FIRST) as stored:
         loop_recording.record(tmp_path, "run", "title", {"setting": "sip"}, dict(stored), load("sip"))
         states = stored["states"]

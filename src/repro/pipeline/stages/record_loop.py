@@ -20,7 +20,7 @@ FALLBACKS = "fallback (1 second try, 2 last plan, 3 none)"
 def record(
     folder: Path, run: str, title: str, card: Mapping[str, object], loop: Mapping[str, np.ndarray], system: System
 ) -> dict[str, int]:
-    """Write recording.rrd of a stored loop, as `loop_tables.keep` writes it, up to where it was stopped."""
+    """Write recording.rrd of a stored loop, as `loop_tables.save` writes it, up to where it was stopped."""
     states = loop["states"][::SUBSTEPS]
     steps = int(np.sum(np.all(np.isfinite(states), axis=1)))
     states, time = states[:steps], loop["time"][::SUBSTEPS][:steps]

@@ -1,24 +1,51 @@
 """The classical comparator: energy shaping under partial feedback linearisation, then an LQR near upright.
 
-Spong (1995), "The swing up control problem for the Acrobot"; Tedrake, Underactuated Robotics, section 3.6. It knows the
-true system, and nothing of an obstacle.
+Spong (1995), "The swing up control problem for the Acrobot"; Tedrake, Underactuated Robotics, section 3.6. It uses the
+true system, and ignores obstacles.
 """
 
-from collections.abc import Sequence
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, ClassVar
 
 import casadi as ca
 import numpy as np
 
 from repro.control.controller import ControlStep
+from repro.control.controller_options import ControllerOptions
 from repro.errors import UserError
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
 
+if TYPE_CHECKING:
+    from repro.control.controller import MakeController, Samples
+    from repro.control.geometry import Disc
+    from repro.control.predictive_model import PredictiveModel
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options(ControllerOptions):
+    """Options of the classical swing-up of one link."""
+
+    drives: ClassVar[str] = "a cart with one link"
+
+    def fits(self, system: System) -> bool:
+        """Whether it can drive a system."""
+        return super().fits(system) and system.n_q == 2
+
+
+@contextmanager
+def build(options: Options, model: PredictiveModel, disc: Disc | None, samples: Samples) -> Iterator[MakeController]:
+    """Makes controllers of the true system; they use nothing else."""
+    yield lambda weights, x_des: EnergyShaping(model.system, x_des, options.force_limit, options.time_step)
+
 
 @dataclass(frozen=True)
 class Gains:
-    """Of the swing-up (energy, position, speed), and of the LQR (weights of the state and of the force).
+    """Gains of the swing-up (energy, position, speed), and the LQR's weights of the state and of the force.
 
     The LQR takes over within `angle` rad of upright at less than `rate` rad/s.
     """
@@ -26,7 +53,7 @@ class Gains:
     energy: float = 10.0
     position: float = 4.0
     speed: float = 3.0
-    state: Sequence[float] = (10.0, 10.0, 1.0, 1.0)
+    state: tuple[float, ...] = (10.0, 10.0, 1.0, 1.0)
     force: float = 1.0
     angle: float = 0.4
     rate: float = 3.0
@@ -34,7 +61,7 @@ class Gains:
 
 @dataclass
 class EnergyShaping:
-    """Swings up one link and holds it at x_des; UserError for a system with more links."""
+    """Swings up one link and holds it at x_des, m; UserError for a system with more links."""
 
     system: System
     x_des: float
@@ -44,14 +71,14 @@ class EnergyShaping:
 
     def __post_init__(self) -> None:
         if self.system.n_q != 2:
-            raise UserError(f"control.kind = 'energy_shaping': swings up one link, and {self.system.name} has more")
+            raise UserError(f"energy shaping drives {Options.drives}; {self.system.name} has {self.system.n_q - 1}")
         self._dynamics = dynamics_of(self.system)
         self._feedback = lqr(self.system, self.gains, self.time_step)
         at_rest = np.zeros(2)
         self._energy_up = float(self._dynamics.potential(self.system.upright, at_rest, []))
 
     def decide(self, state: np.ndarray) -> ControlStep:
-        """The force for a state (4,)."""
+        """The force at a state (4,)."""
         error = state - np.concatenate([self.system.upright, np.zeros(2)])
         error[0] -= self.x_des
         error[1] = (error[1] + np.pi) % (2 * np.pi) - np.pi
@@ -62,7 +89,7 @@ class EnergyShaping:
         return ControlStep(float(np.clip(force, -self.force_limit, self.force_limit)))
 
     def observe(self, samples: np.ndarray, forces: np.ndarray) -> None:
-        """Nothing is learned from what happens."""
+        """The controller stays as it is."""
 
     def _swing(self, state: np.ndarray, error: np.ndarray) -> float:
         q, qd = state[:2], state[2:]
@@ -70,14 +97,14 @@ class EnergyShaping:
         energy = 0.5 * mass[1, 1] * qd[1] ** 2 + float(self._dynamics.potential(q, qd, [])) - self._energy_up
         # the cart's acceleration does the work -M_12 xdd thd on the link
         pumping = self.gains.energy * energy * np.sign(mass[0, 1]) * abs(np.cos(q[1])) * qd[1]
-        wanted = pumping - self.gains.position * error[0] - self.gains.speed * error[2]
-        free = np.asarray(self._dynamics.inverse(q, qd, [wanted, 0.0], [])).ravel()
+        cart = pumping - self.gains.position * error[0] - self.gains.speed * error[2]
+        free = np.asarray(self._dynamics.inverse(q, qd, [cart, 0.0], [])).ravel()
         turning = -free[1] / mass[1, 1]
-        return float(np.asarray(self._dynamics.inverse(q, qd, [wanted, turning], [])).ravel()[0])
+        return float(np.asarray(self._dynamics.inverse(q, qd, [cart, turning], [])).ravel()[0])
 
 
 def lqr(system: System, gains: Gains, time_step: float) -> np.ndarray:
-    """Feedback (2 n_q,) of the linear-quadratic regulator at upright, the force held over each time step of s."""
+    """Feedback gain (2 n_q,) of the linear-quadratic regulator at upright, for a force held over each time step, s."""
     from scipy.linalg import expm, solve_discrete_are
 
     n_q = system.n_q

@@ -1,0 +1,126 @@
+"""Model predictive control by problem (9), with a fixed model or one that is re-identified online."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from repro.control.controller_options import Cell, ControllerOptions
+from repro.control.optimal_control_problem import (
+    AngleError,
+    Discretisation,
+    NodeWeights,
+    Obstacle,
+    OptimalControlProblem,
+    SolverName,
+)
+from repro.plugins.options import Count, Natural, Positive
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from repro.control.controller import Controller, MakeController, Samples
+    from repro.control.geometry import Disc
+    from repro.control.predictive_model import PredictiveModel
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options(ControllerOptions):
+    """Options of a predictive controller.
+
+    intervals, coarse_intervals                   of time_step, then of coarse_step, in the horizon
+    stage_cost, terminal_cost, angle_error,
+    force_limit, speed_limit                      as in `OptimalControlProblem`
+    clearance_radii, obstacle_constraint,
+    obstacle_weight, midpoints                    as in `Obstacle`
+    tolerance, iterations, seconds                limits of one solution; seconds of CPU time
+    adaptive                                      re-identify the model online
+    prior_error, prior_friction                   as in `Prior`, of an adaptive controller
+    noise, drift                                  as in `Identification`, of an adaptive controller
+    """
+
+    intervals: Count
+    coarse_intervals: Natural
+    coarse_step: Positive
+    stage_cost: NodeWeights
+    terminal_cost: NodeWeights
+    angle_error: AngleError
+    speed_limit: Positive | None
+    clearance_radii: Positive
+    obstacle_constraint: bool
+    obstacle_weight: Positive
+    midpoints: bool
+    discretisation: Discretisation
+    solver: SolverName
+    tolerance: Positive
+    iterations: Count
+    seconds: Positive
+    adaptive: bool
+    prior_error: Positive
+    prior_friction: Positive
+    noise: Positive
+    drift: Positive
+
+    def problem(self, disc: Disc | None) -> OptimalControlProblem:
+        """Problem (9), with a disc to avoid or without."""
+        obstacle = None
+        if disc is not None:
+            obstacle = Obstacle(
+                centre=disc.centre,
+                radius=disc.radius,
+                clearance_radii=self.clearance_radii,
+                constraint=self.obstacle_constraint,
+                weight=self.obstacle_weight,
+                midpoints=self.midpoints,
+            )
+        return OptimalControlProblem(
+            intervals=(self.time_step,) * self.intervals + (self.coarse_step,) * self.coarse_intervals,
+            stage_cost=self.stage_cost,
+            terminal_cost=self.terminal_cost,
+            obstacle=obstacle,
+            force_limit=self.force_limit,
+            speed_limit=self.speed_limit,
+            angle_error=self.angle_error,
+        )
+
+    def columns(self) -> dict[str, Cell]:
+        """Its columns in the table of closed loops."""
+        return {
+            **super().columns(),
+            "intervals": self.intervals + self.coarse_intervals,
+            "horizon_s": self.intervals * self.time_step + self.coarse_intervals * self.coarse_step,
+            "adaptive": self.adaptive,
+            "discretisation": self.discretisation,
+            "solver": self.solver,
+        }
+
+
+@contextmanager
+def build(options: Options, model: PredictiveModel, disc: Disc | None, samples: Samples) -> Iterator[MakeController]:
+    """Makes predictive controllers that share one problem and one solver."""
+    from repro.control.adaptation import Identification, Prior
+    from repro.control.adaptive_controller import AdaptiveController
+    from repro.control.closed_loop import SUBSTEPS
+    from repro.control.momentum_balance import MomentumBalance
+    from repro.control.predictive_controller import PredictiveController
+    from repro.control.solver import Limits, make_solver
+    from repro.control.transcription import Transcription
+
+    transcription = Transcription(model, options.problem(disc), options.discretisation)
+    limits = Limits(options.tolerance, options.iterations, options.seconds)
+    solver = make_solver(transcription, options.solver, limits)
+    balance = MomentumBalance(model.model, model.system, SUBSTEPS, options.time_step / SUBSTEPS)
+
+    def make(weights: np.ndarray, x_des: float) -> Controller:
+        controller = PredictiveController(transcription, solver, weights, x_des)
+        if not options.adaptive:
+            return controller
+        prior = Prior.of(model.model, weights, *samples, options.prior_error, options.prior_friction)
+        return AdaptiveController(controller, Identification(balance, prior, options.noise, options.drift))
+
+    try:
+        yield make
+    finally:
+        solver.close()
