@@ -1,13 +1,13 @@
 """Animations of stored closed loops, as GIF files for the README."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from repro.report import style
-from repro.report.figures.closed_loop import DIP, SIP
+from repro.report.paper import Animation
 from repro.results.results import Results
 from repro.results.stored_loop import StoredLoop, find_loop
 from repro.tracking.files import replacing
@@ -15,24 +15,20 @@ from repro.tracking.files import replacing
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
-ANIMATIONS: Mapping[str, tuple[str, Sequence[Mapping[str, Any]]]] = {
-    "sip_swing_up": ("sip_control", SIP),
-    "dip_swing_up": ("dip_control", DIP),
-}
 AFTERWARDS = 1.5  # s that are shown once it is erect
-STRIDE = 2  # control steps a frame: 80 ms
+STRIDE = 2  # control steps per frame: 80 ms
 TRAIL = 25  # control steps
 SIZE = (4.2, 2.6)  # inches
 RESOLUTION = 100
 
 
-def animate_all(results: Results, folder: Path) -> list[Path]:
+def animate_all(results: Results, animations: Sequence[Animation], folder: Path) -> list[Path]:
     """Write <name>.gif of every animation that the results can fill; return those written."""
     written = []
-    for name, (experiment, choices) in ANIMATIONS.items():
-        loop = find_loop(results, experiment, choices)
+    for each in animations:
+        loop = find_loop(results, each.experiment, each.choices)
         if loop is not None:
-            path = folder / f"{name}.gif"
+            path = folder / f"{each.name}.gif"
             with replacing(path, keep_suffix=True) as temporary:
                 animate(loop, temporary)
             written.append(path)

@@ -14,8 +14,10 @@ from repro.errors import UserError
 from repro.report.content import Content
 from repro.report.drawing import draw_all
 from repro.report.html.site import write_site
+from repro.report.paper import load_paper, paper_folder
 from repro.report.pdf.typeset import write_pdf
-from repro.report.sections import filled_sections
+from repro.report.placeholders import Texts
+from repro.report.sections import load_sections
 from repro.report.summary import Summary, keep, kept, summarise
 from repro.report.tables.every import all_tables
 from repro.report.tables.sensitivity import sensitivity_table
@@ -23,7 +25,6 @@ from repro.results.gather import gather_runs
 from repro.results.results import SENSITIVITY, Results
 from repro.results.stored import Staleness, StoredRun, never_stale, stored_benches, stored_runs
 from repro.tracking.files import write_text
-from repro.tracking.paths import project_folder
 
 
 def build(outputs: Path, scale: str, *, stale: Staleness = never_stale) -> Summary:
@@ -59,10 +60,10 @@ def redraw(source: Path, folder: Path) -> Summary:
 
 def render(results: Results, folder: Path) -> list[Verdict]:
     """Judge the claims, and write results/claims.csv, tables, figures, report.pdf and the pages under a folder."""
-    paper = project_folder() / "paper"
+    paper = paper_folder()
     claims, assumptions = load_claims(paper / "claims.yaml"), load_assumptions(paper / "assumptions.yaml")
     verdicts = judge_all(claims, results)
-    tables = all_tables(results, verdicts)
+    tables = all_tables(results, verdicts, load_paper(paper))
     if results.sensitivity is not None:
         tables.append(sensitivity_table(assumptions, assumption_effects(results.sensitivity, claims)))
         write_text(folder / "results" / "sensitivity.csv", tables[-1].csv())
@@ -70,8 +71,8 @@ def render(results: Results, folder: Path) -> list[Verdict]:
         table.save(folder / "tables")
     write_text(folder / "results" / "claims.csv", tables[0].csv())
     figures = draw_all(results, folder / "figures")
-    sections = filled_sections(paper / "report" / "sections", results, verdicts)
-    content = Content(results, verdicts, tables, figures, sections, assumptions)
+    texts = Texts(paper / "report", results, verdicts)
+    content = Content(load_paper(paper), results, verdicts, tables, figures, load_sections(texts), assumptions, texts)
     write_pdf(content, folder / "figures", paper / "report", folder / "report.pdf")
     write_site(content, folder, paper)
     return verdicts
@@ -79,9 +80,9 @@ def render(results: Results, folder: Path) -> list[Verdict]:
 
 def _fingerprint(runs: Sequence[StoredRun], benches: Sequence[Path], lists: Sequence[Path]) -> str:
     """Digest everything that a report is made from: the runs, the claims, and the code that draws."""
-    paper = project_folder() / "paper"
-    sources = [*_files(Path(__file__).parent), *_files(paper / "report"), *_files(paper / "animations")]
-    sources += [paper / "claims.yaml", paper / "assumptions.yaml", *lists]
+    paper = paper_folder()
+    sources = [*_files(Path(__file__).parent), *lists, *sorted(paper.glob("*.yaml"))]
+    sources += [path for name in ("report", "draw", "animations") for path in _files(paper / name)]
     content = {
         "runs": [[r.id, r.experiment, r.scale, r.command, r.overrides, r.stale, dict(r.record)] for r in runs],
         "benches": [[folder.name, (folder / "run.json").stat().st_mtime_ns] for folder in benches],

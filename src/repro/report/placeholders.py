@@ -1,202 +1,164 @@
-"""Placeholders of the report's texts, filled from stored results: no number of ours is ever typed.
+"""Placeholders of the report's texts (jinja2), filled from stored results: no number of ours is ever typed.
 
-{claim.C4a}                       ours, its unit and the verdict: 0.131 [0.105, 0.191] N, N m (better)
-{claim.C4a.ours}                  also .median .low .high .members .failed .printed .verdict .flag .note
-{metric EXPERIMENT METRIC c=v}    a metric of the one setting whose card columns agree, with its interval
-{ratio EXPERIMENT METRIC c=v over c=v}   the ratio of two settings, seed by seed
-{loops EXPERIMENT c=v}            closed loops that succeed: 9 of 10
-{bench NAME c=v}                  how many times faster ours is, over all rows of that name
-{runs}, {runs EXPERIMENT}         finished runs
-{claims}, {verdicts}              how many claims there are, and how their verdicts are spread
-{cost cpu_hours}                  processor time and machine, see cost.py
-{if C4a matched or better, C5a not run}   begins a line: what follows, to the next such line or the end of the
-                                  paragraph or item, stands only where all of this holds
+{{ claim.C4a }}                   ours, its unit and the verdict: 0.131 [0.105, 0.191] N, N m (better)
+{{ claim.C4a.ours }}              also .median .low .high .members .failed .printed .verdict .flag .note
+{% if claim.C4a.matched %} ... {% endif %}   text for a verdict: .matched .better .not_run and so on, joined by and, or
+{{ claim | length }}              how many claims there are
+{{ verdicts() }}                  how their verdicts are spread: 20 matched, 3 worse
+{{ metric("EXPERIMENT", "METRIC", c=v) }}   a metric, with its interval, of the one setting whose card columns agree
+{{ ratio("EXPERIMENT", "METRIC", {"c": v}, {"c": w}) }}   of the first setting over the second, seed by seed
+{{ loops("EXPERIMENT", c=v) }}    closed loops that succeed: 9 of 10
+{{ runs() }}, {{ runs("EXPERIMENT") }}      finished runs
+{{ cost("cpu_hours") }}           processor time and machine, see tables/cost.py
+
+A result that is missing reads "not run".
 """
 
 import re
-import shlex
+import traceback
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from repro.claims.verdict_kind import VerdictKind
-from repro.claims.verdicts import VERDICTS, Verdict
+from repro.claims.verdicts import NOT_RUN, VERDICTS, Verdict
 from repro.errors import UserError
 from repro.report import writing
 from repro.report.tables.cost import cost_fact
 from repro.results.results import Results
-from repro.results.schema import BENCH, CARD, CONTROL, as_text, plain
+from repro.results.schema import CARD, CONTROL, as_text, plain
 from repro.results.selectors import NotRunError, one_setting, paired_values
 from repro.results.statistics import paired_ratio
 
 if TYPE_CHECKING:
-    import pandas as pd
-
-NOT_RUN = VerdictKind.NOT_RUN
-_PLACEHOLDER = re.compile(r"\{([^{}]*)\}")
-_GUARD = re.compile(r"(- )?\{if ([^{}]*)\}\s*")
-_BREAK = re.compile(r"(\n\s*\n|\n(?=- )|\n(?=\{if ))")
+    from jinja2 import Environment
 
 
-class _UnknownError(Exception):
-    """A placeholder that means nothing, or names something that is not there: a mistake in the text."""
+class Texts:
+    """The texts in a folder, their placeholders filled from results and verdicts; the result is Markdown."""
+
+    def __init__(self, folder: Path, results: Results, verdicts: Sequence[Verdict]) -> None:
+        self.folder = folder
+        self._results = results
+        self._claims = {verdict.claim.name: _Claim(_facts(verdict)) for verdict in verdicts}
+        self._verdicts = [verdict.verdict for verdict in verdicts]
+        self._environment = self._new_environment()
+
+    def names(self, folder: str) -> list[str]:
+        """Return the names of the texts in a folder, sorted: texts/abstract.md."""
+        return [f"{folder}/{path.name}" for path in sorted((self.folder / folder).glob("*.md"))]
+
+    def fill(self, name: str) -> str:
+        """Return one file as text. Raises UserError naming file and line for a placeholder that means nothing."""
+        from jinja2 import TemplateError
+
+        try:
+            text = self._environment.get_template(name).render()
+        except (TemplateError, TypeError, ValueError) as error:
+            message = f"{self.folder / name}, line {_line(error, name)}: {error}; see {__name__}"
+            raise UserError(message) from error
+        return re.sub(r"\n\s*\n\s*\n", "\n\n", text).strip()
+
+    def _new_environment(self) -> "Environment":
+        from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+        environment = Environment(
+            loader=FileSystemLoader(self.folder),
+            undefined=StrictUndefined,
+            finalize=lambda value: writing.markdown(str(value)),
+            trim_blocks=True,
+            autoescape=False,
+        )
+        functions: dict[str, Callable[..., str]] = {
+            "metric": self._metric,
+            "ratio": self._ratio,
+            "loops": self._loops,
+            "runs": self._runs,
+            "cost": lambda name: _or_not_run(lambda: cost_fact(self._results, name)),
+            "verdicts": self._spread,
+        }
+        environment.globals |= functions | {"claim": self._claims}
+        return environment
+
+    def _metric(self, experiment: str, metric: str, **where: Any) -> str:
+        def read() -> str:
+            estimate = one_setting(self._results, experiment, _checked(where, CARD)).estimate(metric)
+            return writing.interval(estimate) if estimate.n else NOT_RUN
+
+        return _or_not_run(read)
+
+    def _ratio(self, experiment: str, metric: str, ours: Mapping[str, Any], other: Mapping[str, Any]) -> str:
+        def read() -> str:
+            first, second = (one_setting(self._results, experiment, _checked(where, CARD)) for where in (ours, other))
+            ratio = paired_ratio(*paired_values(first, second, metric))
+            return writing.interval(ratio) if ratio.n else NOT_RUN
+
+        return _or_not_run(read)
+
+    def _loops(self, experiment: str, **where: Any) -> str:
+        loops = self._results.control[self._results.control["experiment"] == experiment]
+        for column, value in _checked(where, CONTROL).items():
+            agrees = [as_text(plain(cell)) == as_text(value) for cell in loops[column]]
+            loops = loops[np.array(agrees, dtype=bool)]
+        return f"{int(loops['success'].sum())} of {len(loops)}" if len(loops) else NOT_RUN
+
+    def _runs(self, *experiments: str) -> str:
+        finished = self._results.runs[self._results.runs["outcome"] == "ok"]
+        if experiments:
+            finished = finished[finished["experiment"].isin(experiments)]
+        return str(finished["run"].nunique() or NOT_RUN)
+
+    def _spread(self) -> str:
+        counted = Counter(self._verdicts)
+        return ", ".join(f"{counted[name]} {name}" for name in VERDICTS if counted[name])
 
 
-def fill(text: str, results: Results, verdicts: Sequence[Verdict], place: str) -> str:
-    """Drop what its guard excludes and write a value for every placeholder; the result is Markdown.
+class _Claim(dict[str, "str | bool"]):
+    """What can be written of a claim, by name; alone it is written in short."""
 
-    A result that is missing reads "not run". Raises UserError naming `place` for a placeholder that means nothing.
-    """
-    known = {verdict.claim.name: verdict for verdict in verdicts}
+    def __str__(self) -> str:
+        return str(self["short"])
 
-    def value(match: re.Match[str]) -> str:
-        return writing.markdown(_value(match[1], results, known))
 
+def _facts(verdict: Verdict) -> dict[str, str | bool]:
+    estimate = verdict.estimate
+    unit = "" if verdict.unit in ("", "1") else f" {verdict.unit.replace('^2', '²')}"
+    ours = writing.interval(estimate)
+    measured = {
+        "short": f"{ours}{unit} ({verdict.verdict})",
+        "ours": ours,
+        "median": writing.number(estimate.median),
+        "low": writing.number(estimate.low),
+        "high": writing.number(estimate.high),
+        "members": str(estimate.n),
+        "failed": str(estimate.failed),
+    }
+    return {
+        **(measured if estimate.n else dict.fromkeys(measured, NOT_RUN)),
+        "printed": writing.number(verdict.claim.printed),
+        "verdict": verdict.verdict,
+        "flag": verdict.flag or "no anchor reaches it",
+        "note": verdict.note,
+        **{re.sub(r"\W", "_", name): verdict.verdict == name for name in VERDICTS},
+    }
+
+
+def _or_not_run(read: Callable[[], str]) -> str:
     try:
-        return _PLACEHOLDER.sub(value, _standing(text, known))
-    except _UnknownError as fault:
-        message = f"{place}: {fault}; see src/repro/report/placeholders.py"
-        raise UserError(message) from None
-
-
-def _standing(text: str, known: Mapping[str, Verdict]) -> str:
-    """Leave out every paragraph, item or sentence whose guard does not hold."""
-    pieces = _BREAK.split(f"\n\n{text.strip()}")[1:]
-    kept, pending = "", ""
-    for gap, piece in zip(pieces[::2], pieces[1::2], strict=True):
-        pending = max(pending, gap, key=lambda entry: entry.count("\n"))
-        guard = _GUARD.match(piece)
-        if guard is None or _holds(guard[2], known):
-            kept += pending + _GUARD.sub(r"\1", piece, count=1)
-            pending = ""
-    return kept.strip()
-
-
-def _holds(condition: str, known: Mapping[str, Verdict]) -> bool:
-    """Whether every part holds: `C4a matched or better, C5a not run`."""
-    for part in condition.split(","):
-        name, _, wanted = part.strip().partition(" ")
-        allowed = [verdict.strip() for verdict in wanted.split(" or ")]
-        unknown = [verdict for verdict in allowed if verdict not in VERDICTS]
-        if unknown:
-            raise _UnknownError(f"{{if {condition}}}: {', '.join(unknown)} is no verdict")
-        if _claim(name, known).verdict not in allowed:
-            return False
-    return True
-
-
-def _value(content: str, results: Results, known: Mapping[str, Verdict]) -> str:
-    kind, *words = shlex.split(content) or [""]
-    if kind.startswith("claim."):
-        return _of_claim(kind.split(".")[1:], known)
-    if kind in ("claims", "verdicts"):
-        return str(len(known)) if kind == "claims" else _spread(known)
-    values = {"metric": _metric, "ratio": _ratio, "loops": _loops, "bench": _bench, "runs": _runs, "cost": _cost}
-    if kind not in values:
-        raise _UnknownError(f"{{{content}}} is no placeholder")
-    try:
-        return values[kind](results, words)
+        return read()
     except NotRunError:
         return NOT_RUN
-    except ValueError as fault:
-        raise _UnknownError(f"{{{content}}}: {fault}") from None
 
 
-def _claim(name: str, known: Mapping[str, Verdict]) -> Verdict:
-    if name not in known:
-        raise _UnknownError(f"{name!r} is no claim")
-    return known[name]
-
-
-def _of_claim(path: Sequence[str], known: Mapping[str, Verdict]) -> str:
-    readings: Mapping[str, Callable[[Verdict], str]] = {
-        "": _in_short,
-        "ours": lambda v: writing.interval(v.estimate),
-        "median": lambda v: writing.number(v.estimate.median),
-        "low": lambda v: writing.number(v.estimate.low),
-        "high": lambda v: writing.number(v.estimate.high),
-        "members": lambda v: str(v.estimate.n),
-        "failed": lambda v: str(v.estimate.failed),
-        "printed": lambda v: writing.number(v.claim.printed),
-        "verdict": lambda v: v.verdict,
-        "flag": lambda v: v.flag or "no anchor reaches it",
-        "note": lambda v: v.note,
-    }
-    name, reading = path if len(path) == 2 else (path[0], "")
-    if len(path) > 2 or reading not in readings:
-        raise _UnknownError(f"{{claim.{'.'.join(path)}}}: after the claim comes one of {', '.join(readings)}")
-    verdict = _claim(name, known)
-    measured = reading in ("", "ours", "median", "low", "high", "members", "failed")
-    return NOT_RUN if measured and verdict.estimate.n == 0 else readings[reading](verdict)
-
-
-def _in_short(verdict: Verdict) -> str:
-    unit = "" if verdict.unit in ("", "1") else f" {verdict.unit.replace('^2', '²')}"
-    return f"{writing.interval(verdict.estimate)}{unit} ({verdict.verdict})"
-
-
-def _spread(known: Mapping[str, Verdict]) -> str:
-    counted = Counter(verdict.verdict for verdict in known.values())
-    return ", ".join(f"{counted[name]} {name}" for name in VERDICTS if counted[name])
-
-
-def _metric(results: Results, words: Sequence[str]) -> str:
-    experiment, metric, *selector = words
-    found = one_setting(results, experiment, _where(selector, CARD)).estimate(metric)
-    return writing.interval(found) if found.n else NOT_RUN
-
-
-def _ratio(results: Results, words: Sequence[str]) -> str:
-    experiment, metric, *selectors = words
-    over = selectors.index("over")
-    first, second = (
-        one_setting(results, experiment, _where(part, CARD)) for part in (selectors[:over], selectors[over + 1 :])
-    )
-    found = paired_ratio(*paired_values(first, second, metric))
-    return writing.interval(found) if found.n else NOT_RUN
-
-
-def _loops(results: Results, words: Sequence[str]) -> str:
-    experiment, *selector = words
-    where = _where(selector, CONTROL)
-    loops = _rows_with(results.control, {"experiment": experiment, **where})
-    return f"{int(loops['success'].sum())} of {len(loops)}" if len(loops) else NOT_RUN
-
-
-def _bench(results: Results, words: Sequence[str]) -> str:
-    name, *selector = words
-    where = _where(selector, BENCH)
-    rows = _rows_with(results.bench, {"name": name, **where})
-    if rows.empty:
-        return NOT_RUN
-    least, greatest = (writing.number(float(end)) for end in (rows["ratio_median"].min(), rows["ratio_median"].max()))
-    return least if least == greatest else f"{least} to {greatest}"
-
-
-def _runs(results: Results, words: Sequence[str]) -> str:
-    finished = results.runs[results.runs["outcome"] == "ok"]
-    if words:
-        finished = finished[finished["experiment"].isin(words)]
-    count = finished["run"].nunique()
-    return str(count) if count else NOT_RUN
-
-
-def _rows_with(table: "pd.DataFrame", where: Mapping[str, str]) -> "pd.DataFrame":
-    for column, wanted in where.items():
-        table = table[np.array([as_text(plain(value)) == wanted for value in table[column]], dtype=bool)]
-    return table
-
-
-def _cost(results: Results, words: Sequence[str]) -> str:
-    (name,) = words
-    return cost_fact(results, name)
-
-
-def _where(selector: Sequence[str], columns: Mapping[str, type]) -> dict[str, str]:
-    where = {column: value for column, _, value in (word.partition("=") for word in selector)}
-    unknown = [column for column in where if column not in columns]
-    if unknown:
-        raise ValueError(f"{', '.join(unknown)} is no column here")
+def _checked(where: Mapping[str, Any], columns: Mapping[str, type]) -> Mapping[str, Any]:
+    if unknown := [column for column in where if column not in columns]:
+        raise ValueError(f"{', '.join(unknown)} is no column of the results")
     return where
+
+
+def _line(error: Exception, name: str) -> int:
+    """Return the line of a text at which an error was raised; 0 where it is not known."""
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename.endswith(name)]
+    return getattr(error, "lineno", None) or (frames[-1].lineno if frames else None) or 0

@@ -11,15 +11,16 @@ from repro.claims.claims import load_claims
 from repro.claims.verdicts import VERDICTS, Verdict, judge_all
 from repro.errors import UserError
 from repro.report import writing
+from repro.report.paper import load_paper, paper_folder
 from repro.report.tables.drift import table_drift
-from repro.report.tables.front import FRONT_TABLES, front_block
+from repro.report.tables.front import front_block
 from repro.report.tables.sensitivity import sensitivity_table
-from repro.report.tables.table import Table
+from repro.report.tables.table import Table, markdown_head, markdown_line
 from repro.report.tables.verdicts import mark, measured, verdict_table
 from repro.results.results import Results
 from repro.tracking.files import write_text
 
-BLOCKS = ("count", "verdicts", *FRONT_TABLES)
+TITLES = ("claim", "what the paper says", "measured", "printed", "ours [95 %]", "members", "verdict")
 
 
 def count_block(verdicts: Sequence[Verdict]) -> str:
@@ -30,11 +31,8 @@ def count_block(verdicts: Sequence[Verdict]) -> str:
 
 
 def verdict_block(verdicts: Sequence[Verdict]) -> str:
-    """Return one line a claim."""
-    lines = [
-        "| claim | what the paper says | measured | printed | ours [95 %] | members | verdict |",
-        "| --- | --- | --- | --- | --- | --- | --- |",
-    ]
+    """Return one line per claim."""
+    lines = markdown_head(TITLES)
     for verdict in verdicts:
         claim = verdict.claim
         cells = (
@@ -46,7 +44,7 @@ def verdict_block(verdicts: Sequence[Verdict]) -> str:
             str(verdict.estimate.n or writing.ABSENT),
             f"{mark(verdict)}; {verdict.flag}" if verdict.flag else mark(verdict),
         )
-        lines.append(f"| {' | '.join(writing.markdown(cell) for cell in cells)} |")
+        lines.append(markdown_line([writing.markdown(cell) for cell in cells]))
     return "\n".join(lines)
 
 
@@ -58,7 +56,7 @@ def write_tables(readme: Path, results: Results, verdicts: Sequence[Verdict]) ->
 
 
 def drift(root: Path) -> list[str]:
-    """Say where README.md and the verdicts in paper/results differ from what the results there give; [] when nowhere.
+    """List where README.md and the verdicts in paper/results differ from what the results there give; [] when nowhere.
 
     `root` is the checkout: it holds README.md, paper/claims.yaml, paper/assumptions.yaml and paper/results.
     """
@@ -81,7 +79,7 @@ def drift(root: Path) -> list[str]:
 
 
 def _blocks(results: Results, verdicts: Sequence[Verdict]) -> dict[str, str]:
-    tables = {name: front_block(results, table) for name, table in FRONT_TABLES.items()}
+    tables = {table.name: front_block(results, table) for table in load_paper(paper_folder()).front_tables}
     return {"count": count_block(verdicts), "verdicts": verdict_block(verdicts)} | tables
 
 

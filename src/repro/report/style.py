@@ -28,6 +28,11 @@ class Role:
         face = self.colour if self.filled else "white"
         return {"linestyle": "none", "marker": self.marker, "color": self.colour, "markerfacecolor": face}
 
+    @property
+    def marked_line_style(self) -> dict[str, Any]:
+        """Arguments of a line with markers."""
+        return self.marker_style | self.line_style
+
 
 PLANT = Role("#10305c", "-", "o")
 MODEL = Role("#e2680a", (0, (4, 1.5)), "s")

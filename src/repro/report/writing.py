@@ -1,4 +1,4 @@
-"""How numbers and words are written: three significant figures, and the same text as Markdown, LaTeX and HTML."""
+"""How numbers are written for people: three significant figures; and text as a cell of a Markdown table."""
 
 import math
 import re
@@ -6,33 +6,6 @@ import re
 from repro.results.statistics import Estimate
 
 ABSENT = "–"
-
-_LATEX_SPECIAL = {
-    "\\": r"\textbackslash{}",
-    "&": r"\&",
-    "%": r"\%",
-    "$": r"\$",
-    "#": r"\#",
-    "_": r"\_",
-    "{": r"\{",
-    "}": r"\}",
-    "~": r"\textasciitilde{}",
-    "^": r"\textasciicircum{}",
-    "<": r"\textless{}",
-    ">": r"\textgreater{}",
-    "|": r"\textbar{}",
-    "–": "--",
-    "∞": r"$\infty$",
-    "→": r"$\to$",
-    "×": r"$\times$",
-    "⚠": r"$\triangle$",
-    "⊗": r"$\otimes$",
-    "÷": r"$\div$",
-    "±": r"$\pm$",
-    "τ": r"$\tau$",
-    "²": r"\textsuperscript{2}",
-    "ₓ": r"\textsubscript{x}",
-}
 
 
 def number(value: float | None) -> str:
@@ -49,17 +22,11 @@ def number(value: float | None) -> str:
     return f"{mantissa.rstrip('0').rstrip('.')}e{int(exponent)}"
 
 
-def interval(found: Estimate) -> str:
+def interval(estimate: Estimate) -> str:
     """Write a median with its interval: 0.21 [0.15, 0.31]; the interval is left out where there is none."""
-    if math.isnan(found.low) or math.isnan(found.high):
-        return number(found.median)
-    return f"{number(found.median)} [{number(found.low)}, {number(found.high)}]"
-
-
-def latex(text: str) -> str:
-    """Escape text for LaTeX and set powers of ten as such."""
-    escaped = "".join(_LATEX_SPECIAL.get(character, character) for character in text)
-    return re.sub(r"(?<![\w.-])(-?\d+(?:\.\d+)?)e(-?\d+)(?![\w.])", r"$\1\\times10^{\2}$", escaped)
+    if math.isnan(estimate.low) or math.isnan(estimate.high):
+        return number(estimate.median)
+    return f"{number(estimate.median)} [{number(estimate.low)}, {number(estimate.high)}]"
 
 
 def markdown(text: str) -> str:

@@ -13,7 +13,6 @@ class Metric:
     """One metric: `log` errors average on the log scale, `linear` ones plainly, `share` ones are 0 or 1 a member."""
 
     label: str
-    latex: str
     meaning: str
     scale: Literal["log", "linear", "share"] = "log"
     lower_is_better: bool = True
@@ -49,36 +48,33 @@ NAMES = {
 TEXT_COLUMNS = ("model", "basis", "hidden", "optimiser", "sequence", "objective", "energies", "curriculum")
 
 METRICS: dict[str, Metric] = {
-    "mae_tau": Metric("MAE τ", r"MAE$_\tau$", "mean absolute error of the generalised force"),
-    "mae_qdd": Metric("MAE q̈", r"MAE$_{\ddot q}$", "mean absolute error of the acceleration"),
-    "median_ae_qdd": Metric("median AE q̈", r"median AE$_{\ddot q}$", "median absolute error of the acceleration"),
-    "mae_L_raw": Metric("MAE L raw", r"MAE$_L$ raw", "error of L as learned: moves with the gauge"),
-    "mae_L_relative": Metric("MAE L relative", r"MAE$_L$ rel.", "error of L divided by the mean of its magnitude"),
-    "mae_L_canonical": Metric("MAE L canonical", r"MAE$_L$ can.", "error of L after the gauge is removed"),
-    "mae_H_legendre": Metric("MAE H Legendre", r"MAE$_H$ Leg.", "absolute error of p.qd - L"),
-    "mae_H_centred": Metric("MAE H centred", r"MAE$_H$ cent.", "error of p.qd - L after one constant"),
-    "mae_H_sum": Metric("MAE T + V", r"MAE$_{T+V}$", "error of the sum of the learned energies"),
-    "mae_T": Metric("MAE T", r"MAE$_T$", "error of the kinetic energy"),
-    "mae_V": Metric("MAE V", r"MAE$_V$", "error of the potential energy"),
-    "gyroscopic_remainder": Metric("gauge remainder", "gauge remainder", "what of p(q, 0) is no gradient dF/dq"),
-    "mae_p": Metric("MAE p", r"MAE$_p$", "mean absolute error of the momentum"),
-    "mae_p_transformed": Metric("MAE M̂q̇", r"MAE$_{\hat M\dot q}$", "mean absolute error of M(q) qd as momentum"),
-    "median_ae_tau": Metric("median AE τ", r"median AE$_\tau$", "median absolute error of the force"),
+    "mae_tau": Metric("MAE τ", "mean absolute error of the generalised force"),
+    "mae_qdd": Metric("MAE q̈", "mean absolute error of the acceleration"),
+    "median_ae_qdd": Metric("median AE q̈", "median absolute error of the acceleration"),
+    "mae_L_raw": Metric("MAE L raw", "error of L as learned: moves with the gauge"),
+    "mae_L_relative": Metric("MAE L relative", "error of L divided by the mean of its magnitude"),
+    "mae_L_canonical": Metric("MAE L canonical", "error of L after the gauge is removed"),
+    "mae_H_legendre": Metric("MAE H Legendre", "absolute error of p.qd - L"),
+    "mae_H_centred": Metric("MAE H centred", "error of p.qd - L after one constant"),
+    "mae_H_sum": Metric("MAE T + V", "error of the sum of the learned energies"),
+    "mae_T": Metric("MAE T", "error of the kinetic energy"),
+    "mae_V": Metric("MAE V", "error of the potential energy"),
+    "gyroscopic_remainder": Metric("gauge remainder", "what of p(q, 0) is no gradient dF/dq"),
+    "mae_p": Metric("MAE p", "mean absolute error of the momentum"),
+    "mae_p_transformed": Metric("MAE M̂q̇", "mean absolute error of M(q) qd as momentum"),
+    "median_ae_tau": Metric("median AE τ", "median absolute error of the force"),
     "min_eig_M": Metric(
         "min eig M",
-        r"$\min \lambda(\hat M)$",
         "least eigenvalue of the mass matrix over the test set",
         scale="linear",
         lower_is_better=False,
     ),
     "trapped": Metric(
         "trapped",
-        "trapped",
         "share of members that have the cart's momentum and little else: MAE H centred > 0.3 J or min eig M < 0.001",
         scale="share",
     ),
     "gravity": Metric(
-        "gravity",
         "gravity",
         "learned weight of the cosines in the energy at rest, over the true one",
         scale="linear",
@@ -86,60 +82,58 @@ METRICS: dict[str, Metric] = {
     ),
     "min_T": Metric(
         "min T",
-        r"$\min \hat T$",
         "least kinetic energy over the test set",
         scale="linear",
         lower_is_better=False,
     ),
-    "coefficient_error": Metric("coefficient error", "coefficient error", "greatest error of a coefficient"),
-    "rollout_error": Metric("rollout error", "rollout error", "relative error of a rollout, geometric mean"),
-    "onestep_euler_qd": Metric("one-step q̇", r"one-step $\dot q$", "velocity error of one explicit Euler step"),
-    "onestep_exact_qd": Metric("one exact step q̇", r"one exact step $\dot q$", "velocity error of one exact step"),
-    "rollout_qd": Metric("rollout q̇", r"rollout $\dot q$", "velocity error of a 300-step rollout"),
-    "momentum_transform": Metric("|M̂q̇ - p̂|", r"$|\hat M\dot q-\hat p|$", "mean gap between the two momenta"),
-    "rank": Metric("rank", "rank", "combinations of terms that the training data see", scale="linear", split="train"),
+    "coefficient_error": Metric("coefficient error", "greatest error of a coefficient"),
+    "rollout_error": Metric("rollout error", "relative error of a rollout, geometric mean"),
+    "onestep_euler_qd": Metric("one-step q̇", "velocity error of one explicit Euler step"),
+    "onestep_exact_qd": Metric("one exact step q̇", "velocity error of one exact step"),
+    "rollout_qd": Metric("rollout q̇", "velocity error of a 300-step rollout"),
+    "momentum_transform": Metric("|M̂q̇ - p̂|", "mean gap between the two momenta"),
+    "rank": Metric("rank", "combinations of terms that the training data see", scale="linear", split="train"),
     "null_directions": Metric(
-        "unseen", "unseen", "combinations of terms that the training data do not see", scale="linear", split="train"
+        "unseen", "combinations of terms that the training data do not see", scale="linear", split="train"
     ),
-    "condition_raw": Metric("condition", "condition", "condition number of the regression", split="train"),
-    "condition_scaled": Metric("condition, unit columns", "condition, unit columns", "after scaling", split="train"),
+    "condition_raw": Metric("condition", "condition number of the regression", split="train"),
+    "condition_scaled": Metric("condition, unit columns", "after scaling", split="train"),
     "support_exact": Metric(
-        "exact support", "exact support", "share of members with the true terms", scale="share", lower_is_better=False
+        "exact support", "share of members with the true terms", scale="share", lower_is_better=False
     ),
-    "false_terms": Metric("false terms", "false terms", "number of wrong terms", scale="linear"),
-    "fit_seconds": Metric("fit", "fit", "CPU time of the fit", split="train"),
-    "epochs": Metric("epochs", "epochs", "epochs done", scale="linear", split="train"),
-    "diverged": Metric("diverged", "diverged", "share of members that diverged", scale="share", split="train"),
+    "false_terms": Metric("false terms", "number of wrong terms", scale="linear"),
+    "fit_seconds": Metric("fit", "CPU time of the fit", split="train"),
+    "epochs": Metric("epochs", "epochs done", scale="linear", split="train"),
+    "diverged": Metric("diverged", "share of members that diverged", scale="share", split="train"),
     "success": Metric(
-        "success", "success", "share of closed loops that reach the goal", scale="share", lower_is_better=False
+        "success", "share of closed loops that reach the goal", scale="share", lower_is_better=False
     ),
     "passivity_margin": Metric(
-        "passivity margin", "passivity margin", "worst over random states, by the model's own energy", scale="linear"
+        "passivity margin", "worst over random states, by the model's own energy", scale="linear"
     ),
     "passivity_margin_worst": Metric(
-        "worst margin in training",
         "worst margin in training",
         "worst passivity margin over random states at any step of the training",
         scale="linear",
         split="train",
     ),
     "passivity_margin_plant": Metric(
-        "margin by the plant", "margin by the plant", "worst passivity margin by the plant's energy", scale="linear"
+        "margin by the plant", "worst passivity margin by the plant's energy", scale="linear"
     ),
     "gains_energy": Metric(
-        "gains energy", "gains energy", "share of random states where the plant's energy would rise", scale="linear"
+        "gains energy", "share of random states where the plant's energy would rise", scale="linear"
     ),
-    "damping_error": Metric("damping error", "damping error", "relative error of C (Frobenius), or of one joint"),
+    "damping_error": Metric("damping error", "relative error of C (Frobenius), or of one joint"),
     "min_eig_C": Metric(
-        "min eig C", r"$\min \lambda(\hat C)$", "least eigenvalue of C", scale="linear", lower_is_better=False
+        "min eig C", "least eigenvalue of C", scale="linear", lower_is_better=False
     ),
-    "energy_error_2s": Metric("energy 2 s", "energy 2 s", "largest energy error within 2 s of free motion"),
-    "energy_error_10s": Metric("energy 10 s", "energy 10 s", "largest energy error within 10 s of free motion"),
-    "energy_error_40s": Metric("energy 40 s", "energy 40 s", "largest energy error within 40 s of free motion"),
-    "energy_error_100s": Metric("energy 100 s", "energy 100 s", "largest energy error within 100 s of free motion"),
-    "energy_error_worst": Metric("worst energy", "worst energy", "largest energy error of any start"),
+    "energy_error_2s": Metric("energy 2 s", "largest energy error within 2 s of free motion"),
+    "energy_error_10s": Metric("energy 10 s", "largest energy error within 10 s of free motion"),
+    "energy_error_40s": Metric("energy 40 s", "largest energy error within 40 s of free motion"),
+    "energy_error_100s": Metric("energy 100 s", "largest energy error within 100 s of free motion"),
+    "energy_error_worst": Metric("worst energy", "largest energy error of any start"),
     **{
-        f"chain_{name}_{links}": Metric(f"{label}, {links} links", f"{label}, {links} links", meaning)
+        f"chain_{name}_{links}": Metric(f"{label}, {links} links", meaning)
         for links in (2, 5, 10, 30, 100, 1000, 10000)
         for name, label, meaning in (
             ("error", "state", "relative state error of the chain after 10 s"),
@@ -148,7 +142,7 @@ METRICS: dict[str, Metric] = {
         )
     },
     **{
-        f"whole_chain_{name}_{links}": Metric(f"{label}, {links} links", f"{label}, {links} links", meaning)
+        f"whole_chain_{name}_{links}": Metric(f"{label}, {links} links", meaning)
         for links in (2, 5, 10, 30, 100)
         for name, label, meaning in (
             ("error", "whole: state", "relative state error after 10 s of a chain that was learned as a whole"),
@@ -157,14 +151,12 @@ METRICS: dict[str, Metric] = {
     },
     "skill_tau": Metric(
         "skill τ",
-        r"skill $\tau$",
         "1 - error of the force / that of the trivial model",
         scale="linear",
         lower_is_better=False,
     ),
     "skill_qdd": Metric(
         "skill q̈",
-        r"skill $\ddot q$",
         "1 - error of the acceleration / that of the trivial model",
         scale="linear",
         lower_is_better=False,
@@ -177,14 +169,14 @@ def metric_named(name: str) -> Metric:
     bare, on_free, _ = name.partition("@free")
     if on_free:
         on_d = metric_named(bare)
-        return replace(on_d, label=f"{on_d.label} on D_H", latex=f"{on_d.latex} on $D_H$", split="free")
+        return replace(on_d, label=f"{on_d.label} on D_H", split="free")
     parent, component = _split(name)
     known = METRICS.get(parent)
     if known is None:
-        return Metric(name, name.replace("_", r"\_"), name, scale="linear")
+        return Metric(name, name, scale="linear")
     if not component:
         return known
-    return replace(known, label=f"{known.label}{component}", latex=f"{known.latex}{component}")
+    return replace(known, label=f"{known.label}{component}")
 
 
 def written(column: str, value: str) -> str:

@@ -1,4 +1,4 @@
-"""Dot plots: one row a setting, one dot a member, a bar at the median; failed members are counted, not hidden."""
+"""Dot plots: one row per setting, one dot per member, a bar at the median; failed members are counted."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from repro.report import style
-from repro.report.figures.figure import new_canvas
+from repro.report.figures.figure import legend, new_canvas
 from repro.report.style import TEXT_WIDTH, Role
 from repro.results.metric_names import metric_named
 from repro.results.run_setting import Setting
@@ -21,15 +21,15 @@ def dot_plot(
     groups: Sequence[Group],
     metrics: Mapping[str, str],
     *,
-    legend: Mapping[str, Role],
+    roles: Mapping[str, Role],
     printed: Mapping[str, float] | None = None,
     reference: Callable[[str], float | None] = lambda _metric: None,
 ) -> "Canvas":
-    """Draw groups of settings, one group a row; `metrics` maps each metric, one panel each, to its unit.
+    """Draw groups of settings, one row per group; `metrics` maps each metric, one panel each, to its unit.
 
     `printed` gives the paper's value of a metric, `reference` that of the trivial model; both become vertical lines.
     """
-    canvas = new_canvas(TEXT_WIDTH, 1.1 + 0.36 * len(groups) + 0.2 * (len(legend) > 2))
+    canvas = new_canvas(TEXT_WIDTH, 1.1 + 0.36 * len(groups) + 0.2 * (len(roles) > 2))
     panels = np.atleast_1d(canvas.subplots(1, len(metrics), sharey=True))
     for panel, (metric, unit) in zip(panels, metrics.items(), strict=True):
         for row, (_, members) in enumerate(groups):
@@ -44,7 +44,12 @@ def dot_plot(
         panel.grid(visible=False, axis="y")
     panels[0].set_yticks(range(len(groups)), [title for title, _ in groups])
     panels[0].set_ylim(len(groups) - 0.5, -0.5)
-    _legend(canvas, panels[0], legend, printed, metrics, reference)
+    lines = {}
+    if any(metric in (printed or {}) for metric in metrics):
+        lines["printed in the paper"] = style.PAPER
+    if any(reference(metric) is not None for metric in metrics):
+        lines["trivial model"] = style.ANCHOR
+    legend(canvas, panels[0], roles, lines=lines)
     return canvas
 
 
@@ -78,24 +83,6 @@ def _scale(panel: Any) -> None:
 def _line(panel: Any, value: float | None, role: Role) -> None:
     if value is not None and np.isfinite(value) and value > 0:
         panel.axvline(value, linewidth=1.2, zorder=0.5, **role.line_style)
-
-
-def _legend(
-    canvas: "Canvas",
-    panel: Any,
-    legend: Mapping[str, Role],
-    printed: Mapping[str, float] | None,
-    metrics: Mapping[str, str],
-    reference: Callable[[str], float | None],
-) -> None:
-    entries = [panel.plot([], [], label=label, **role.marker_style)[0] for label, role in legend.items()]
-    lines = {}
-    if any(metric in (printed or {}) for metric in metrics):
-        lines["printed in the paper"] = style.PAPER
-    if any(reference(metric) is not None for metric in metrics):
-        lines["trivial model"] = style.ANCHOR
-    entries += [panel.plot([], [], label=label, **role.line_style)[0] for label, role in lines.items()]
-    canvas.legend(handles=entries, loc="outside upper left", ncols=min(3, len(entries)))
 
 
 def _offsets(count: int) -> np.ndarray:

@@ -1,11 +1,12 @@
-"""What every figure is: a name, a title, a caption, and how to draw it from results."""
+"""What every figure is: a name, a title, a caption, a text alternative, and how to draw it from results."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from repro.report import style
+from repro.report.style import TEXT_WIDTH, Role
 from repro.results.results import Results
 from repro.tracking.files import replacing
 
@@ -15,15 +16,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Figure:
-    """One figure; `draw` gives None where the results hold nothing to show."""
+    """One figure; `alt` is its text alternative; `draw` returns None without data."""
 
     name: str
     title: str
     caption: str
+    alt: str
     draw: Callable[[Results], "Canvas | None"]
 
     def save(self, results: Results, folder: Path) -> bool:
-        """Draw and write <name>.pdf and <name>.png, each atomically; say whether there was anything to show."""
+        """Draw and write <name>.pdf and <name>.png, each atomically; return whether there was anything to show."""
         with style.applied():
             canvas = self.draw(results)
             if canvas is None:
@@ -42,3 +44,29 @@ def new_canvas(width: float, height: float) -> "Canvas":
     from matplotlib.figure import Figure as Canvas
 
     return Canvas(figsize=(width, height))
+
+
+def small_multiples(
+    count: int, columns: int, row_height: float, extra: float, *, share_y: bool = False
+) -> tuple["Canvas", Sequence[Any]]:
+    """Return a canvas of the text's width with `count` panels in rows of `columns`; heights in inches."""
+    rows = -(-count // columns)
+    canvas = new_canvas(TEXT_WIDTH, extra + row_height * rows)
+    panels = canvas.subplots(rows, columns, squeeze=False, sharey=share_y).ravel()
+    for panel in panels[count:]:
+        panel.remove()
+    return canvas, panels[:count]
+
+
+def legend(
+    canvas: "Canvas",
+    panel: Any,
+    roles: Mapping[str, Role],
+    *,
+    lines: Mapping[str, Role] | None = None,
+    columns: int = 3,
+) -> None:
+    """Name roles above the panels: those that are drawn as markers, then those that are drawn as lines."""
+    entries = [panel.plot([], [], label=label, **role.marker_style)[0] for label, role in roles.items()]
+    entries += [panel.plot([], [], label=label, **role.line_style)[0] for label, role in (lines or {}).items()]
+    canvas.legend(handles=entries, loc="outside upper left", ncols=min(columns, len(entries)))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from repro.claims.assumption_effects import AssumptionEffect, assumption_effects
 from repro.claims.claims import load_claims
-from repro.report.figures.figure import Figure, new_canvas
+from repro.report.figures.figure import Figure, legend, new_canvas
 from repro.report.style import TEXT_WIDTH, Role
 from repro.results.results import Results
 from repro.tracking.paths import project_folder
@@ -20,7 +20,7 @@ DECADES = 6.0  # shown to either side
 
 
 def draw(results: Results) -> "Canvas | None":
-    """Draw a row an assumption: the factor by which each alternative changes the value of each claim."""
+    """Draw one row per assumption: the factor by which each alternative changes the value of each claim."""
     if results.sensitivity is None:
         return None
     found = _factors(assumption_effects(results.sensitivity, load_claims(project_folder() / "paper" / "claims.yaml")))
@@ -42,9 +42,7 @@ def draw(results: Results) -> "Canvas | None":
     panel.set_xticks(ticks, [_power(tick) for tick in ticks])
     panel.set_xlabel("value by the alternative / value by our choice")
     panel.grid(visible=False, axis="y")
-    entries = {"the verdict moves": MOVED, "it stays": STAYED}
-    handles = [panel.plot([], [], label=label, **role.marker_style)[0] for label, role in entries.items()]
-    canvas.legend(handles=handles, loc="outside upper left", ncols=2)
+    legend(canvas, panel, {"the verdict moves": MOVED, "it stays": STAYED})
     return canvas
 
 
@@ -64,11 +62,12 @@ def _power(decades: int) -> str:
     return "1" if decades == 0 else f"$10^{{{decades}}}$"
 
 
-FIGURE = Figure(
+SENSITIVITY = Figure(
     "sensitivity",
     "Which assumptions matter",
     "One assumption changed at a time, at scale quick with three members: each marker is one alternative and one "
-    "claim. Values that are negative, or a share of zero, have no place here and stand in the table; changes of more "
-    "than six decades are drawn at six.",
+    "claim. Values that are negative, or a share of zero, have no place here and stand in the table; changes of "
+    "more than six decades are drawn at six.",
+    "A row an assumption: how much another choice changes a claim's number, on a logarithmic axis.",
     draw,
 )

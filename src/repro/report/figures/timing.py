@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from repro.report import style
-from repro.report.figures.figure import Figure, new_canvas
+from repro.report.figures.figure import Figure, legend, new_canvas
 from repro.report.style import TEXT_WIDTH, Role
 from repro.results.results import Results
 
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 ROW = 0.34  # inches
 LABEL = 52  # characters of a line
 COLUMNS = 4  # of the legend
-GROWTH = ("coordinates", "members", "samples")  # how a step grows, no contenders
-NEVER = 1.6  # times the greatest finite ratio: where a rival stands that did not get there
+GROWTH = ("coordinates", "members", "samples")  # benches of how a step grows: they have no contenders
+NEVER = 1.6  # times the greatest finite ratio: where a rival is drawn that never arrived
 
 
 def draw(results: Results) -> "Canvas | None":
-    """Draw one row a pair of contenders and one marker a size; None without timings."""
+    """Draw one row per pair of contenders and one marker per size; None without timings."""
     bench = results.bench
     # A rival of unbounded time never arrives; where ours did not, or neither, the table says so.
     bench = bench[(bench["ratio_median"] > 0) & ~bench["name"].isin(GROWTH)]
@@ -43,8 +43,7 @@ def draw(results: Results) -> "Canvas | None":
     panel.set_ylim(len(pairs) - 0.5, -0.5)
     panel.grid(visible=False, axis="y")
     panel.set_xlabel("processor time, other / ours (right edge: the other never arrived)")
-    entries = [panel.plot([], [], label=size, **role.marker_style)[0] for size, role in roles.items()]
-    canvas.legend(handles=entries, loc="outside upper left", ncols=COLUMNS)
+    legend(canvas, panel, roles, columns=COLUMNS)
     return canvas
 
 
@@ -71,10 +70,11 @@ def _size(row: Any) -> str:
     return str(row["size"]) if members == 1 else f"{row['size']}, {members} members"
 
 
-FIGURE = Figure(
+TIMING = Figure(
     "timing",
     "Paired timings",
-    "Each marker is the median of paired, interleaved timings of one size, its line the quartiles; right of the dashed "
-    "line ours is faster. What is timed, and how, stands in the table of timings.",
+    "Each marker is the median of paired, interleaved timings of one size, its line the quartiles; right of the "
+    "dashed line ours is faster. What is timed, and how, stands in the table of timings.",
+    "A row a comparison: ratio of times and its quartiles on a logarithmic axis; a dashed line at one.",
     draw,
 )

@@ -1,20 +1,17 @@
 """The closed loops in motion, each with its first frame as a still for those who want no motion."""
 
 import shutil
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from repro.report.paper import Animation
 from repro.tracking.files import replacing
-
-TITLES = {
-    "sip_swing_up": "One link swings up past the disc and is held there.",
-    "dip_swing_up": "Two links swing up past the disc and are held there.",
-}
 
 
 @dataclass(frozen=True)
-class Animation:
-    """One animation: file names in the folder of animations, and what is seen."""
+class ShownAnimation:
+    """One animation on the page: file names in its folder of animations, and what is seen."""
 
     moving: str
     still: str
@@ -23,12 +20,13 @@ class Animation:
     height: int
 
 
-def copy_animations(source: Path, folder: Path) -> list[Animation]:
-    """Copy every GIF and write its first frame beside it, as PNG; return them."""
-    return [_copied(path, folder) for path in sorted(source.glob("*.gif"), reverse=True)]
+def copy_animations(animations: Sequence[Animation], source: Path, folder: Path) -> list[ShownAnimation]:
+    """Copy the GIF of every animation that was made, and write its first frame beside it, as PNG; return them."""
+    made = [(source / f"{each.name}.gif", each.title) for each in animations]
+    return [_copied(path, title, folder) for path, title in made if path.is_file()]
 
 
-def _copied(path: Path, folder: Path) -> Animation:
+def _copied(path: Path, title: str, folder: Path) -> ShownAnimation:
     from PIL import Image
 
     with replacing(folder / path.name) as temporary:
@@ -37,5 +35,4 @@ def _copied(path: Path, folder: Path) -> Animation:
         size = picture.size
         with replacing(folder / f"{path.stem}.png", keep_suffix=True) as temporary:
             picture.save(temporary, optimize=True)
-    title = TITLES.get(path.stem, path.stem.replace("_", " "))
-    return Animation(path.name, f"{path.stem}.png", title, *size)
+    return ShownAnimation(path.name, f"{path.stem}.png", title, *size)

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from repro.report import writing
-from repro.report.html.described import described
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -46,7 +45,6 @@ def environment() -> "Environment":
     )
     made.globals["signs"] = SIGNS
     filters: dict[str, Any] = {
-        "described": described,
         "fact": fact,
         "number": writing.number,
         "prose": prose,

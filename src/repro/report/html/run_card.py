@@ -3,20 +3,15 @@
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from repro.report.content import Content
-from repro.report.html.learning_curve import learning_curve
 from repro.report.html.metric_rows import MetricRow, metric_rows
 from repro.report.html.references import References, references
 from repro.results.metric_names import written
 from repro.results.results import Results
 from repro.results.schema import CARD, as_text, plain
 
-if TYPE_CHECKING:
-    from markupsafe import Markup
-
-SYSTEMS = {"sip": "Single pendulum", "sip_rod": "Cart with a rod", "dip": "Double pendulum", "link": "One link"}
 NAMED_BY = ("model", "basis", "hidden", "objective", "optimiser", "sequence")
 LOOP_COLUMNS = (
     *("member", "controller", "setting", "task", "start", "x_des", "mismatch", "success", "contact"),
@@ -38,7 +33,6 @@ class RunCard:
     command: str
     chosen: Mapping[str, str]
     metrics: Sequence[MetricRow]
-    curve: "Markup | None"
     loops: Sequence[Mapping[str, Any]]
     benches: Sequence[Mapping[str, Any]]
     stages: Sequence[Mapping[str, Any]]
@@ -49,19 +43,20 @@ def run_cards(content: Content) -> list[RunCard]:
     """Make the card of every stored run, in the order of the results; a run of several experiments has one."""
     referred = references(content)
     tried = content.results.sensitivity
-    cards = _cards(content.results, referred)
+    cards = _cards(content, content.results, referred)
     known = {card.id for card in cards}
-    others = _cards(tried.results, referred) if tried is not None else []
+    others = _cards(content, tried.results, referred) if tried is not None else []
     return cards + [card for card in others if card.id not in known]
 
 
-def _cards(results: Results, referred: Mapping[str, References]) -> list[RunCard]:
+def _cards(content: Content, results: Results, referred: Mapping[str, References]) -> list[RunCard]:
     tables = _Tables(results)
     listed: dict[str, list[dict[str, Any]]] = {}
     for row in results.runs.to_dict("records"):
         if row["run"]:
             listed.setdefault(row["run"], []).append({str(key): value for key, value in row.items()})
-    cards = [_card(id, rows, tables, referred.get(id, References())) for id, rows in listed.items()]
+    systems = content.paper.systems
+    cards = [_card(id, rows, tables, systems, referred.get(id, References())) for id, rows in listed.items()]
     benches = [id for id in tables.benches if id not in listed]
     return cards + [_bench(id, tables, referred.get(id, References())) for id in benches]
 
@@ -72,7 +67,6 @@ class _Tables:
     def __init__(self, results: Results) -> None:
         first = results.metrics.drop_duplicates(["run", "member", "split", "metric"])
         self.metrics = {str(id): rows for id, rows in first.groupby("run", sort=False)}
-        self.curves = {str(id): rows for id, rows in results.curves.groupby("run", sort=False)}
         self.loops = _records(results.control.drop_duplicates(["run", "member", "controller", "start", "x_des"]))
         self.benches = _records(results.bench)
         self.stages = _records(results.stages)
@@ -85,14 +79,16 @@ def _records(table: Any) -> dict[str, list[dict[str, Any]]]:
     return found
 
 
-def _card(id: str, rows: Sequence[Mapping[str, Any]], tables: _Tables, referred: References) -> RunCard:
+def _card(
+    id: str, rows: Sequence[Mapping[str, Any]], tables: _Tables, systems: Mapping[str, str], referred: References
+) -> RunCard:
     row = rows[0]
     statuses = list(row["member_status"])
     members = {int(seed): statuses[n] if n < len(statuses) else "ok" for n, seed in enumerate(row["seeds"])}
     texts = {column: as_text(plain(row[column])) for column in CARD}
     return RunCard(
         id=id,
-        title=_title(texts) or id,
+        title=_title(texts, systems),
         experiments=tuple(dict.fromkeys(str(listing["experiment"]) for listing in rows)),
         outcome=str(row["outcome"]),
         error=str(row["error"]),
@@ -101,7 +97,6 @@ def _card(id: str, rows: Sequence[Mapping[str, Any]], tables: _Tables, referred:
         command=str(row["command"]),
         chosen={column: text for column, text in texts.items() if text},
         metrics=metric_rows(tables.metrics.get(id), members),
-        curve=learning_curve(tables.curves.get(id)),
         loops=tables.loops.get(id, []),
         benches=(),
         stages=[_stage(stage) for stage in tables.stages.get(id, [])],
@@ -122,7 +117,6 @@ def _bench(id: str, tables: _Tables, referred: References) -> RunCard:
         command=str(rows[0]["command"] or ""),
         chosen={},
         metrics=(),
-        curve=None,
         loops=(),
         benches=rows,
         stages=(),
@@ -130,9 +124,9 @@ def _bench(id: str, tables: _Tables, referred: References) -> RunCard:
     )
 
 
-def _title(texts: Mapping[str, str]) -> str:
+def _title(texts: Mapping[str, str], systems: Mapping[str, str]) -> str:
     parts = (written(column, texts[column]) for column in NAMED_BY if texts[column])
-    system = SYSTEMS.get(texts["system"], texts["system"].replace("_", " "))
+    system = systems.get(texts["system"], texts["system"].replace("_", " "))
     return f"{system}: {', '.join(parts)}"
 
 

@@ -6,13 +6,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from repro.claims.verdicts import VERDICTS
+from repro.claims.verdicts import VERDICTS, Verdict
 from repro.report.content import Content
 from repro.report.figures.figure import Figure
 from repro.report.html.animations import copy_animations
 from repro.report.html.environment import ASSETS, rendered
 from repro.report.html.metric_rows import SPLITS
-from repro.report.html.ratio_strip import ratio_strip
 from repro.report.html.rule import rule
 from repro.report.html.run_card import LOOP_COLUMNS, run_cards
 from repro.report.sections import Section
@@ -33,15 +32,16 @@ def write_site(content: Content, folder: Path, paper: Path) -> None:
     cards = run_cards(content)
     claims = {verdict.claim.name: verdict for verdict in content.verdicts}
     shared = {
+        "paper": content.paper,
         "scale": content.results.scale or "unknown",
         "claims": claims,
         "known_runs": {card.id for card in cards},
         "mark": mark,
         "measured": measured,
-        "strip": ratio_strip,
+        "ratio": _ratio,
     }
     front = _front(content) | {
-        "animations": copy_animations(paper / "animations", folder / "animations"),
+        "animations": copy_animations(content.paper.animations, paper / "animations", folder / "animations"),
         "pdf": (folder / "report.pdf").is_file(),
         "cards": cards,
     }
@@ -96,6 +96,12 @@ def _section(section: Section, figures: Mapping[str, Figure], tables: Mapping[st
         "tables": [tables[name] for name in section.tables if name in tables],
         "claims": section.claims,
     }
+
+
+def _ratio(verdict: Verdict) -> float | None:
+    """Return ours over the printed value; None where either is missing."""
+    comparable = verdict.claim.printed and verdict.estimate.n
+    return verdict.estimate.median / verdict.claim.printed if comparable else None
 
 
 def _write(folder: Path, pages: Mapping[Path, str]) -> None:

@@ -11,15 +11,12 @@ from repro.report.content import Content
 from repro.report.pdf.numbering import Numbers
 from repro.report.pdf.page_table import page_table
 from repro.report.pdf.prose import blocks
-from repro.report.placeholders import fill
 from repro.report.sections import Section
 from repro.report.tables.cost import cost_table
 from repro.report.tables.table import Table
 from repro.report.tables.verdicts import measured
 
-TITLE = "Physics-guided and Energy-based Learning of Interconnected Systems: a replication"
-SUBTITLE = "What holds of Bao, Thesma, Kelkar and Mohammadpour Velni (CDC 2022) when it is run again"
-TEXTS = ("abstract", "reading", "assuming", "limits", "cost", "replay")
+TEXTS = "texts"  # the folder of the texts outside the sections, each shown by its name
 # Shown by the document in a place of their own.
 SENSITIVITY, FAILURES = "sensitivity", "failures"
 OWN = ("verdicts", SENSITIVITY, FAILURES, "cost")
@@ -27,8 +24,8 @@ UNKNOWN_COST = "These results do not say what their stages cost, nor on which ma
 DIGITS = 10  # of a run's id, as many as tell all runs apart
 
 
-def document(content: Content, texts: Path) -> dict[str, Any]:
-    """Return everything that the paper says; `texts` is the folder of its texts outside the sections.
+def document(content: Content) -> dict[str, Any]:
+    """Return everything that the paper says.
 
     Raises UserError for a mistake in a text.
     """
@@ -39,10 +36,10 @@ def document(content: Content, texts: Path) -> dict[str, Any]:
     sections = [_section(section, content, tables, numbers, wide) for section in content.sections]
     sections += _others(content, tables, numbers, wide)
     costs = cost_table(content.results)
-    said = {name: blocks(_text(texts / f"{name}.md", content)) for name in TEXTS}
+    texts = {Path(name).stem: blocks(content.texts.fill(name)) for name in content.texts.names(TEXTS)}
     body = {
-        "title": TITLE,
-        "subtitle": SUBTITLE,
+        "title": content.paper.title,
+        "subtitle": content.paper.subtitle,
         "made": f"Made from stored results of scale {content.results.scale or 'unknown'}; no number in it is typed.",
         "counts": _counts(content.verdicts),
         "claims": claims,
@@ -54,7 +51,7 @@ def document(content: Content, texts: Path) -> dict[str, Any]:
         "costs": numbers.table(costs) if costs.rows else None,
         "answers": _answers(content.verdicts, numbers),
         "runs": _runs(content, numbers),
-        **said,
+        **texts,
     }
     if not costs.rows:
         body["cost"] = blocks(UNKNOWN_COST)
@@ -63,10 +60,6 @@ def document(content: Content, texts: Path) -> dict[str, Any]:
     for section in sections:
         section["appended"] = [places[name] for name in section["appended"]]
     return body | {"appendix": appendix}
-
-
-def _text(path: Path, content: Content) -> str:
-    return fill(path.read_text(encoding="utf-8"), content.results, content.verdicts, path.name)
 
 
 def _counts(verdicts: Sequence[Verdict]) -> list[tuple[str, int]]:

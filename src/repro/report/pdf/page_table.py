@@ -62,9 +62,9 @@ def page_table(table: Table) -> dict[str, Any]:
 
 
 def _without(table: Table, titles: Sequence[str]) -> Grid:
-    kept = [place for place, column in enumerate(table.columns) if column.title not in titles]
+    kept = [place for place, title in enumerate(table.columns) if title not in titles]
     return Grid(
-        tuple(table.columns[place].title for place in kept),
+        tuple(table.columns[place] for place in kept),
         tuple(tuple(row.cells[place] for place in kept) for row in table.rows),
     )
 

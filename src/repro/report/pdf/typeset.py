@@ -19,7 +19,7 @@ def write_pdf(content: Content, figures: Path, source: Path, target: Path) -> No
 
     `figures` holds the drawn figures as PDF files. Raises UserError for a mistake in a text.
     """
-    body = document(content, source / "texts")
+    body = document(content)
     with replacing(target) as temporary:
         temporary.write_bytes(typeset(body, figures, source))
 

@@ -1,9 +1,11 @@
 """Closed loops by setting and conditions: how many succeed, how near they come to the obstacle, what a step costs."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
+
+from pydantic.dataclasses import dataclass as checked
 
 from repro.report import writing
-from repro.report.tables.table import Column, Row, Table
+from repro.report.tables.table import Row, Table
 from repro.results.metric_names import written
 from repro.results.results import Results
 from repro.results.schema import as_text, plain
@@ -12,17 +14,16 @@ from repro.results.statistics import share
 if TYPE_CHECKING:
     import pandas as pd
 
-EXPERIMENTS = {
-    "sip_control": "Closed loops of the single pendulum",
-    "dip_control": "Closed loops of the double pendulum",
-    "control_robustness": "Closed loops under mismatch, noise and friction that no model was told of",
-    "control_net_size": "Control steps against the size of the network",
-}
 ALWAYS = ("system", "model", "setting")
 # Named where they differ within an experiment.
 IF_VARIED = (
     *("basis", "hidden", "objective", "optimiser", "energies", "task", "intervals", "seconds", "mismatch"),
     *("mismatch_kind", "noise", "disturbance", "delay", "friction"),
+)
+KEY_TITLES = {"task": "start", "seconds": "length [s]", "mismatch_kind": "of"}
+MEASURED = (
+    *("loops", "success", "contacts", "clearance [m]", "erect from [s]", "offset [m]", "median [ms]", "p95 [ms]"),
+    *("p99 [ms]", "iterations", "second try", "old plan", "no force", "killed"),
 )
 CAPTION = (
     "Success: every angle within 5 degrees of upright and |x - x_des| < 0.05 m for all of the last 2 s, and no link "
@@ -32,26 +33,24 @@ CAPTION = (
 )
 
 
-def control_tables(results: Results) -> list[Table]:
-    """Make the table of every experiment on control that has been run."""
-    tables = [_table(results, name, title) for name, title in EXPERIMENTS.items()]
-    return [table for table in tables if table.rows]
+@checked(frozen=True)
+class LoopTable:
+    """A table of the closed loops of one experiment."""
 
+    kind: Literal["loops"]
+    name: str
+    experiment: str
+    title: str
 
-def _table(results: Results, experiment: str, title: str) -> Table:
-    loops = results.control[results.control["experiment"] == experiment]
-    varied = [column for column in IF_VARIED if loops[column].map(as_text_of).nunique() > 1]
-    keys = [*ALWAYS, *varied]
-    names = {"task": "start", "seconds": "length [s]", "mismatch_kind": "of"}
-    columns = (
-        *(Column(names.get(key, key)) for key in keys),
-        *(Column(name) for name in ("loops", "success", "contacts", "clearance [m]", "erect from [s]", "offset [m]")),
-        *(Column(name) for name in ("median [ms]", "p95 [ms]", "p99 [ms]", "iterations")),
-        *(Column(name) for name in ("second try", "old plan", "no force", "killed")),
-    )
-    grouped = loops.groupby([loops[key].map(as_text_of) for key in keys], sort=False)
-    rows = tuple(_row(results, keys, group) for _, group in grouped)
-    return Table(experiment, title, CAPTION, columns, rows)
+    def make(self, results: Results) -> Table:
+        """Make one row per setting and conditions; without loops it has no rows."""
+        loops = results.control[results.control["experiment"] == self.experiment]
+        varied = [column for column in IF_VARIED if loops[column].map(as_text_of).nunique() > 1]
+        keys = [*ALWAYS, *varied]
+        titles = (*(KEY_TITLES.get(key, key) for key in keys), *MEASURED)
+        grouped = loops.groupby([loops[key].map(as_text_of) for key in keys], sort=False)
+        rows = tuple(_row(results, keys, group) for _, group in grouped)
+        return Table(self.name, self.title, CAPTION, titles, rows)
 
 
 def _row(results: Results, keys: list[str], loops: "pd.DataFrame") -> Row:

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from repro.report import writing
-from repro.report.tables.table import Column, Row, Table
+from repro.report.tables.table import Row, Table
 from repro.results.results import Results
 from repro.results.selectors import NotRunError
 
@@ -41,7 +41,7 @@ def cost_table(results: Results) -> Table:
         rows.append(Row(cells=cells, data=data))
     columns = ("experiment", "runs", "processor time [h]", "elapsed [h]", "peak memory [MiB]")
     caption = "Sums over the stages of all runs; a stage that several experiments share stands with the first of them."
-    return Table("cost", "Cost", caption, tuple(Column(title) for title in columns), tuple(rows))
+    return Table("cost", "Cost", caption, columns, tuple(rows))
 
 
 def _once(results: Results) -> "pd.DataFrame":

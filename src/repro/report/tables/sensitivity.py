@@ -6,7 +6,7 @@ from repro.claims.assumption_effects import AssumptionEffect
 from repro.claims.assumptions import Assumption
 from repro.claims.verdicts import Verdict
 from repro.report import writing
-from repro.report.tables.table import Column, Row, Table
+from repro.report.tables.table import Row, Table
 from repro.report.tables.verdicts import measured
 
 CAPTION = (
@@ -24,7 +24,7 @@ def sensitivity_table(ledger: Sequence[Assumption], compared: Sequence[Assumptio
         found = [comparison for comparison in compared if comparison.assumption == row.id]
         rows += [_compared(comparison) for comparison in found] or [_untried(row)]
     columns = ("assumption", "ours", "instead", "claim", "measured", "by ours", "instead [95 %]", "verdict", "moved")
-    return Table("sensitivity", "Sensitivities", CAPTION, tuple(Column(title) for title in columns), tuple(rows))
+    return Table("sensitivity", "Sensitivities", CAPTION, columns, tuple(rows))
 
 
 def change(comparison: AssumptionEffect) -> str:

@@ -1,27 +1,15 @@
-"""One table, written as CSV (every digit), Markdown and LaTeX (for people)."""
+"""One table, written as CSV (every digit) and Markdown (for people)."""
 
 import csv
 import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from repro.report import writing
+from repro.results.run_setting import Setting
 from repro.tracking.files import write_text
-
-
-@dataclass(frozen=True)
-class Column:
-    """A column's heading, as plain text and as LaTeX."""
-
-    title: str
-    latex: str = ""
-
-    @property
-    def latex_title(self) -> str:
-        """The heading in LaTeX; the plain one, escaped, where no other is given."""
-        return self.latex or writing.latex(self.title)
 
 
 @dataclass(frozen=True)
@@ -34,26 +22,33 @@ class Row:
     commands: tuple[str, ...] = ()
     anchor: bool = False
 
+    @classmethod
+    def of(
+        cls, settings: Sequence[Setting], cells: Sequence[str], data: Mapping[str, Any], *, anchor: bool = False
+    ) -> Self:
+        """Make a row from settings, whose runs and commands it then names."""
+        runs = tuple(run for setting in settings for run in setting.run_ids)
+        commands = tuple(setting.command for setting in settings if setting.command)
+        return cls(tuple(cells), data, runs, commands, anchor)
+
 
 @dataclass(frozen=True)
 class Table:
-    """A named table with a caption; `note` explains its signs."""
+    """A named table: title, caption, the titles of its columns, and its rows."""
 
     name: str
     title: str
     caption: str
-    columns: tuple[Column, ...]
+    columns: tuple[str, ...]
     rows: tuple[Row, ...] = field(repr=False)
 
-    def save(self, folder: Path) -> list[Path]:
-        """Write <name>.csv, <name>.md and <name>.tex, each atomically."""
-        written = {".csv": self.csv(), ".md": self.markdown(), ".tex": self.latex()}
-        for suffix, text in written.items():
-            write_text(folder / f"{self.name}{suffix}", text)
-        return [folder / f"{self.name}{suffix}" for suffix in written]
+    def save(self, folder: Path) -> None:
+        """Write <name>.csv and <name>.md, each atomically."""
+        write_text(folder / f"{self.name}.csv", self.csv())
+        write_text(folder / f"{self.name}.md", self.markdown())
 
     def csv(self) -> str:
-        """All rows at full precision, with runs and commands."""
+        """Return all rows at full precision, with runs and commands."""
         names = list(dict.fromkeys(name for row in self.rows for name in row.data))
         text = io.StringIO()
         writer = csv.DictWriter(text, [*names, "runs", "command"], lineterminator="\n")
@@ -62,38 +57,21 @@ class Table:
             writer.writerow({**row.data, "runs": " ".join(row.runs), "command": " && ".join(row.commands)})
         return text.getvalue()
 
-    def markdown(self, *, replay: bool = True) -> str:
-        """Return a Markdown page: title, caption, table; `replay` adds the command that makes each row again."""
-        lines = [f"# {self.title}", "", self.caption, "", *self.markdown_rows(replay=replay)]
-        return "\n".join(lines) + "\n"
-
-    def markdown_rows(self, *, replay: bool = True) -> list[str]:
-        """Return the lines of the Markdown table alone."""
-        titles = [writing.markdown(column.title) for column in self.columns] + ["replay"] * replay
-        lines = [_line(titles), _line(["---"] * len(titles))]
+    def markdown(self) -> str:
+        """Return a Markdown page: title, caption, table; the last column is the command that makes the row again."""
+        lines = [f"# {self.title}", "", self.caption, "", *markdown_head([*self.columns, "replay"])]
         for row in self.rows:
             command = " && ".join(row.commands).replace("|", r"\|")
             cells = [writing.markdown(cell) for cell in row.cells]
-            lines.append(_line([*cells, *([f"`{command}`" if command else ""] * replay)]))
-        return lines
-
-    def latex(self) -> str:
-        """Return a LaTeX table (booktabs); above each row, as a comment, the command that makes it again."""
-        lines = [
-            r"\begin{table}",
-            rf"\caption{{{writing.latex(self.title)}. {writing.latex(self.caption)}}}",
-            rf"\label{{tab:{self.name}}}",
-            r"\centering",
-            rf"\begin{{tabular}}{{{'l' * len(self.columns)}}}",
-            r"\toprule",
-            " & ".join(column.latex_title for column in self.columns) + r" \\",
-            r"\midrule",
-        ]
-        for row in self.rows:
-            lines += [f"% replay: {command}" for command in row.commands]
-            lines.append(" & ".join(writing.latex(cell) for cell in row.cells) + r" \\")
-        return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", r"\end{table}"]) + "\n"
+            lines.append(markdown_line([*cells, f"`{command}`" if command else ""]))
+        return "\n".join(lines) + "\n"
 
 
-def _line(cells: Sequence[str]) -> str:
+def markdown_head(titles: Sequence[str]) -> list[str]:
+    """Return the first two lines of a Markdown table."""
+    return [markdown_line([writing.markdown(title) for title in titles]), markdown_line(["---"] * len(titles))]
+
+
+def markdown_line(cells: Sequence[str]) -> str:
+    """Return one line of a Markdown table; the cells are escaped already."""
     return f"| {' | '.join(cells)} |"

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from repro.claims.verdicts import Verdict
 from repro.report import writing
-from repro.report.tables.table import Column, Row, Table
+from repro.report.tables.table import Row, Table
 from repro.results.metric_names import metric_named
 
 READING = (
@@ -24,7 +24,7 @@ def verdict_table(verdicts: Sequence[Verdict]) -> Table:
         "verdicts",
         "Verdicts",
         READING,
-        tuple(Column(title) for title in columns),
+        columns,
         tuple(_verdict_row(verdict) for verdict in verdicts),
     )
 

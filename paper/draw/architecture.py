@@ -1,7 +1,8 @@
-"""Counterparts of the paper's Figs. 1 to 3, drawn from what the models consist of (paper/report/architecture.json)."""
+"""Counterparts of the paper's Figs. 1 to 3, drawn from what the models consist of (architecture.json)."""
 
 import json
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +12,6 @@ from repro.report.figures.diagram import Arrow, Box, diagram, place_diagram
 from repro.report.figures.figure import Figure, new_canvas
 from repro.report.style import TEXT_WIDTH
 from repro.results.results import Results
-from repro.tracking.paths import project_folder
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
@@ -169,29 +169,35 @@ def _spelled(inputs: Sequence[str], coordinates: Sequence[str]) -> str:
 
 
 def _architecture() -> dict[str, Any]:
-    path = project_folder() / "paper" / "report" / "architecture.json"
+    path = Path(__file__).with_name("architecture.json")
     content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     return content
 
 
-FRAMEWORK = Figure(
-    "framework",
-    "From data to interconnected port-Hamiltonian models (Fig. 1)",
-    "Sizes are those of the models as built, for the single pendulum. Blue: learned; white: derived; dashed arrows: "
-    "by differentiation; grey: given.",
-    draw_framework,
-)
-PLNN = Figure(
-    "plnn",
-    "The PLNN and its regularisers (Fig. 2)",
-    "The network on T2/V1 with 1x10 units, and the momentum network beside it. One dot is a unit, one line a weight; "
-    "dashed arrows stand for derivatives, orange boxes for losses.",
-    draw_plnn,
-)
-MATRICES = Figure(
-    "port_matrices",
-    "The networks behind J(x) and R(x) (Fig. 3)",
-    "Three networks, and the matrices that they make at their starting weights and one state: skew and positive "
-    "semi-definite before any training.",
-    draw_matrices,
+FIGURES = (
+    Figure(
+        "framework",
+        "From data to interconnected port-Hamiltonian models (Fig. 1)",
+        "Sizes are those of the models as built, for the single pendulum. Blue: learned; white: derived; dashed "
+        "arrows: by differentiation; grey: given.",
+        "Flow chart: data, two energies, the Lagrangian, momentum and Hamiltonian, the port-Hamiltonian model, and "
+        "its interconnection with others.",
+        draw_framework,
+    ),
+    Figure(
+        "plnn",
+        "The PLNN and its regularisers (Fig. 2)",
+        "The network on T2/V1 with 1x10 units, and the momentum network beside it. One dot is a unit, one line a "
+        "weight; dashed arrows stand for derivatives, orange boxes for losses.",
+        "Drawing of a small network with its inputs and outputs, a momentum network beside it, and three losses.",
+        draw_plnn,
+    ),
+    Figure(
+        "port_matrices",
+        "The networks behind J(x) and R(x) (Fig. 3)",
+        "Three networks, and the matrices that they make at their starting weights and one state: skew and positive "
+        "semi-definite before any training.",
+        "Three small networks of the state, and the skew J and symmetric R that they make, as grids.",
+        draw_matrices,
+    ),
 )

@@ -1,13 +1,14 @@
 """The counterparts of the paper's Figs. 5 and 6: one closed loop as a picture of its motion and as curves."""
 
-from collections.abc import Mapping
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from repro.report import style
 from repro.report.figures.figure import Figure, new_canvas
+from repro.report.paper import load_paper
 from repro.report.style import TEXT_WIDTH
 from repro.results.metric_names import written
 from repro.results.results import Results
@@ -18,21 +19,12 @@ if TYPE_CHECKING:
 
 POSES = 26
 MARGIN = 1.05  # radii that the controllers keep
-SIP = (
-    {"setting": "sip", "basis": "t2", "optimiser": "levenberg_marquardt", "energies": "canonical"},
-    {"setting": "sip", "model": "structured"},
-    {"setting": "sip", "model": "truth", "intervals": 20},
-)
-DIP = (
-    {"setting": "dip_best", "model": "structured", "task": "random"},
-    {"setting": "dip_best", "basis": "fxf", "task": "random"},
-    {"setting": "dip_best", "model": "truth", "task": "random"},
-)
 
 
-def draw(results: Results, experiment: str, choices: tuple[Mapping[str, Any], ...]) -> "Canvas | None":
-    """Draw the loop of the first choice that was run."""
-    loop = find_loop(results, experiment, choices)
+def draw(results: Results, animation: str) -> "Canvas | None":
+    """Draw the loop that an animation of report.yaml shows too."""
+    shown = load_paper(Path(__file__).parents[1]).animation(animation)
+    loop = find_loop(results, shown.experiment, shown.choices)
     if loop is None:
         return None
     canvas = new_canvas(TEXT_WIDTH, 5.6)
@@ -126,17 +118,23 @@ def _angles(panel: Any, loop: StoredLoop) -> None:
         panel.legend(ncols=2, loc="lower right")
 
 
-SINGLE = Figure(
-    "sip_closed_loop",
-    "Swing-up of the single pendulum past the obstacle (Fig. 5)",
-    "Left: poses from start (black) to erect (black), the tip's path, the disc with its 5 % margin, x_des dotted; "
-    "below, the clearance of the link. Right: energies of the plant, position with the 5 cm band, angle with the "
-    "5 degree band, force. The vertical line: erect from there on.",
-    partial(draw, experiment="sip_control", choices=SIP),
-)
-DOUBLE = Figure(
-    "dip_closed_loop",
-    "Swing-up of the double pendulum past the obstacle (Fig. 6)",
-    "As the figure before, with two rods and the smaller disc.",
-    partial(draw, experiment="dip_control", choices=DIP),
+FIGURES = (
+    Figure(
+        "sip_closed_loop",
+        "Swing-up of the single pendulum past the obstacle (Fig. 5)",
+        "Left: poses from start (black) to erect (black), the tip's path, the disc with its 5 % margin, x_des dotted;"
+        " below, the clearance of the link. Right: energies of the plant, position with the 5 cm band, angle with the"
+        " 5 degree band, force. The vertical line: erect from there on.",
+        "Cart and one link drawn at many moments from hanging to erect past a disc; beside them clearance, energies, "
+        "position, angle and force over time.",
+        partial(draw, animation="sip_swing_up"),
+    ),
+    Figure(
+        "dip_closed_loop",
+        "Swing-up of the double pendulum past the obstacle (Fig. 6)",
+        "As the figure before, with two rods and the smaller disc.",
+        "Cart and two links drawn at many moments from hanging to erect past a small disc; beside them clearance, "
+        "energies, position, angles and force over time.",
+        partial(draw, animation="dip_swing_up"),
+    ),
 )

@@ -6,6 +6,7 @@ from repro.report import style
 from repro.report.figures.dots import dot_plot
 from repro.report.figures.figure import Figure
 from repro.report.style import Role
+from repro.report.tables.models import model_title
 from repro.results.results import Results
 from repro.results.run_setting import Setting
 from repro.results.selectors import DEGENERATE, ORACLE, TRIVIAL, anchor_name, settings
@@ -19,27 +20,22 @@ PRINTED = {"mae_tau": 0.26, "onestep_euler_qd[0]": 0.05}
 
 
 def draw(results: Results) -> "Canvas | None":
-    """Draw one row a way of collecting data; learned models and the closed form beside each other."""
+    """Draw one row per way of collecting data; learned models and the closed form beside each other."""
     rows: dict[str, list[tuple[Setting, Role]]] = {}
-    legend: dict[str, Role] = {}
+    roles: dict[str, Role] = {}
     learned = iter(style.SERIES)
     for setting in settings(results, EXPERIMENT):
         if anchor_name(setting) in (TRIVIAL, DEGENERATE):
             continue
         if anchor_name(setting) == ORACLE:
-            role = legend.setdefault("least squares on T1/V1", style.ANCHOR_DOT)
+            role = roles.setdefault("least squares on T1/V1", style.ANCHOR_DOT)
         else:
-            kind = _kind(setting)
-            role = legend[kind] if kind in legend else legend.setdefault(kind, next(learned))
+            kind = model_title(setting, "optimiser")
+            role = roles[kind] if kind in roles else roles.setdefault(kind, next(learned))
         rows.setdefault(_title(setting), []).append((setting, role))
     if not rows:
         return None
-    return dot_plot(list(rows.items()), METRICS, legend=legend, printed=PRINTED)
-
-
-def _kind(setting: Setting) -> str:
-    columns = ("basis", "optimiser") if setting.card["model"] == "lagrangian" else ("model", "optimiser")
-    return setting.title(*columns)
+    return dot_plot(list(rows.items()), METRICS, roles=roles, printed=PRINTED)
 
 
 def _title(setting: Setting) -> str:
@@ -53,10 +49,13 @@ def _title(setting: Setting) -> str:
     return ", ".join(parts)
 
 
-FIGURE = Figure(
-    "regimes",
-    "Data regimes",
-    "Each dot is a member, each bar the median. The Euler error of the closed form is that of the integrator alone: "
-    "where it equals the printed value, the printed value says nothing about a learned model.",
-    draw,
+FIGURES = (
+    Figure(
+        "regimes",
+        "Data regimes",
+        "Each dot is a member, each bar the median. The Euler error of the closed form is that of the integrator "
+        "alone: where it equals the printed value, the printed value says nothing about a learned model.",
+        "Dot plot: a row a data regime, a panel a metric, logarithmic; the printed values as vertical lines.",
+        draw,
+    ),
 )

@@ -20,7 +20,7 @@ LEAST = 1e-17  # below rounding: zero is drawn here
 
 
 def draw(results: Results) -> "Canvas | None":
-    """Draw one panel a basis, one line a kind of data; None where nothing was examined."""
+    """Draw one panel per basis, one line per kind of data; None where nothing was examined."""
     if results.identifiability.empty:
         return None
     canvas = new_canvas(TEXT_WIDTH, 3.0)
@@ -31,8 +31,7 @@ def draw(results: Results) -> "Canvas | None":
             values = _spectrum(results, basis, sequence)
             if values.size:
                 order = np.arange(1, values.size + 1)
-                look = role.line_style | role.marker_style | {"linestyle": role.line}
-                drawn[label] = panel.plot(order, np.maximum(values, LEAST), label=label, **look)[0]
+                drawn[label] = panel.plot(order, np.maximum(values, LEAST), label=label, **role.marked_line_style)[0]
         panel.set_title(title)
         panel.set_yscale("log")
         panel.set_xlabel("direction")
@@ -53,12 +52,17 @@ def _spectrum(results: Results, basis: str, sequence: str) -> np.ndarray:
     return np.zeros(0)
 
 
-FIGURE = Figure(
-    "identifiability",
-    "What the data of the double pendulum show",
-    "Singular values of the regression, columns scaled to unit norm, first member. Those at the level of rounding "
-    "belong to combinations of terms that no sample shows: in F⊗F the two identities sin² + cos² = 1, and on D_H one "
-    "more, the squared momentum of the cart, which is zero in all free motion from rest. Among the gauge terms the "
-    "momentum itself stays unseen by both; at 1e-10 it shows how accurate the simulated D_H is, nothing else.",
-    draw,
+FIGURES = (
+    Figure(
+        "identifiability",
+        "What the data of the double pendulum show",
+        "Singular values of the regression, columns scaled to unit norm, first member. Those at the level of rounding"
+        " belong to combinations of terms that no sample shows: in F⊗F the two identities sin² + cos² = 1, and on D_H"
+        " one more, the squared momentum of the cart, which is zero in all free motion from rest. Among the gauge "
+        "terms the momentum itself stays unseen by both; at 1e-10 it shows how accurate the simulated D_H is, nothing"
+        " else.",
+        "A panel a basis: singular values from largest to smallest on a logarithmic axis; the last of them drop to "
+        "the level of rounding.",
+        draw,
+    ),
 )

@@ -25,14 +25,14 @@ SEQUENCES = ("main", "anchor", "pretrain_only", "pretrain", "joint")
 
 
 def draw(results: Results) -> "Canvas | None":
-    """Draw one row a sequence on F⊗F with gauge terms."""
+    """Draw one row per sequence on F⊗F with gauge terms."""
     rows: dict[str, list[tuple[Setting, Role]]] = {}
     for sequence in SEQUENCES:
         for setting in settings(results, EXPERIMENT, {"basis": "fxf_gauge", "sequence": sequence}):
             if anchor_name(setting) is None:
                 title = "one anchor" if sequence == "anchor" else written("sequence", sequence)
                 rows.setdefault(title, []).append((setting, ROLES[_kind(setting)]))
-    return dot_plot(list(rows.items()), METRICS, legend=ROLES) if rows else None
+    return dot_plot(list(rows.items()), METRICS, roles=ROLES) if rows else None
 
 
 def _kind(setting: Setting) -> str:
@@ -41,11 +41,14 @@ def _kind(setting: Setting) -> str:
     return "force noise 0.1 N" if setting.card["tau_noise"] else "exact forces"
 
 
-FIGURE = Figure(
-    "dip_energies",
-    "Energies of the double pendulum",
-    "Closed form on F⊗F with gauge terms: T + V as printed, the Legendre energy, and the latter up to one constant. "
-    "Forces say nothing of the gauge; one known energy fixes one number; D_H fixes all but what vanishes with the "
-    "momentum of the cart, which stays where the fit started.",
-    draw,
+FIGURES = (
+    Figure(
+        "dip_energies",
+        "Energies of the double pendulum",
+        "Closed form on F⊗F with gauge terms: T + V as printed, the Legendre energy, and the latter up to one "
+        "constant. Forces say nothing of the gauge; one known energy fixes one number; D_H fixes all but what "
+        "vanishes with the momentum of the cart, which stays where the fit started.",
+        "Dot plot: a row a sequence of data, a panel an energy error, logarithmic.",
+        draw,
+    ),
 )

@@ -25,7 +25,7 @@ LEAST_ERROR, MOST_ERROR = 1e-10, 1e4  # J; beyond the second a model has long di
 
 
 def draw_margins(results: Results) -> "Canvas | None":
-    """Draw one line a setting: the worst margin over states and members at each step, on a log scale of both signs."""
+    """Draw one line per setting: the worst margin over states and members at each step."""
     lines = [(setting, _worst(results, setting)) for setting in _watched(results)]
     lines = [(setting, line) for setting, line in lines if len(line)]
     if not lines:
@@ -47,7 +47,7 @@ def draw_margins(results: Results) -> "Canvas | None":
 
 
 def draw_energy(results: Results) -> "Canvas | None":
-    """Draw the energy along free motion and its error, a row a plant, first members: the plant, and every model."""
+    """Draw the energy along free motion and its error for the first member of each setting, one row per plant."""
     found = [(setting, _energies(results, setting)) for setting in settings(results, EXPERIMENT)]
     rows: dict[str, list[tuple[Setting, Lines]]] = {}
     for setting, lines in found:
@@ -116,19 +116,23 @@ def _label(setting: Setting) -> str:
     return ", ".join(part for part in parts if part)
 
 
-MARGINS = Figure(
-    "passivity_margin",
-    "Passivity while training",
-    "The largest (dH/dt - y'u) / (|y'u| + |grad H| |xdot|) over 128 random states and all members at each step of the "
-    "optimiser; above zero energy is made. A model without an energy of its own is judged by the plant's. "
-    "By Levenberg-Marquardt where no optimiser is named.",
-    draw_margins,
-)
-ENERGY = Figure(
-    "energy_over_time",
-    "Energy over long free motion",
-    "The plant's energy along the motion of the plant and of each model, from the same start, without input: first "
-    "member, first start. Models with energies are followed by the discrete gradient, the black box by RK4. By "
-    "Levenberg-Marquardt where no optimiser is named.",
-    draw_energy,
+FIGURES = (
+    Figure(
+        "passivity_margin",
+        "Passivity while training",
+        "The largest (dH/dt - y'u) / (|y'u| + |grad H| |xdot|) over 128 random states and all members at each step of"
+        " the optimiser; above zero energy is made. A model without an energy of its own is judged by the plant's. By"
+        " Levenberg-Marquardt where no optimiser is named.",
+        "Worst passivity margin over the steps of the optimiser, a line a model, with zero marked.",
+        draw_margins,
+    ),
+    Figure(
+        "energy_over_time",
+        "Energy over long free motion",
+        "The plant's energy along the motion of the plant and of each model, from the same start, without input: "
+        "first member, first start. Models with energies are followed by the discrete gradient, the black box by RK4."
+        " By Levenberg-Marquardt where no optimiser is named.",
+        "A panel a model: energy over time of the plant and of the model along the same motion.",
+        draw_energy,
+    ),
 )

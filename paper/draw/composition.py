@@ -30,7 +30,7 @@ LINKS = (2, 5, 10, 30, 100, 1000, 10000)
 
 
 def draw_samples(results: Results) -> "Canvas | None":
-    """Draw one panel a metric, one line a way to make the model: the median over members, and every member."""
+    """Draw one panel per metric, one line per way to make the model: the median over members, and every member."""
     found = {label: settings(results, EXPERIMENT, where) for label, where in CURVES.items()}
     if not any(found.values()):
         return None
@@ -44,8 +44,7 @@ def draw_samples(results: Results) -> "Canvas | None":
             if not points:
                 continue
             numbers, medians = [n for n, _ in points], [np.median(values) for _, values in points]
-            look = role.line_style | role.marker_style | {"linestyle": role.line}
-            drawn[label] = panel.plot(numbers, medians, label=label, **look)[0]
+            drawn[label] = panel.plot(numbers, medians, label=label, **role.marked_line_style)[0]
             for n, values in points:
                 panel.plot([n] * values.size, values, alpha=0.3, markersize=2, **role.marker_style)
         panel.set_xscale("log")
@@ -78,12 +77,11 @@ def draw_chains(results: Results) -> "Canvas | None":
 def _lines(
     panel: "Axes", shown: Sequence[Setting], metric: str, title: str, label: str = CHAIN_LABEL, first: int = 0
 ) -> None:
-    """Draw the median of a metric against the links, a line a setting, in the roles from `first` on."""
+    """Draw the median of a metric against the links, one line per setting, in the roles from `first` on."""
     for setting, role in zip(shown, style.SERIES[first:], strict=False):
         model = setting.title("optimiser" if setting.card["model"] == "lagrangian" else "model")
-        said = label.format(model=model, noise=f"{setting.card['tau_noise']:g}", n=setting.card["n_train"])
-        look = role.line_style | role.marker_style | {"linestyle": role.line}
-        panel.plot(*zip(*_along(setting, metric), strict=True), label=said, **look)
+        text = label.format(model=model, noise=f"{setting.card['tau_noise']:g}", n=setting.card["n_train"])
+        panel.plot(*zip(*_along(setting, metric), strict=True), label=text, **role.marked_line_style)
     panel.set_xscale("log")
     panel.set_yscale("log")
     panel.set_title(title)
@@ -100,19 +98,23 @@ def _samples(setting: Setting) -> int:
     return int(setting.card["n_train"])
 
 
-SAMPLES = Figure(
-    "composition",
-    "A double pendulum of trained sub-models, and from scratch",
-    "Noise of 0.1 N on every force; the cart with its rod was trained on 80,000 samples of its own with the same noise "
-    "and is frozen. Lines are medians, dots members. Beside a full basis the trained part adds nothing: it lies in the "
-    "basis. What is known of the rest is what helps.",
-    draw_samples,
-)
-LENGTHS = Figure(
-    "chains",
-    "Chains of a link that was learned once",
-    "Relative error of all extensions and momenta against the true chain, and the cost of building and simulating it. "
-    "In the middle, beside chains whose every force may depend on every link: least squares from as many samples of "
-    "the whole chain, with the same noise.",
-    draw_chains,
+FIGURES = (
+    Figure(
+        "composition",
+        "A double pendulum of trained sub-models, and from scratch",
+        "Noise of 0.1 N on every force; the cart with its rod was trained on 80,000 samples of its own with the same "
+        "noise and is frozen. Lines are medians, dots members. Beside a full basis the trained part adds nothing: it "
+        "lies in the basis. What is known of the rest is what helps.",
+        "Errors over the number of samples, both logarithmic, a line a way of building the model.",
+        draw_samples,
+    ),
+    Figure(
+        "chains",
+        "Chains of a link that was learned once",
+        "Relative error of all extensions and momenta against the true chain, and the cost of building and simulating"
+        " it. In the middle, beside chains whose every force may depend on every link: least squares from as many "
+        "samples of the whole chain, with the same noise.",
+        "State error, and processor time, over the number of links, all logarithmic, a line a model.",
+        draw_chains,
+    ),
 )

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from repro.report import style
-from repro.report.figures.figure import Figure, new_canvas
+from repro.report.figures.figure import Figure, legend, new_canvas
 from repro.report.style import TEXT_WIDTH
 from repro.report.writing import number
 from repro.results.results import Results
@@ -37,7 +37,7 @@ SIGNALS = {
 
 
 def draw(results: Results) -> "Canvas | None":
-    """Draw one column a member and one row a velocity; None without trajectories."""
+    """Draw one column per member and one row per velocity; None without trajectories."""
     try:
         setting = one_setting(results, EXPERIMENT, WHERE)
     except NotRunError:
@@ -59,8 +59,7 @@ def draw(results: Results) -> "Canvas | None":
                 panel.set_ylabel(f"{label}\n(paper: MAE {printed})")
             if row == len(VELOCITIES) - 1:
                 panel.set_xlabel(f"time [s], seed {entry[1]}")
-    handles = [panels[0, 0].plot([], [], label=label, **role.line_style)[0] for label, role in SIGNALS.values()]
-    canvas.legend(handles=handles, loc="outside upper left", ncols=len(handles))
+    legend(canvas, panels[0, 0], {}, lines=dict(SIGNALS.values()))
     return canvas
 
 
@@ -88,10 +87,14 @@ def _signal(signals: "pd.DataFrame", entry: tuple[str, int], name: str) -> "pd.D
     return signals[chosen].sort_values("t")
 
 
-FIGURE = Figure(
-    "validation",
-    "Plant against model on the test set (Fig. 4)",
-    "The first 300 test points of the PLNN on T2/V1 (1x10, Adam), in three members. The paper prints a mean absolute "
-    "error of 0.05 m/s and 0.12 rad/s and does not say whether one step or a rollout is shown: both are.",
-    draw,
+FIGURES = (
+    Figure(
+        "validation",
+        "Plant against model on the test set (Fig. 4)",
+        "The first 300 test points of the PLNN on T2/V1 (1x10, Adam), in three members. The paper prints a mean "
+        "absolute error of 0.05 m/s and 0.12 rad/s and does not say whether one step or a rollout is shown: both are.",
+        "Two velocities over 300 steps for three members: the plant's line, one-step predictions on it, and rollouts "
+        "that leave it.",
+        draw,
+    ),
 )

@@ -1,0 +1,105 @@
+"""Two ways compared seed by seed, such as one objective against another on the same net and budget."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Literal
+
+import numpy as np
+from pydantic.dataclasses import dataclass as checked
+
+from repro.report import writing
+from repro.report.tables.table import Row, Table
+from repro.results.metric_names import metric_named, written
+from repro.results.results import Results
+from repro.results.run_setting import Setting
+from repro.results.schema import CARD, as_text
+from repro.results.selectors import paired_values, settings
+from repro.results.statistics import paired_ratio
+
+Where = Mapping[str, Any]
+
+
+@checked(frozen=True)
+class PairedTable:
+    """Ratios of `metrics`, seed by seed, of every setting of `ours` to its partner in `other`.
+
+    `names` are those of the two in titles, `columns` the card columns that name a row, `apart` those in which a pair
+    may differ besides those of the selectors, `needs` those that must have a value; `count` adds the failed members, or
+    the pairs in which ours is better.
+    """
+
+    kind: Literal["paired"]
+    name: str
+    experiment: str
+    title: str
+    caption: str
+    ours: Where
+    other: Where
+    names: tuple[str, str]
+    columns: tuple[str, ...]
+    metrics: tuple[str, ...]
+    count: Literal["failed", "wins"]
+    apart: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
+
+    def make(self, results: Results) -> Table:
+        """Make one row per pair of settings."""
+        labels = [metric_named(metric).label for metric in self.metrics]
+        ours, other = self.names
+        ratios = [f"{label}, {ours} / {other}" for label in labels]
+        if self.count == "wins":
+            counts = [*(f"wins, {label}" for label in labels), "pairs"]
+        else:
+            counts = ["members", *(f"{name} failed" for name in self.names)]
+        titles = (*(column.replace("_", " ") for column in self.columns), *ratios, *counts)
+        found = pairs(results, self.experiment, self.ours, self.other, self.apart, self.needs)
+        return Table(self.name, self.title, self.caption, titles, tuple(self._row(*pair) for pair in found))
+
+    def _row(self, ours: Setting, other: Setting) -> Row:
+        values = {metric: paired_values(ours, other, metric) for metric in self.metrics}
+        ratios = {metric: paired_ratio(*pair) for metric, pair in values.items()}
+        n = next(iter(ratios.values())).n
+        card = {column: as_text(ours.card[column]) for column in self.columns}
+        data: dict[str, Any] = dict(card)
+        cells = [written(column, value) for column, value in card.items()]
+        cells += [writing.interval(ratio) for ratio in ratios.values()]
+        for metric, ratio in ratios.items():
+            data |= {f"{metric}_ratio": ratio.median, f"{metric}_low": ratio.low, f"{metric}_high": ratio.high}
+            if self.count == "wins":
+                data[f"{metric}_wins"] = _wins(*values[metric])
+                cells.append(f"{data[f'{metric}_wins']} of {n}")
+        data["n"] = n
+        cells.append(str(n))
+        if self.count == "failed":
+            data |= {f"{name}_failed": one.failed for name, one in zip(self.names, (ours, other), strict=True)}
+            cells += [str(ours.failed), str(other.failed)]
+        return Row.of([ours, other], cells, data)
+
+
+def pairs(
+    results: Results,
+    experiment: str,
+    ours: Where,
+    other: Where,
+    apart: tuple[str, ...] = (),
+    needs: tuple[str, ...] = (),
+) -> Iterator[tuple[Setting, Setting]]:
+    """Pair every setting of `ours` with those of `other` that are alike otherwise and took as many epochs in all."""
+    shared = [column for column in CARD if column not in {*ours, *other, *apart, "literal"}]
+    others = settings(results, experiment, other)
+    for one in settings(results, experiment, ours):
+        if not all(one.card[column] for column in needs):
+            continue
+        for another in others:
+            alike = all(as_text(one.card[column]) == as_text(another.card[column]) for column in shared)
+            if alike and epochs_in_all(one) == epochs_in_all(another):
+                yield one, another
+
+
+def epochs_in_all(setting: Setting) -> int:
+    """Return the epochs of pretraining and training together."""
+    return (setting.card["epochs"] or 0) + (setting.card["pretraining_epochs"] or 0)
+
+
+def _wins(ours: np.ndarray, other: np.ndarray) -> int:
+    """Count the pairs in which ours has the smaller error; a failed member is infinitely wrong, so it never wins."""
+    return int(np.sum(np.nan_to_num(ours, nan=np.inf) < np.nan_to_num(other, nan=np.inf)))
