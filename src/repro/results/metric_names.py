@@ -105,9 +105,7 @@ METRICS: dict[str, Metric] = {
     "fit_seconds": Metric("fit", "CPU time of the fit", split="train"),
     "epochs": Metric("epochs", "epochs done", scale="linear", split="train"),
     "diverged": Metric("diverged", "share of members that diverged", scale="share", split="train"),
-    "success": Metric(
-        "success", "share of closed loops that reach the goal", scale="share", lower_is_better=False
-    ),
+    "success": Metric("success", "share of closed loops that reach the goal", scale="share", lower_is_better=False),
     "passivity_margin": Metric(
         "passivity margin", "worst over random states, by the model's own energy", scale="linear"
     ),
@@ -124,9 +122,7 @@ METRICS: dict[str, Metric] = {
         "gains energy", "share of random states where the plant's energy would rise", scale="linear"
     ),
     "damping_error": Metric("damping error", "relative error of C (Frobenius), or of one joint"),
-    "min_eig_C": Metric(
-        "min eig C", "least eigenvalue of C", scale="linear", lower_is_better=False
-    ),
+    "min_eig_C": Metric("min eig C", "least eigenvalue of C", scale="linear", lower_is_better=False),
     "energy_error_2s": Metric("energy 2 s", "largest energy error within 2 s of free motion"),
     "energy_error_10s": Metric("energy 10 s", "largest energy error within 10 s of free motion"),
     "energy_error_40s": Metric("energy 40 s", "largest energy error within 40 s of free motion"),

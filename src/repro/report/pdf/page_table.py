@@ -1,4 +1,4 @@
-"""A table of the report made narrow enough for a page: one column names a row, intervals go below their medians."""
+"""A table of the report made narrow enough for a page: one column names a row, shared values move to the caption."""
 
 import re
 from collections.abc import Sequence
@@ -8,23 +8,18 @@ from typing import Any
 from repro.report.tables.table import Table
 from repro.results.metric_names import METRICS
 
-# Of a table of models a page has room for this much; the whole table lies beside the report as CSV.
+# Of a table of models a page has room for this much; the whole table is beside the report as CSV.
 LEFT_OUT = ("median AE q̈", "MAE L relative", "skill τ", "skill q̈", "stale")
 MEASURED = {"loops", *(metric.label for metric in METRICS.values())} - {"epochs"}
-# What a setting that is not named otherwise has.
+# Values that need no mention in the name of a row.
 SILENT = ("", "–", "0", "false", "lagrangian", "no")
-
-PORTRAIT, LANDSCAPE = 481.0, 728.0  # points between the margins of A4
-SIZES = (7.5, 7.0, 6.5)
-CHARACTER = 0.5  # of the size, on average
-BOLD = 1.1
-BELOW = 0.88  # size of an interval, of that of its median
-GAP = 7.5  # points between two columns
+TEXT = 18  # characters from which on a cell is text that may break, in lines of at least WRAPPED characters
+WRAPPED = 28
+GAP = 2  # characters between two columns
+BOLD = 1.15  # width of a title's characters, in those of a cell
+# Characters side by side on a page, whether it is turned, and the size of the font in points.
+LAYOUTS = ((128, False, 7.5), (148, False, 6.5), (194, True, 7.5), (224, True, 6.5))
 UNBROKEN = 8  # rows up to which a table stays on one page
-TEXT = 18  # characters from which on a cell is text that may break
-SHORT, LONG = 22.0, 34.0  # characters a line that text gets at least; the longer where it would fill many lines
-LINES, READABLE = 3, 55
-ZERO_WIDTH_SPACE = "\u200b"
 
 
 @dataclass(frozen=True)
@@ -34,15 +29,22 @@ class Grid:
     titles: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
 
+    def columns(self, places: Sequence[int]) -> "Grid":
+        """Return some of the columns."""
+        rows = (tuple(row[place] for place in places) for row in self.rows)
+        return Grid(tuple(self.titles[place] for place in places), tuple(rows))
+
 
 def page_table(table: Table) -> dict[str, Any]:
-    """Return titles, rows of {main, below}, column kinds (number, text), font size and orientation."""
-    grid, shared = _without_shared_columns(_named_in_one_column(_without(table, LEFT_OUT)))
-    kinds = ["text" if _is_text(grid, place) else "number" for place in range(len(grid.titles))]
-    least = [_least_characters(grid, place, kind) for place, kind in enumerate(kinds)]
-    landscape, size = _layout(least)
-    whole = [_least_characters(grid, place, kind, broken=False) for place, kind in enumerate(kinds)]
-    widths = _widths(least, whole, size, LANDSCAPE if landscape else PORTRAIT)
+    """Return titles, rows of {main, below}, sides of alignment, font size and orientation.
+
+    `widths` are those of columns of text, in characters; 0 for a column of numbers, whose width typst finds.
+    """
+    grid = Grid(table.columns, tuple(row.cells for row in table.rows))
+    grid = grid.columns([place for place, title in enumerate(grid.titles) if title not in LEFT_OUT])
+    grid, shared = _without_shared_columns(_named_in_one_column(grid))
+    least = sum(_least(grid, place) for place in range(len(grid.titles)))
+    page, landscape, size = next((layout for layout in LAYOUTS if least <= layout[0]), LAYOUTS[-1])
     return {
         "name": table.name,
         "title": table.title,
@@ -50,23 +52,13 @@ def page_table(table: Table) -> dict[str, Any]:
         "shared": shared,
         "unbroken": len(table.rows) <= UNBROKEN,
         "titles": list(grid.titles),
-        "kinds": kinds,
-        "aligned": ["left" if place == 0 or _is_worded(grid, place) else "right" for place in range(len(kinds))],
-        "widths": widths,
-        "weights": [_weight(grid, place) for place in range(len(grid.titles))],
+        "aligned": [_side(grid, place) for place in range(len(grid.titles))],
+        "widths": _widths(grid, page),
         "size": size,
         "landscape": landscape,
         "anchors": [row.anchor for row in table.rows],
         "rows": [[_cell(cell) for cell in row] for row in grid.rows],
     }
-
-
-def _without(table: Table, titles: Sequence[str]) -> Grid:
-    kept = [place for place, title in enumerate(table.columns) if title not in titles]
-    return Grid(
-        tuple(table.columns[place] for place in kept),
-        tuple(tuple(row.cells[place] for place in kept) for row in table.rows),
-    )
 
 
 def _named_in_one_column(grid: Grid) -> Grid:
@@ -86,83 +78,60 @@ def _is_measured(title: str) -> bool:
 def _name(titles: Sequence[str], cells: Sequence[str]) -> str:
     parts = []
     for title, cell in zip(titles, cells, strict=True):
-        if cell in SILENT:
-            continue
         if cell == "true":
             parts.append(title)
-        else:
-            bare = re.fullmatch(r"-?[\d.e-]+", cell) is not None
-            parts.append(f"{title} {cell}" if bare else cell)
+        elif cell not in SILENT:
+            parts.append(f"{title} {cell}" if re.fullmatch(r"-?[\d.e-]+", cell) else cell)
     return ", ".join(parts)
 
 
 def _without_shared_columns(grid: Grid) -> tuple[Grid, str]:
-    """Take out the columns that say the same in every row, and say once what they say."""
+    """Take out the columns that hold one value in every row, and spell these values once."""
     if len(grid.rows) < 2:
         return grid, ""
     values = [{row[place] for row in grid.rows} for place in range(len(grid.titles))]
-    kept = [place for place, found in enumerate(values) if place == 0 or len(found) > 1]
-    said = [
-        f"{title} {min(found)}"
-        for place, (title, found) in enumerate(zip(grid.titles, values, strict=True))
-        if place not in kept and min(found) not in SILENT
-    ]
-    rows = tuple(tuple(row[place] for place in kept) for row in grid.rows)
-    return Grid(tuple(grid.titles[place] for place in kept), rows), ", ".join(said)
+    retained = [place for place, distinct in enumerate(values) if place == 0 or len(distinct) > 1]
+    shared = [(grid.titles[place], min(values[place])) for place in range(len(values)) if place not in retained]
+    return grid.columns(retained), ", ".join(f"{title} {value}" for title, value in shared if value not in SILENT)
 
 
 def _cell(text: str) -> dict[str, str]:
     # An interval is secondary to its median and goes below it.
     parts = re.fullmatch(r"(\S+) (\[[^\]]*\])", text)
-    return {"main": parts[1], "below": parts[2]} if parts else {"main": _breakable(text), "below": ""}
+    if parts:
+        return {"main": parts[1], "below": parts[2]}
+    # A long setting such as optimiser.epochs=1000 may break after its dots, underscores and equals signs.
+    breakable = re.sub(r"(?<=\w[._=])(?=\w)(?<!\d\.)", "\u200b", text) if "=" in text else text
+    return {"main": breakable, "below": ""}
 
 
-def _breakable(text: str) -> str:
-    """Let a long setting such as optimiser.epochs=1000 break after its dots, underscores and equals signs."""
-    return re.sub(r"(?<=\w[._=])(?=\w)(?<!\d\.)", ZERO_WIDTH_SPACE, text) if "=" in text else text
+def _side(grid: Grid, place: int) -> str:
+    """Set words and text, of which most cells begin with a letter or are long, to the left, numbers to the right."""
+    filled = [row[place] for row in grid.rows if row[place] not in ("", "–")]
+    worded = sum(cell[:1].isalpha() for cell in filled) > len(filled) / 2
+    return "left" if place == 0 or worded or _is_text(grid, place) else "right"
 
 
 def _is_text(grid: Grid, place: int) -> bool:
-    mains = (_cell(row[place])["main"] for row in grid.rows)
-    return any(len(main) > TEXT and " " in main for main in mains)
+    return any(len(row[place]) > TEXT and " " in row[place] and not row[place].endswith("]") for row in grid.rows)
 
 
-def _is_worded(grid: Grid, place: int) -> bool:
-    """Whether most of what stands in a column begins with a letter: words are set to the left, numbers to the right."""
-    filled = [row[place] for row in grid.rows if row[place] not in ("", "–")]
-    return sum(cell[:1].isalpha() for cell in filled) > len(filled) / 2
+def _least(grid: Grid, place: int) -> int:
+    """Return the characters that a column needs at least: its longest word, or a line of text; titles are bold."""
+    longest = max((len(word) for row in grid.rows for word in row[place].split()), default=0)
+    title = max(round(BOLD * len(word)) for word in grid.titles[place].split())
+    return GAP + max(longest, title, WRAPPED if _is_text(grid, place) else 0)
 
 
-def _least_characters(grid: Grid, place: int, kind: str, *, broken: bool = True) -> float:
-    """Return the length of what must not break: words of text; a median, and its interval or, broken, either end."""
-    parts = [BOLD * len(word) for word in grid.titles[place].split()]
-    for row in grid.rows:
-        cell = _cell(row[place])
-        parts += [len(word) for word in (cell["main"].split() if kind == "text" else [cell["main"]])]
-        parts += [BELOW * len(part) for part in (cell["below"].split() if broken else [cell["below"]])]
-    if kind == "number":
-        return max(parts)
-    longest = max(len(row[place]) for row in grid.rows)
-    return max(min(longest, READABLE) if not broken else SHORT if longest <= LINES * SHORT else LONG, *parts)
-
-
-def _widths(least: Sequence[float], whole: Sequence[float], size: float, page: float) -> list[float]:
-    """Return widths in points: whole intervals where the page has room for all, else what must not break."""
-    for characters in (whole, least):
-        widths = [round(count * CHARACTER * size + GAP, 1) for count in characters]
-        if sum(widths) <= page:
-            break
-    return widths
-
-
-def _weight(grid: Grid, place: int) -> float:
-    lengths = [len(row[place]) for row in grid.rows]
-    return round((sum(lengths) / max(len(lengths), 1)) ** 0.7 + 4, 1)
-
-
-def _layout(least: Sequence[float]) -> tuple[bool, float]:
-    for landscape, width in ((False, PORTRAIT), (True, LANDSCAPE)):
-        for size in SIZES:
-            if sum(least) * CHARACTER * size + GAP * len(least) <= width:
-                return landscape, size
-    return True, SIZES[-1]
+def _widths(grid: Grid, page: int) -> list[int]:
+    """Share what columns of numbers leave of a page, their intervals unbroken, among those of text by their length."""
+    least, lengths, numbers = [], [], 0
+    for place in range(len(grid.titles)):
+        cells = [row[place] for row in grid.rows]
+        text = _is_text(grid, place)
+        least.append(_least(grid, place) if text else 0)
+        lengths.append(sum(map(len, cells)) if text else 0)
+        parts = [part for cell in cells for part in _cell(cell).values()]
+        numbers += 0 if text else max(_least(grid, place), GAP + max(map(len, parts), default=0))
+    spare = max(0, page - numbers - sum(least))
+    return [needed + spare * length // max(1, sum(lengths)) for needed, length in zip(least, lengths, strict=True)]
