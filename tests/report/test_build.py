@@ -13,13 +13,14 @@ from repro.commands import report as command
 from repro.errors import UserError
 from repro.report import publish, readme
 from repro.report.build import build, redraw
-from repro.report.drawing import FIGURES
+from repro.report.paper import load_figures, paper_folder
 from repro.report.terminal import show
 from repro.results.gather import gather
 from repro.results.results import Results
 from repro.tracking.paths import project_folder
 
 ROOT = project_folder()
+BLOCKS = ("count", "verdicts", "models", "trap")
 
 
 def test_a_build_writes_results_tables_figures_and_the_pages(built):
@@ -33,7 +34,7 @@ def test_a_build_writes_results_tables_figures_and_the_pages(built):
         "sensitivity.csv",
         "sensitivity",
     }
-    for figure in FIGURES:
+    for figure in load_figures(paper_folder()):
         assert (built.figures / f"{figure.name}.pdf").read_bytes().startswith(b"%PDF")
         assert (built.figures / f"{figure.name}.png").read_bytes().startswith(b"\x89PNG")
     assert list(built.folder.rglob(".*")) == []
@@ -117,7 +118,7 @@ def make_checkout(root: Path) -> Path:
     (root / "paper").mkdir(parents=True)
     for name in ("claims.yaml", "assumptions.yaml"):
         (root / "paper" / name).write_bytes((ROOT / "paper" / name).read_bytes())
-    marks = "".join(f"<!-- {name}:begin -->\n<!-- {name}:end -->\n" for name in readme.BLOCKS)
+    marks = "".join(f"<!-- {name}:begin -->\n<!-- {name}:end -->\n" for name in BLOCKS)
     (root / "README.md").write_text(f"# Title\n{marks}below\n", encoding="utf-8")
     git(root, "init", "-q")
     commit(root)
@@ -140,7 +141,7 @@ def test_publishing_writes_what_the_drift_check_accepts(published):
     assert text.startswith("# Title\n<!-- count:begin -->\n**")
     assert text.endswith("<!-- trap:end -->\nbelow\n")
     assert "| C4a | PLNN" in text
-    assert (published / "paper" / "tables" / "verdicts.tex").is_file()
+    assert (published / "paper" / "tables" / "verdicts.csv").is_file()
     assert (published / "paper" / "figures" / "validation.pdf").is_file()
     assert (published / "paper" / "report.pdf").read_bytes().startswith(b"%PDF")
 

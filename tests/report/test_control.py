@@ -5,14 +5,14 @@ import pytest
 from synthetic_loops import EXPERIMENT, loop, moving, results
 
 from repro.report.animation import animate_all
-from repro.report.figures import closed_loop, success_map
-from repro.report.tables.closed_loops import control_tables
+from repro.report.paper import load_figures, load_paper, paper_folder
+from repro.report.tables.closed_loops import LoopTable
 from repro.results.stored_loop import find_loop
 
 
 def test_a_table_has_a_row_for_whatever_differs():
     loops = [loop(k, k != 0) for k in range(4)] + [loop(k, False, mismatch=0.1, contact=True) for k in range(2)]
-    (table,) = control_tables(results(loops))
+    table = LoopTable("loops", "t", EXPERIMENT, "T").make(results(loops))
     assert [row.data["mismatch"] for row in table.rows] == ["0", "0.1"]
     first, second = (row.data for row in table.rows)
     assert (first["loops"], first["success"], second["success"], second["contacts"]) == (4, 0.75, 0.0, 2)
@@ -32,8 +32,10 @@ def test_a_stored_loop_is_found_by_the_first_choice_that_was_run():
 
 def test_figures_and_animations_are_written_where_there_is_something_to_show(tmp_path):
     stored = results([loop(k, k > 0) for k in range(3)], moving())
-    assert closed_loop.SINGLE.save(stored, tmp_path) and success_map.FIGURE.save(stored, tmp_path)
-    assert not closed_loop.DOUBLE.save(stored, tmp_path)
-    (path,) = animate_all(stored, tmp_path)
+    figures = {figure.name: figure for figure in load_figures(paper_folder())}
+    animations = load_paper(paper_folder()).animations
+    assert figures["sip_closed_loop"].save(stored, tmp_path) and figures["success_map"].save(stored, tmp_path)
+    assert not figures["dip_closed_loop"].save(stored, tmp_path)
+    (path,) = animate_all(stored, animations, tmp_path)
     assert path.name == "sip_swing_up.gif" and path.read_bytes()[:6] == b"GIF89a"
-    assert animate_all(results([]), tmp_path) == []
+    assert animate_all(results([]), animations, tmp_path) == []

@@ -1,25 +1,28 @@
 import csv
 import io
+from dataclasses import replace
 
 import pytest
 
 from repro.claims.claims import load_claims
 from repro.claims.verdicts import judge_all
-from repro.report.tables.every import all_tables, paired_table
-from repro.report.tables.models import COMPARISONS, model_table, model_tables
-from repro.report.tables.table import Column, Row, Table
-from repro.report.writing import interval, latex, markdown, number
+from repro.report.paper import load_paper, paper_folder
+from repro.report.tables.every import all_tables
+from repro.report.tables.models import ModelTable, plain_tables
+from repro.report.tables.table import Row, Table
+from repro.report.writing import interval, markdown, number
 from repro.results.gather import gather
 from repro.results.statistics import Estimate
-from repro.tracking.paths import project_folder
+
+PAPER = load_paper(paper_folder())
+QUERIES = {query.name: query for query in PAPER.tables}
+MODELS = [name for name, query in QUERIES.items() if isinstance(query, ModelTable)]
 
 
 @pytest.fixture(scope="module")
-def tables(tmp_path_factory, synthetic):
-    store = synthetic(tmp_path_factory.mktemp("tables") / "outputs", full=True)
-    results = gather(store.outputs, "paper")
-    claims = load_claims(project_folder() / "paper" / "claims.yaml")
-    return {table.name: table for table in all_tables(results, judge_all(claims, results))}
+def tables(results):
+    claims = load_claims(paper_folder() / "claims.yaml")
+    return {table.name: table for table in all_tables(results, judge_all(claims, results), PAPER)}
 
 
 @pytest.mark.parametrize(
@@ -48,36 +51,19 @@ def test_an_interval_is_left_out_where_there_is_none():
     assert interval(Estimate(0.2, nan, nan, 1)) == "0.2"
 
 
-def test_latex_is_escaped():
-    assert latex("a_b & 5 % of {x} #1 $ ~ ^ \\") == (
-        r"a\_b \& 5 \% of \{x\} \#1 \$ \textasciitilde{} \textasciicircum{} \textbackslash{}"
-    )
-    assert latex("5.3e-4 [∞]") == r"$5.3\times10^{-4}$ [$\infty$]"
-    assert latex("sip-9e3") == "sip-9e3"
-
-
 def test_markdown_cells_cannot_break_their_table():
     assert markdown("a|b_c\n<d>") == r"a\|b\_c \<d>"
 
 
-def test_a_table_is_the_same_in_its_three_forms(tmp_path):
-    table = Table(
-        "t",
-        "Title",
-        "Caption",
-        (Column("name"), Column("MAE τ", r"MAE$_\tau$")),
-        (Row(("a_b", "1"), {"name": "a_b", "mae_tau": 1.0}, ("run-1",), ("repro run x=1",)),),
-    )
-    assert [path.name for path in table.save(tmp_path)] == ["t.csv", "t.md", "t.tex"]
-    (row,) = csv.DictReader(io.StringIO((tmp_path / "t.csv").read_text(encoding="utf-8")))
-    assert row == {"name": "a_b", "mae_tau": "1.0", "runs": "run-1", "command": "repro run x=1"}
-    assert r"| a\_b | 1 | `repro run x=1` |" in (tmp_path / "t.md").read_text(encoding="utf-8")
-    text = (tmp_path / "t.tex").read_text(encoding="utf-8")
-    assert "% replay: repro run x=1\na\\_b & 1 \\\\" in text
-    assert r"name & MAE$_\tau$ \\" in text
+def test_a_table_is_written_with_the_command_behind_each_row(tmp_path):
+    row = Row(("a|b", "1"), {"name": "a|b", "mae_tau": 0.1 + 0.2}, ("run-1",), ("repro run x=1",))
+    Table("t", "Title", "Caption", ("name", "MAE τ"), (row,)).save(tmp_path)
+    (stored,) = csv.DictReader(io.StringIO((tmp_path / "t.csv").read_text(encoding="utf-8")))
+    assert stored == {"name": "a|b", "mae_tau": str(0.1 + 0.2), "runs": "run-1", "command": "repro run x=1"}
+    assert r"| a\|b | 1 | `repro run x=1` |" in (tmp_path / "t.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("name", [c.name for c in COMPARISONS if c.name != "selection"])
+@pytest.mark.parametrize("name", [name for name in MODELS if name != "selection"])
 def test_every_table_of_models_has_the_three_anchor_rows_of_each_test_set(tables, name):
     anchors = [row for row in tables[name].rows if row.anchor]
     test_sets = {"regimes": 3, "dip_pretraining": 2}.get(name, 1)  # episodes (of 1000 and 100 steps), one long run
@@ -88,13 +74,13 @@ def test_every_table_of_models_has_the_three_anchor_rows_of_each_test_set(tables
 
 def test_an_anchor_that_was_not_run_says_so(store):
     store.run("sip_basis", {"mae_tau": [1.0, 2.0]})
-    table = model_table(gather(store.outputs, "paper"), COMPARISONS[0])
+    table = QUERIES["bases"].make(gather(store.outputs, "paper"))
     assert [row.cells[0].split(":")[-1] for row in table.rows if row.anchor] == [" not run"] * 3
 
 
 def test_every_row_of_models_knows_its_runs_and_its_command(tables):
-    for comparison in COMPARISONS:
-        for row in tables[comparison.name].rows:
+    for name in MODELS:
+        for row in tables[name].rows:
             if not row.cells[0].endswith("not run"):
                 assert row.runs, row.cells
                 assert row.commands[0].startswith("repro run"), row.cells
@@ -102,21 +88,21 @@ def test_every_row_of_models_knows_its_runs_and_its_command(tables):
 
 def test_an_experiment_of_ones_own_has_a_table_without_being_named(store):
     store.run("sip_of_my_own", {"mae_tau": [1.0, 2.0]})
-    (table,) = model_tables(gather(store.outputs, "paper"))
+    (table,) = plain_tables(gather(store.outputs, "paper"), set())
     assert table.name == "sip_of_my_own"
     assert [row.anchor for row in table.rows] == [False, True, True, True]
 
 
 def test_no_force_error_stands_alone(tables):
-    titles = [column.title for column in tables["bases"].columns]
+    titles = tables["bases"].columns
     for needed in ("MAE τ", "MAE q̈", "median AE q̈", "MAE H Legendre", "MAE L raw", "MAE L canonical", "min eig M"):
         assert needed in titles
 
 
 def test_members_that_diverged_are_counted_in_their_row(tables):
     table = tables["forward_inverse"]
-    failed = [column.title for column in table.columns].index("failed")
-    objective = [column.title for column in table.columns].index("objective")
+    failed = table.columns.index("failed")
+    objective = table.columns.index("objective")
     counts = {(row.cells[objective], row.cells[failed]) for row in table.rows if not row.anchor}
     assert counts == {("inverse", "0"), ("forward", "1")}
 
@@ -124,7 +110,7 @@ def test_members_that_diverged_are_counted_in_their_row(tables):
 def test_objectives_are_paired_member_by_member(store):
     store.run("sip_forward_inverse", {"mae_tau": [1.0, 2.0, 4.0], "mae_qdd": [1.0, 1.0, 1.0]})
     store.run("sip_forward_inverse", {"mae_tau": [4.0, 8.0, 16.0], "mae_qdd": [2.0, 2.0, 2.0]}, objective="forward")
-    (row,) = paired_table(gather(store.outputs, "paper")).rows
+    (row,) = QUERIES["forward_inverse_paired"].make(gather(store.outputs, "paper")).rows
     assert row.data["mae_tau_ratio"] == pytest.approx(0.25)
     assert row.data["mae_qdd_high"] == pytest.approx(0.5)
     assert len(row.runs) == 2
@@ -143,6 +129,20 @@ def test_the_claims_have_the_fixed_columns(tables):
 
 
 def test_selection_shows_the_share_of_exact_supports(tables):
-    table = tables["selection"]
-    share = [column.title for column in table.columns].index("exact support")
-    assert table.rows[0].cells[share].startswith("0.8 [")
+    """Four of five members of each optimiser."""
+    (share,) = {row.data["support_exact"] for row in tables["selection"].rows if not row.anchor and row.data["n"]}
+    assert share == 0.8
+
+
+def test_pairs_of_equal_budgets_count_what_the_first_wins(store):
+    """Pretraining 300 epochs and then 1000 is compared with 1300 epochs, and with no other number of them."""
+    pretrained = {"sequence": "pretrain", "pretraining_epochs": 300, "epochs": 1000, "grid": "product of 100"}
+    store.run("dip_pretraining", {"mae_tau": [1.0, 2.0, 9.0]}, **pretrained)
+    store.run("dip_pretraining", {"mae_tau": [4.0, 4.0, 4.0]}, sequence="main", epochs=1300)
+    store.run("dip_pretraining", {"mae_tau": [0.1, 0.1, 0.1]}, sequence="main", epochs=1000)
+    store.run("dip_pretraining", {"mae_tau": [0.1, 0.1, 0.1]}, sequence="pretrain", epochs=1000)
+    query = replace(QUERIES["pretraining_paired"], metrics=("mae_tau",))
+    (row,) = query.make(gather(store.outputs, "paper")).rows
+    assert row.data["mae_tau_ratio"] == pytest.approx(0.5)
+    assert (row.data["mae_tau_wins"], row.data["n"]) == (2, 3)
+    assert row.cells[-2:] == ("2 of 3", "3")

@@ -27,7 +27,7 @@ def draw_all(results: Results, folder: Path) -> list[Figure]:
     ended = run_jobs(jobs, workers=cores, preload=PRELOAD, logs=folder.parent / "logs")
     for result in ended:
         if not result.ok:
-            raise RuntimeError(f"{result.job.name}: {reason(result)}\n{(result.error or {}).get('trace', '')}")
+            raise RuntimeError(f"{result.job.name}: {reason(result)}\n{result.error.trace if result.error else ''}")
     written = {name for result in ended for name in result.value}
     return [figure for figure in figures if figure.name in written]
 

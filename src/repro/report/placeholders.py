@@ -23,7 +23,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from repro.claims.verdicts import NOT_RUN, VERDICTS, Verdict
+from repro.claims.verdict_kind import VerdictKind
+from repro.claims.verdicts import VERDICTS, Verdict
 from repro.errors import UserError
 from repro.report import writing
 from repro.report.tables.cost import cost_fact
@@ -34,6 +35,8 @@ from repro.results.statistics import paired_ratio
 
 if TYPE_CHECKING:
     from jinja2 import Environment
+
+NOT_RUN = VerdictKind.NOT_RUN
 
 
 class Texts:

@@ -1,6 +1,6 @@
 """What every figure is: a name, a title, a caption, a text alternative, and how to draw it from results."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -48,11 +48,11 @@ def new_canvas(width: float, height: float) -> "Canvas":
 
 def small_multiples(
     count: int, columns: int, row_height: float, extra: float, *, share_y: bool = False
-) -> tuple["Canvas", Sequence[Any]]:
+) -> tuple["Canvas", list[Any]]:
     """Return a canvas of the text's width with `count` panels in rows of `columns`; heights in inches."""
     rows = -(-count // columns)
     canvas = new_canvas(TEXT_WIDTH, extra + row_height * rows)
-    panels = canvas.subplots(rows, columns, squeeze=False, sharey=share_y).ravel()
+    panels: list[Any] = canvas.subplots(rows, columns, squeeze=False, sharey=share_y).ravel().tolist()
     for panel in panels[count:]:
         panel.remove()
     return canvas, panels[:count]

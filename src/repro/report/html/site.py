@@ -100,8 +100,8 @@ def _section(section: Section, figures: Mapping[str, Figure], tables: Mapping[st
 
 def _ratio(verdict: Verdict) -> float | None:
     """Return ours over the printed value; None where either is missing."""
-    comparable = verdict.claim.printed and verdict.estimate.n
-    return verdict.estimate.median / verdict.claim.printed if comparable else None
+    printed = verdict.claim.printed
+    return verdict.estimate.median / printed if printed and verdict.estimate.n else None
 
 
 def _write(folder: Path, pages: Mapping[Path, str]) -> None:

@@ -1,8 +1,8 @@
-"""What the models of Figs. 1 to 3 consist of, read off the models themselves, for the report to draw.
+"""What the models of Figs. 1 to 3 consist of, read off the models themselves, for draw/architecture.py.
 
-    python -m repro.export.architecture
+    python paper/describe_models.py
 
-writes paper/report/architecture.json again after a change of the models.
+writes draw/architecture.json again after a change of the models.
 """
 
 import json
@@ -18,7 +18,7 @@ from repro.models.network import Network
 from repro.models.port_hamiltonian import PortHamiltonian
 from repro.models.port_matrices import Factored, Skew
 
-FILE = Path(__file__).resolve().parents[3] / "paper" / "report" / "architecture.json"
+FILE = Path(__file__).parent / "draw" / "architecture.json"
 COORDINATES = ("x", "θ")  # of the cart with one pendulum, in the order of q
 HIDDEN, TRANSFORM_HIDDEN, MATRIX_HIDDEN = (10,), (8,), (8,)
 STATE = (0.0, 0.3, 0.5, -1.0)  # q and qd at which J and R are shown
