@@ -132,7 +132,7 @@ def test_the_cache_of_digests_only_saves_time(root, toy, monkeypatch):
 
 
 def test_a_hundred_modules_are_read_from_the_cache(root, toy, monkeypatch):
-    for path in toy.folder.rglob("*.py"):
+    for path in toy.folder.rglob("*.*"):
         os.utime(path, (time.time() - 60, time.time() - 60))
     ids = toy.ids()
     assert str(toy.folder) in READER.cache_file.read_text()
