@@ -73,7 +73,8 @@ def test_the_engine_agrees_with_the_lagrangian_differentiated_by_casadi(model, s
 
 
 def test_the_jacobian_is_that_of_autograd(model, samples):
-    weights, prepared = _random(model), _prepared(model, samples)
+    few = {name: values[:, :5] for name, values in samples.items()}  # autograd takes one pass per row
+    weights, prepared = _random(model), _prepared(model, few)
     _, jacobian = model.rows(weights, prepared, lambda terms: terms.tau, mass=False)
     expected = torch.autograd.functional.jacobian(
         lambda one: model.evaluate(one.unsqueeze(0), {k: v[:1] for k, v in prepared.items()}).tau[0], weights[0]

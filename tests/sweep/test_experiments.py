@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import time
+from functools import cache
 
 import pytest
 import yaml
@@ -32,13 +33,23 @@ def test_an_experiment_says_how_to_run_it_and_what_it_asks(name):
     assert re.match(r"# .*\((C\d+|.*; C\d+|[IVX]+-)", question), "the claims or the section that it answers"
 
 
+@cache
+def jobs_of(name):
+    return plan(expand([f"experiment={name}", "scale=paper"]))
+
+
+def at_scale(composed, scale):
+    """The configuration of a job at another scale, without composing it again."""
+    chosen = {"scale": yaml.safe_load((CONF / "scale" / f"{scale}.yaml").read_text())}
+    return scaled(parse(composed.config.model_dump() | chosen))
+
+
 @pytest.mark.parametrize("name", experiments())
 def test_all_jobs_compose_at_every_scale(name):
-    jobs = plan(expand([f"experiment={name}", "scale=paper"]))
+    jobs = jobs_of(name)
     for composed in jobs:
-        raw = composed.config.model_dump()
         for scale in ("smoke", "quick", "paper"):
-            config = scaled(parse(raw | {"scale": yaml.safe_load((CONF / "scale" / f"{scale}.yaml").read_text())}))
+            config = at_scale(composed, scale)
             assert config.experiment == name
             assert config.optimiser.unit is None or config.optimiser.length >= 1
     asked = [claim for claim in load_claims(CLAIMS) if claim.experiment == name]
@@ -50,13 +61,12 @@ def test_all_jobs_compose_at_every_scale(name):
 
 def test_the_smallest_scale_leaves_out_long_motions_and_long_chains():
     def longest(scale):
-        jobs = [job for name in ("ph_passivity", "chains") for job in plan(expand([f"experiment={name}", scale]))]
-        configs = [scaled(job.config) for job in jobs]
+        configs = [at_scale(job, scale) for name in ("ph_passivity", "chains") for job in jobs_of(name)]
         links = [number for config in configs for number in (*config.chain, *config.whole_chain)]
         return max(horizon for config in configs for horizon in config.energies.horizons), max(links)
 
-    assert longest("scale=smoke") == (2, 100)
-    assert longest("scale=quick") == (100, 10_000)
+    assert longest("smoke") == (2, 100)
+    assert longest("quick") == (100, 10_000)
 
 
 def test_every_claim_on_timing_names_a_comparison_that_is_made():
