@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from repro.learning.objective import Equation
 from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.models.lagrangian import Lagrangian
 
@@ -35,7 +36,7 @@ def has_affine_rows(problem: TrainingProblem) -> bool:
     model, objectives = problem.model, [task.objective for task in problem.tasks]
     if not isinstance(model, Lagrangian) or model.network is None or model.transform is not None:
         return False
-    return all(o.equation in ("inverse", "forward", None) and not o.momentum_weight for o in objectives)
+    return all(o.equation in (Equation.INVERSE, Equation.FORWARD, None) and not o.momentum_weight for o in objectives)
 
 
 def affine_rows(model: Lagrangian, task: TrainingTask) -> AffineRows:

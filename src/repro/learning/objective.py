@@ -1,12 +1,21 @@
 """Losses (7a), (8) and l_H as rows of residuals: the loss of a sample is the weighted sum of its squared rows."""
 
 from dataclasses import dataclass
-from typing import Literal
+from enum import StrEnum
+from typing import Literal, assert_never
 
 import torch
 from torch import Tensor
 
 from repro.models.terms import Terms
+
+
+class Equation(StrEnum):
+    """The equation whose residual is minimised: tau (PLNN), qdd (LNN), or both rows of eq. (12b)."""
+
+    INVERSE = "inverse"
+    FORWARD = "forward"
+    PORT = "port"
 
 
 @dataclass(frozen=True)
@@ -18,7 +27,7 @@ class Objective:
     known (III-A.1), with H_hat the `legendre` transform p.qd - L or the printed `sum` T + V.
     """
 
-    equation: Literal["inverse", "forward", "port"] | None = "inverse"
+    equation: Equation | None = Equation.INVERSE
     momentum_weight: float = 0.0
     energy_weight: float = 0.0
     energy_form: Literal["legendre", "sum"] = "legendre"
@@ -26,17 +35,22 @@ class Objective:
     @property
     def mass(self) -> bool:
         """Whether the mass matrix is needed."""
-        return self.equation == "forward"
+        return self.equation == Equation.FORWARD
 
     def rows(self, terms: Terms, measured: dict[str, Tensor]) -> Tensor:
         """Weighted residual rows (member, sample, row); measured: qd, qdd, tau (member, sample, n_q) and energy."""
         rows = []
-        if self.equation == "inverse":
-            rows.append(terms.tau - measured["tau"])
-        elif self.equation == "forward":
-            rows.append(terms.acceleration_error(measured["qdd"], measured["tau"]))
-        elif self.equation == "port":
-            rows.append(terms.port_error)
+        match self.equation:
+            case Equation.INVERSE:
+                rows.append(terms.tau - measured["tau"])
+            case Equation.FORWARD:
+                rows.append(terms.acceleration_error(measured["qdd"], measured["tau"]))
+            case Equation.PORT:
+                rows.append(terms.port_error)
+            case None:
+                pass
+            case _:
+                assert_never(self.equation)
         if self.momentum_weight:
             rows.append(self.momentum_weight**0.5 * (terms.transformed_momentum - terms.momentum))
         if self.energy_weight:

@@ -1,10 +1,11 @@
 """Objectives as CasADi expressions: the same rows as `Objective.rows`, for code generation."""
 
 from dataclasses import dataclass
+from typing import assert_never
 
 import casadi
 
-from repro.learning.objective import Objective
+from repro.learning.objective import Equation, Objective
 from repro.mechanics.derive import solve_symmetric
 from repro.models.model import Model
 
@@ -37,19 +38,27 @@ def symbols(model: Model) -> Symbols:
 
 
 def residual(model: Model, objective: Objective, s: Symbols) -> casadi.SX:
-    """Residual rows (n_rows,) of one sample, weighted, for any model with energies; a black box has qdd rows only."""
+    """Residual rows (n_rows,) of one sample, weighted; ValueError for rows that a model without energies has not."""
     if not model.energetic:
+        if objective.equation != Equation.FORWARD or objective.energy_weight or objective.momentum_weight:
+            raise ValueError(f"{type(model).__name__} predicts accelerations only, not the rows of {objective}")
         return casadi.sqrt(s.weight) * (model.acceleration(s.q, s.qd, s.tau, s.parameters) - s.qdd)
     energies = model.energies(s.q, s.qd, s.parameters)
     lagrangian = energies.kinetic - energies.potential
     momentum = casadi.gradient(lagrangian, s.qd)
     rows = []
-    if objective.equation == "port":
-        rows.append(model.port_error(s.q, s.qd, s.qdd, s.tau, s.parameters))
-    elif objective.equation is not None:
-        error = model.inverse_dynamics(s.q, s.qd, s.qdd, s.parameters) - s.tau
-        mass = casadi.jacobian(momentum, s.qd)
-        rows.append(error if objective.equation == "inverse" else -solve_symmetric(mass, error))
+    match objective.equation:
+        case Equation.INVERSE:
+            rows.append(model.inverse_dynamics(s.q, s.qd, s.qdd, s.parameters) - s.tau)
+        case Equation.FORWARD:
+            error = model.inverse_dynamics(s.q, s.qd, s.qdd, s.parameters) - s.tau
+            rows.append(-solve_symmetric(casadi.jacobian(momentum, s.qd), error))
+        case Equation.PORT:
+            rows.append(model.port_error(s.q, s.qd, s.qdd, s.tau, s.parameters))
+        case None:
+            pass
+        case _:
+            assert_never(objective.equation)
     if objective.momentum_weight:
         transformed = model.transformed_momentum(s.q, s.qd, s.parameters)
         rows.append(objective.momentum_weight**0.5 * (transformed - momentum))

@@ -11,7 +11,7 @@ import torch
 
 from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
-from repro.learning.objective import Objective
+from repro.learning.objective import Equation, Objective
 from repro.learning.optimiser import Optimiser
 from repro.learning.optimiser_options import OptimiserOptions
 from repro.learning.result import Checkpoint, Fitted, Progress
@@ -111,7 +111,7 @@ def phases_of(
 ) -> list[Phase]:
     """What is minimised, in turn; data: the curriculum's datasets, then D itself; free: D_H, where asked for."""
     chosen, sequence = recipe.objective, recipe.sequence
-    objective = Objective(chosen["kind"], chosen["momentum_weight"])
+    objective = Objective(Equation(chosen["kind"]), chosen["momentum_weight"])
     energetic = replace(objective, energy_weight=sequence["energy_weight"], energy_form=sequence["energy_form"])
     l1, watches = _l1(model, chosen), _watches(model, chosen.get("passivity_states", 0), data[-1], system)
 

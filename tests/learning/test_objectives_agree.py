@@ -1,0 +1,90 @@
+"""One loss, written for torch, as CasADi expressions and as C: all give the same rows for every objective and model."""
+
+import itertools
+
+import casadi as ca
+import numpy as np
+import pytest
+import torch
+
+from repro.codegen.array_evaluation import evaluate
+from repro.learning.native import native
+from repro.learning.objective import Equation, Objective
+from repro.learning.symbolic import residual, symbols
+from repro.learning.training import make_task
+from repro.learning.training_problem import TrainingProblem
+from repro.models.bases import t1, t2
+from repro.models.blackbox import BlackBox
+from repro.models.damped import Damped
+from repro.models.lagrangian import Lagrangian
+from repro.models.neural_potential import NeuralPotential
+from repro.models.port_hamiltonian import PortHamiltonian
+from repro.models.structured import Structured
+
+SCALE = np.array([0.9, 5.0])
+MODELS = {
+    "coefficients": Lagrangian(t1, 2, momentum_hidden=(2,)),
+    "network": Lagrangian(t2, 2, hidden=(4,)),
+    "structured": Structured(2, SCALE, hidden=(3,)),
+    "beside friction": Damped(Structured(2, SCALE, hidden=(3,)), "diagonal"),
+    "neural potential": NeuralPotential(SCALE, np.ones(2), [1], hidden=(3,), potential_hidden=(3,)),
+    "port-Hamiltonian": PortHamiltonian(Structured(2, SCALE, hidden=(3,)), SCALE, hidden=(2,), momentum_hidden=(2,)),
+    "black box": BlackBox(2, hidden=(3,)),
+}
+OBJECTIVES = {
+    "inverse": Objective(Equation.INVERSE),
+    "forward": Objective(Equation.FORWARD),
+    "port": Objective(Equation.PORT),
+    "momentum": Objective(Equation.INVERSE, momentum_weight=0.3),
+    "energy": Objective(Equation.INVERSE, energy_weight=0.4),
+    "forward and energy": Objective(Equation.FORWARD, energy_weight=0.4),
+    "sum of energies alone": Objective(None, energy_weight=0.4, energy_form="sum"),
+}
+ONLY = {"port": ("port-Hamiltonian",), "momentum": ("coefficients", "port-Hamiltonian")}
+PAIRS = [
+    (model, objective)
+    for model, objective in itertools.product(MODELS, OBJECTIVES)
+    if model in ONLY.get(objective, MODELS) and (model != "black box" or objective == "forward")
+]
+
+
+@pytest.fixture
+def weights():
+    return lambda model: model.initial([np.random.default_rng(5)]) + 0.1
+
+
+@pytest.mark.parametrize(("name", "objective"), PAIRS)
+def test_all_ways_to_write_a_loss_agree(name, objective, free, weights):
+    model, chosen = MODELS[name], OBJECTIVES[objective]
+    problem = TrainingProblem(model, [make_task(model, free, chosen)], [0]).member(0)
+    (task,), parameters = problem.tasks, weights(model)
+    terms = model.evaluate(torch.from_numpy(parameters), task.prepared, chosen.mass)
+    by_torch = chosen.rows(terms, task.measured)[0].numpy()
+
+    s = symbols(model)
+    rows = ca.Function("rows", s.inputs, [ca.densify(residual(model, chosen, s))])
+    samples = [task.measured[key][0].numpy() for key in ("q", "qd", "qdd", "tau")]
+    energy = task.measured["energy"][0].numpy()[:, None]
+    by_casadi = evaluate(rows, *samples, energy, np.ones(1), parameters[0])
+    np.testing.assert_allclose(by_casadi, by_torch, rtol=1e-7, atol=1e-9)
+
+    compiled = native(problem)
+    if compiled is not None:
+        loss, _ = compiled.loss_and_gradient(0, parameters[0].copy())
+        assert loss == pytest.approx((by_torch**2).sum() / task.samples, rel=1e-9)
+
+
+def test_an_unknown_equation_is_refused_by_every_path(free, weights):
+    model, unknown = MODELS["network"], Objective("weak")
+    task = make_task(model, free, unknown).member(0)
+    terms = model.evaluate(torch.from_numpy(weights(model)), task.prepared)
+    with pytest.raises(AssertionError, match="weak"):
+        unknown.rows(terms, task.measured)
+    with pytest.raises(AssertionError, match="weak"):
+        residual(model, unknown, symbols(model))
+
+
+def test_rows_that_a_model_does_not_have_are_refused():
+    model = MODELS["black box"]
+    with pytest.raises(ValueError, match="accelerations only"):
+        residual(model, OBJECTIVES["inverse"], symbols(model))
