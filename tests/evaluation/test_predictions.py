@@ -16,7 +16,7 @@ def test_chunks_change_nothing(data, monkeypatch):
     whole = predict(model, parameters, *arrays)
     monkeypatch.setattr(predictions, "CHUNK", 101)
     pieces = predict(model, parameters, *arrays)
-    for name in ("tau", "qdd", "momentum", "kinetic", "potential", "mass"):
+    for name in ("tau", "acceleration", "momentum", "kinetic", "potential", "mass"):
         np.testing.assert_allclose(getattr(pieces, name), getattr(whole, name), rtol=1e-12, atol=1e-12)
     assert pieces.transformed_momentum is None
 

@@ -10,6 +10,7 @@ gyroscopic force and is reported as the remainder.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 from typing import Literal
 
@@ -17,61 +18,64 @@ import numpy as np
 from torch import Tensor
 
 from repro.codegen.array_evaluation import evaluate
-from repro.evaluation.predictions import Predictions, predict
+from repro.evaluation.predictions import at_rest
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
 from repro.models.model import Model
+from repro.models.terms import Terms
 
-Reading = Literal["raw", "anchor", "canonical", "canonical_anchor"]
+Gauge = Literal["raw", "anchor", "canonical", "canonical_anchor"]
 HARMONICS = 3
 
 
 @dataclass(frozen=True)
-class Gauge:
-    """How a fitted ensemble's energies are read: `raw`, with one known energy as `anchor`, `canonical`, or both.
-
-    The anchor is the paper's (III-A.1): the energy of one state is known; here the upright rest, where H is V.
-    """
+class RestStates:
+    """A fitted ensemble at rest at positions q (member, sample, n_q): what gauges are taken from, computed once."""
 
     model: Model
     parameters: Tensor
     system: System
-    reading: Reading
+    q: np.ndarray
 
-    def apply(self, predictions: Predictions, q: np.ndarray, qd: np.ndarray) -> Predictions:
-        """The same predictions with T and V read in this gauge."""
-        kinetic, potential = self._read(predictions, q, qd)
-        if self.reading.endswith("anchor"):
-            potential = potential - self._anchor_error()
-        return replace(predictions, kinetic=kinetic, potential=potential)
+    @cached_property
+    def terms(self) -> Terms:
+        """Predictions at rest."""
+        return at_rest(self.model, self.parameters, self.q)
 
-    def remainder(self, q: np.ndarray) -> np.ndarray:
-        """Mean over samples and components of |dL/dqd(q, 0) - dF/dq|, a member each, in kg m/s and kg m^2/s."""
-        momentum = self._at_rest(q).momentum
-        gradients = np.stack([_gradient_part(self.system, *pair) for pair in zip(q, momentum, strict=True)])
-        return np.abs(momentum - gradients).mean((1, 2))
+    @cached_property
+    def gradients(self) -> np.ndarray:
+        """The part dF/dq of dL/dqd(q, 0) that is a gradient, (member, sample, n_q) in kg m/s and kg m^2/s."""
+        pairs = zip(self.q, self.terms.momentum, strict=True)
+        return np.stack([_gradient_part(self.system, q, momentum) for q, momentum in pairs])
 
-    def _read(self, predictions: Predictions, q: np.ndarray, qd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        if not self.reading.startswith("canonical"):
-            return predictions.kinetic, predictions.potential
-        rest = self._at_rest(q)
-        gradients = np.stack([_gradient_part(self.system, *pair) for pair in zip(q, rest.momentum, strict=True)])
-        kinetic = predictions.kinetic - rest.kinetic - (gradients * qd).sum(-1)
-        return kinetic, predictions.potential - rest.kinetic
+    @property
+    def remainder(self) -> np.ndarray:
+        """Mean over samples and components of |dL/dqd(q, 0) - dF/dq|, (member,) in kg m/s and kg m^2/s."""
+        return np.abs(self.terms.momentum - self.gradients).mean((1, 2))
 
-    def _anchor_error(self) -> np.ndarray:
-        members = len(self.parameters)
-        q = np.broadcast_to(self.system.upright, (members, 1, self.system.n_q))
-        zero = np.zeros_like(q)
-        rest = predict(self.model, self.parameters, q, zero, zero, zero)
-        known = evaluate(dynamics_of(self.system).hamiltonian, self.system.upright, np.zeros(self.system.n_q))[0]
-        if self.reading == "canonical_anchor":
-            return rest.potential - rest.kinetic - known
-        return rest.kinetic + rest.potential - known
+    def anchor_error(self, canonical: bool) -> np.ndarray:
+        """Learned less true energy of the upright rest, (member, 1) in J; canonical: V~ there, else T + V."""
+        q = np.broadcast_to(self.system.upright, (len(self.parameters), 1, self.system.n_q))
+        upright = at_rest(self.model, self.parameters, q)
+        energy = evaluate(dynamics_of(self.system).hamiltonian, self.system.upright, np.zeros(self.system.n_q))[0]
+        if canonical:
+            return upright.potential - upright.kinetic - energy
+        return upright.kinetic + upright.potential - energy
 
-    def _at_rest(self, q: np.ndarray) -> Predictions:
-        zero = np.zeros_like(q)
-        return predict(self.model, self.parameters, q, zero, zero, zero)
+
+def in_gauge(terms: Terms, rest: RestStates, qd: np.ndarray, gauge: Gauge) -> Terms:
+    """The same predictions with T and V in a gauge: `raw`, with one known energy as `anchor`, `canonical`, or both.
+
+    terms and qd (member, sample, n_q) are at the positions of `rest`. The anchor is the paper's (III-A.1): the energy
+    of one state is known; here the upright rest, where H is V.
+    """
+    kinetic, potential = terms.kinetic, terms.potential
+    if gauge.startswith("canonical"):
+        kinetic = kinetic - rest.terms.kinetic - (rest.gradients * qd).sum(-1)
+        potential = potential - rest.terms.kinetic
+    if gauge.endswith("anchor"):
+        potential = potential - rest.anchor_error(gauge == "canonical_anchor")
+    return replace(terms, kinetic=kinetic, potential=potential)
 
 
 def _gradient_part(system: System, q: np.ndarray, field: np.ndarray) -> np.ndarray:

@@ -7,11 +7,11 @@ import numpy as np
 from torch import Tensor
 
 from repro.data.dataset import Dataset
-from repro.evaluation.canonical import Gauge, Reading
-from repro.evaluation.predictions import Predictions, predict, truth
+from repro.evaluation.canonical import Gauge, RestStates, in_gauge
+from repro.evaluation.predictions import predict, truth
 from repro.mechanics.system import System
 from repro.models.model import Model
-from repro.models.terms import least_eigenvalue
+from repro.models.terms import Terms, least_eigenvalue
 
 FORCE, ACCELERATION, MOMENTUM = "N, N m", "m/s^2, rad/s^2", "kg m/s, kg m^2/s"
 LARGEST_ENERGY_ERROR = 0.3  # J, after one constant; above it a model has not learned the energy
@@ -29,32 +29,37 @@ class MetricValues:
 
 
 def pointwise(
-    model: Model, parameters: Tensor, part: Dataset, system: System | None, split: str, reading: Reading
+    model: Model, parameters: Tensor, part: Dataset, system: System | None, split: str, gauge: Gauge
 ) -> Iterator[MetricValues]:
     """All errors that need single samples only; the true energies are compared where the true system is known."""
     arrays = (part.q, part.qd, part.qdd, part.tau)
-    said = predict(model, parameters, *arrays)
-    yield from _equation_errors(said, part, split)
-    if said.mass is not None and model.energetic:
-        yield MetricValues(split, "min_eig_M", least_eigenvalue(said.mass), "kg, kg m^2")
-    if said.transformed_momentum is not None:
-        gap = np.abs(said.transformed_momentum - said.momentum).mean((1, 2))
+    predicted = predict(model, parameters, *arrays)
+    yield from _equation_errors(predicted, part, split)
+    if predicted.mass is not None and model.energetic:
+        yield MetricValues(split, "min_eig_M", least_eigenvalue(predicted.mass), "kg, kg m^2")
+    if predicted.transformed_momentum is not None:
+        gap = np.abs(predicted.transformed_momentum - predicted.momentum).mean((1, 2))
         yield MetricValues(split, "momentum_transform", gap, MOMENTUM)
     if system is not None and model.energetic:
         true = truth(system, *arrays)
-        yield from _energy_errors(said, true, part.qd, split)
-        yield MetricValues(split, "trapped", _trapped(said, true, part.qd), "1")
-        yield from _gravity(model, parameters, system, part.q, split)
-        yield from _gauge_errors(said, true, part, Gauge(model, parameters, system, reading), split)
-        if said.transformed_momentum is not None:
-            error = np.abs(said.transformed_momentum - true.momentum).mean((1, 2))
+        yield from _energy_errors(predicted, true, part.qd, split)
+        yield MetricValues(split, "trapped", _trapped(predicted, true, part.qd), "1")
+        rest = RestStates(model, parameters, system, part.q)
+        yield from _gravity(rest, split)
+        yield from _gauge_errors(in_gauge(predicted, rest, part.qd, gauge), true, split)
+        canonical = in_gauge(predicted, rest, part.qd, "canonical_anchor")
+        error = np.abs(canonical.lagrangian - true.lagrangian).mean(1)
+        yield MetricValues(split, "mae_L_canonical", error, "J")
+        yield MetricValues(split, "gyroscopic_remainder", rest.remainder, MOMENTUM)
+        if predicted.transformed_momentum is not None:
+            error = np.abs(predicted.transformed_momentum - true.momentum).mean((1, 2))
             yield MetricValues(split, "mae_p_transformed", error, MOMENTUM)
 
 
-def _equation_errors(said: Predictions, part: Dataset, split: str) -> Iterator[MetricValues]:
+def _equation_errors(predicted: Terms, part: Dataset, split: str) -> Iterator[MetricValues]:
     for name, ours, measured, unit in (
-        ("tau", said.tau, part.tau, FORCE),
-        ("qdd", said.qdd, part.qdd, ACCELERATION),
+        ("tau", predicted.tau, part.tau, FORCE),
+        ("qdd", predicted.acceleration, part.qdd, ACCELERATION),
     ):
         if ours is None:
             continue
@@ -69,38 +74,38 @@ def _equation_errors(said: Predictions, part: Dataset, split: str) -> Iterator[M
         yield MetricValues(split, f"skill_{name}", skill, "1")
 
 
-def _energy_errors(said: Predictions, true: Predictions, qd: np.ndarray, split: str) -> Iterator[MetricValues]:
-    lagrangian = np.abs(said.lagrangian - true.lagrangian).mean(1)
+def _energy_errors(predicted: Terms, true: Terms, qd: np.ndarray, split: str) -> Iterator[MetricValues]:
+    lagrangian = np.abs(predicted.lagrangian - true.lagrangian).mean(1)
     yield MetricValues(split, "mae_L_raw", lagrangian, "J")
     yield MetricValues(split, "mae_L_relative", lagrangian / np.abs(true.lagrangian).mean(1), "1")
-    absolute = np.abs(said.hamiltonian(qd) - true.hamiltonian(qd)).mean(1)
+    absolute = np.abs(predicted.hamiltonian(qd) - true.hamiltonian(qd)).mean(1)
     yield MetricValues(split, "mae_H_legendre", absolute, "J")
-    yield MetricValues(split, "mae_H_centred", _centred_energy_error(said, true, qd), "J")
-    yield MetricValues(split, "mae_p", np.abs(said.momentum - true.momentum).mean((1, 2)), MOMENTUM)
+    yield MetricValues(split, "mae_H_centred", _centred_energy_error(predicted, true, qd), "J")
+    yield MetricValues(split, "mae_p", np.abs(predicted.momentum - true.momentum).mean((1, 2)), MOMENTUM)
 
 
-def _centred_energy_error(said: Predictions, true: Predictions, qd: np.ndarray) -> np.ndarray:
-    error = said.hamiltonian(qd) - true.hamiltonian(qd)
+def _centred_energy_error(predicted: Terms, true: Terms, qd: np.ndarray) -> np.ndarray:
+    error = predicted.hamiltonian(qd) - true.hamiltonian(qd)
     return np.abs(error - error.mean(1, keepdims=True)).mean(1)
 
 
-def _trapped(said: Predictions, true: Predictions, qd: np.ndarray) -> np.ndarray:
+def _trapped(predicted: Terms, true: Terms, qd: np.ndarray) -> np.ndarray:
     """1 where a member has the cart's momentum and little else: L = p_x^2 / (2 m) has a small error of tau."""
-    trapped = ~(_centred_energy_error(said, true, qd) <= LARGEST_ENERGY_ERROR)
-    if said.mass is not None:
-        trapped |= least_eigenvalue(said.mass) < SMALLEST_INERTIA
+    trapped = ~(_centred_energy_error(predicted, true, qd) <= LARGEST_ENERGY_ERROR)
+    if predicted.mass is not None:
+        trapped |= least_eigenvalue(predicted.mass) < SMALLEST_INERTIA
     return trapped.astype(float)
 
 
-def _gravity(model: Model, parameters: Tensor, system: System, q: np.ndarray, split: str) -> Iterator[MetricValues]:
+def _gravity(rest: RestStates, split: str) -> Iterator[MetricValues]:
     """Learned weight of each cos(angle) over the true one, both fitted to the energy at rest, which has no gauge."""
+    system, q = rest.system, rest.q
     if not system.angles:
         return
-    rest = np.zeros_like(q)
-    at_rest = (q, rest, rest, rest)
+    zero = np.zeros_like(q)
     learned, true = (
-        _cosine_weights(q[..., system.angles], said.hamiltonian(rest))
-        for said in (predict(model, parameters, *at_rest), truth(system, *at_rest))
+        _cosine_weights(q[..., system.angles], terms.hamiltonian(zero))
+        for terms in (rest.terms, truth(system, q, zero, zero, zero))
     )
     ratio = learned / true
     yield MetricValues(split, "gravity", ratio.mean(1), "1")
@@ -115,18 +120,11 @@ def _cosine_weights(angles: np.ndarray, energy: np.ndarray) -> np.ndarray:
     return np.stack([np.linalg.lstsq(c, e, rcond=None)[0] for c, e in zip(columns, usable, strict=True)])[:, :-1]
 
 
-def _gauge_errors(
-    said: Predictions, true: Predictions, part: Dataset, gauge: Gauge, split: str
-) -> Iterator[MetricValues]:
-    read = gauge.apply(said, part.q, part.qd)
-    energy = true.kinetic + true.potential
-    yield MetricValues(split, "mae_H_sum", np.abs(read.kinetic + read.potential - energy).mean(1), "J")
+def _gauge_errors(read: Terms, true: Terms, split: str) -> Iterator[MetricValues]:
+    yield MetricValues(split, "mae_H_sum", np.abs(read.energy_sum - true.energy_sum).mean(1), "J")
     yield MetricValues(split, "mae_T", np.abs(read.kinetic - true.kinetic).mean(1), "J")
     yield MetricValues(split, "mae_V", np.abs(read.potential - true.potential).mean(1), "J")
     yield MetricValues(split, "min_T", read.kinetic.min(1), "J")
-    canonical = Gauge(gauge.model, gauge.parameters, gauge.system, "canonical_anchor").apply(said, part.q, part.qd)
-    yield MetricValues(split, "mae_L_canonical", np.abs(canonical.lagrangian - true.lagrangian).mean(1), "J")
-    yield MetricValues(split, "gyroscopic_remainder", gauge.remainder(part.q), MOMENTUM)
 
 
 def _component_unit(name: str, is_angle: bool) -> str:

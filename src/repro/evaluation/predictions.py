@@ -1,7 +1,6 @@
-"""What a fitted model says of many samples, and what is true of them."""
+"""Predictions of a fitted model at many samples, and the true quantities there."""
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import fields, replace
 
 import numpy as np
 import torch
@@ -11,43 +10,16 @@ from repro.codegen.array_evaluation import evaluate
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
 from repro.models.model import Model
+from repro.models.terms import Terms
 
 CHUNK = 4096  # samples at a time, so that wide networks fit into memory
 
 
-Quantity = Any  # an array, or None where it is not defined
+def predict(model: Model, parameters: Tensor, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> Terms:
+    """Predictions of every member at its own samples, as numpy arrays; q, qd, qdd, tau: (member, sample, n_q).
 
-
-@dataclass(frozen=True)
-class Predictions:
-    """Arrays of one model or of the truth; None where a quantity is not defined.
-
-    tau, qdd, momentum, transformed_momentum: (member, sample, n_q); kinetic, potential: (member, sample) in J;
-    mass: (member, sample, n_q, n_q).
+    The acceleration is solved for where the model has a mass matrix only; the error of eq. (12b) is left out.
     """
-
-    tau: Quantity = None
-    qdd: Quantity = None
-    momentum: Quantity = None
-    kinetic: Quantity = None
-    potential: Quantity = None
-    mass: Quantity = None
-    transformed_momentum: Quantity = None
-
-    @property
-    def lagrangian(self) -> np.ndarray:
-        """L = T - V, (member, sample) in J."""
-        return self.kinetic - self.potential
-
-    def hamiltonian(self, qd: np.ndarray) -> np.ndarray:
-        """The Legendre transform p . qd - L, (member, sample) in J."""
-        return (self.momentum * qd).sum(-1) - self.lagrangian
-
-
-def predict(
-    model: Model, parameters: Tensor, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray
-) -> Predictions:
-    """Predictions of every member at its own samples; q, qd, qdd, tau: (member, sample, n_q)."""
     chunks = []
     weights = parameters.double()
     for start in range(0, q.shape[1], CHUNK):
@@ -59,30 +31,27 @@ def predict(
             if acceleration is None and terms.mass is not None:
                 measured = torch.from_numpy(part[2])
                 acceleration = measured + terms.acceleration_error(measured, torch.from_numpy(part[3]))
-        chunks.append(
-            {
-                "tau": terms.tau,
-                "qdd": acceleration,
-                "momentum": terms.momentum,
-                "kinetic": terms.kinetic,
-                "potential": terms.potential,
-                "mass": terms.mass,
-                "transformed_momentum": terms.transformed_momentum,
-            }
-        )
-    joined = {
-        name: None if chunks[0][name] is None else torch.cat([chunk[name] for chunk in chunks], dim=1).numpy()
-        for name in chunks[0]
-    }
-    return Predictions(**joined)
+        chunks.append(replace(terms, acceleration=acceleration, port_error=None))
+
+    def joined(name: str) -> np.ndarray | None:
+        parts = [getattr(chunk, name) for chunk in chunks]
+        return None if parts[0] is None else torch.cat(parts, dim=1).numpy()
+
+    return Terms(**{field.name: joined(field.name) for field in fields(Terms)})
 
 
-def truth(system: System, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> Predictions:
-    """The true system's quantities at the samples; qdd and tau are passed through."""
+def at_rest(model: Model, parameters: Tensor, q: np.ndarray) -> Terms:
+    """Predictions at positions q (member, sample, n_q) without motion or force."""
+    zero = np.zeros_like(q)
+    return predict(model, parameters, q, zero, zero, zero)
+
+
+def truth(system: System, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> Terms:
+    """The true system's quantities at the samples; tau and the acceleration are passed through."""
     dynamics = dynamics_of(system)
-    return Predictions(
+    return Terms(
         tau=tau,
-        qdd=qdd,
+        acceleration=qdd,
         momentum=evaluate(dynamics.momentum, q, qd),
         kinetic=evaluate(dynamics.kinetic, q, qd)[..., 0],
         potential=evaluate(dynamics.potential, q, qd)[..., 0],

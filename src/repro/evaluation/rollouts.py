@@ -54,11 +54,11 @@ def first_points(model: Model, parameters: Tensor, part: Dataset) -> ModelRollou
         rolled = _simulate(model, parameters.double().numpy(), plant[:, start], part.tau[:, start : stop - 1], part)
         states[:, start:stop] = rolled
     euler = plant.copy()
-    said = predict(model, parameters, *(array[:, :points] for array in (part.q, part.qd, part.qdd, part.tau)))
+    predicted = predict(model, parameters, *(array[:, :points] for array in (part.q, part.qd, part.qdd, part.tau)))
     inside = np.flatnonzero(np.diff(part.episode[:points]) == 0)
     n_q = part.n_q
     euler[:, inside + 1, :n_q] = plant[:, inside, :n_q] + part.time_step * plant[:, inside, n_q:]
-    euler[:, inside + 1, n_q:] = plant[:, inside, n_q:] + part.time_step * said.qdd[:, inside]
+    euler[:, inside + 1, n_q:] = plant[:, inside, n_q:] + part.time_step * predicted.acceleration[:, inside]
     return ModelRollout(part.time[:points] - part.time[0], plant, states, euler)
 
 

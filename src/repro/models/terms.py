@@ -1,4 +1,4 @@
-"""What a model says of a batch of samples."""
+"""The quantities that a model, or the true system, predicts at a batch of samples."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -7,7 +7,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-Quantity = Any  # a Tensor, or None where a model does not define the quantity
+Quantity = Any  # a Tensor (numpy array in evaluation), or None where the quantity is not defined
 
 
 @dataclass(frozen=True)
@@ -29,16 +29,16 @@ class Terms:
     port_error: Quantity = None
 
     @property
-    def lagrangian(self) -> Tensor:
+    def lagrangian(self) -> Quantity:
         """L = T - V, (member, sample) in J."""
         return self.kinetic - self.potential
 
     @property
-    def energy_sum(self) -> Tensor:
+    def energy_sum(self) -> Quantity:
         """T + V, the paper's H_hat (III-A.1), (member, sample) in J."""
         return self.kinetic + self.potential
 
-    def hamiltonian(self, qd: Tensor) -> Tensor:
+    def hamiltonian(self, qd: Quantity) -> Quantity:
         """The Legendre transform H = p . qd - L, (member, sample) in J."""
         return (self.momentum * qd).sum(-1) - self.lagrangian
 

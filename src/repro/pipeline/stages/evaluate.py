@@ -11,13 +11,13 @@ from torch import Tensor
 
 from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
-from repro.evaluation.canonical import Gauge, Reading
+from repro.evaluation.canonical import Gauge, RestStates, in_gauge
 from repro.evaluation.coefficients import coefficient_errors
 from repro.evaluation.damping import damping_errors
 from repro.evaluation.energy_drift import energy_curves, energy_errors, free_motion_energies
 from repro.evaluation.metrics import MetricValues, pointwise
 from repro.evaluation.passivity_metrics import passivity
-from repro.evaluation.predictions import Predictions, predict
+from repro.evaluation.predictions import predict
 from repro.evaluation.rollouts import (
     ModelRollout,
     can_simulate,
@@ -31,6 +31,7 @@ from repro.mechanics.system import System
 from repro.models.damped import without_damping
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
+from repro.models.terms import Terms
 
 METRICS, TRAJECTORIES = "metrics.parquet", "trajectories.parquet"
 ON_D_H = ("mae_tau", "mae_qdd", "mae_H_legendre", "mae_H_sum", "mae_L_raw", "min_eig_M")
@@ -54,7 +55,7 @@ def measure(
     fit: Fit,
     data: Dataset,
     system: System | None,
-    reading: Reading,
+    gauge: Gauge,
     free: Dataset | None = None,
     others: Sequence[MetricValues] = (),
     horizons: Sequence[float] = (),
@@ -65,10 +66,10 @@ def measure(
     free motion after which the energies of plant and model are compared.
     """
     rollout = first_points(fit.model, fit.parameters, data.test) if can_simulate(fit.model) else None
-    metrics = [*_metrics(fit, data, system, reading, rollout), *others]
+    metrics = [*_metrics(fit, data, system, gauge, rollout), *others]
     if free is not None:
         metrics += [
-            m for m in pointwise(fit.model, fit.parameters, free.test, system, "free", reading) if m.name in ON_D_H
+            m for m in pointwise(fit.model, fit.parameters, free.test, system, "free", gauge) if m.name in ON_D_H
         ]
     motion = None
     if system is not None and horizons and rollout is not None:
@@ -89,17 +90,17 @@ def measure(
 
 
 def _metrics(
-    fit: Fit, data: Dataset, system: System | None, reading: Reading, rollout: ModelRollout | None
+    fit: Fit, data: Dataset, system: System | None, gauge: Gauge, rollout: ModelRollout | None
 ) -> Iterator[MetricValues]:
     test, train = data.test, data.train
-    yield from pointwise(fit.model, fit.parameters, test, system, "test", reading)
+    yield from pointwise(fit.model, fit.parameters, test, system, "test", gauge)
     early = min(TRAIN_SAMPLES, train.samples)
     head = Dataset(
         q=train.q[:, :early], qd=train.qd[:, :early], qdd=train.qdd[:, :early], tau=train.tau[:, :early],
         time=train.time[:early], episode=train.episode[:early], n_train=early,
         coordinates=train.coordinates, time_step=train.time_step,
     )  # fmt: skip
-    for metric in pointwise(fit.model, fit.parameters, head, None, "train", reading):
+    for metric in pointwise(fit.model, fit.parameters, head, None, "train", gauge):
         if metric.name in ("mae_tau", "mae_qdd"):
             yield metric
     learned = without_damping(fit.model)
@@ -141,21 +142,21 @@ def _trajectories(
     ]
 
 
-def _energies(role: str, said: Predictions) -> dict[str, np.ndarray]:
-    total = said.kinetic + said.potential
-    return {f"{role}.T": said.kinetic, f"{role}.V": said.potential, f"{role}.H": total}
+def _energies(role: str, terms: Terms) -> dict[str, np.ndarray]:
+    return {f"{role}.T": terms.kinetic, f"{role}.V": terms.potential, f"{role}.H": terms.energy_sum}
 
 
-def _true_energies(system: System, states: np.ndarray) -> Predictions:
+def _true_energies(system: System, states: np.ndarray) -> Terms:
     dynamics, n_q = dynamics_of(system), system.n_q
     q, qd = states[..., :n_q], states[..., n_q:]
-    return Predictions(
+    return Terms(
         kinetic=evaluate(dynamics.kinetic, q, qd)[..., 0], potential=evaluate(dynamics.potential, q, qd)[..., 0]
     )
 
 
-def _learned_energies(fit: Fit, system: System, states: np.ndarray) -> Predictions:
+def _learned_energies(fit: Fit, system: System, states: np.ndarray) -> Terms:
     q, qd = (np.nan_to_num(part) for part in (states[..., : system.n_q], states[..., system.n_q :]))
     zero = np.zeros_like(q)
-    said = predict(fit.model, fit.parameters, q, qd, zero, zero)
-    return Gauge(fit.model, fit.parameters, system, "canonical_anchor").apply(said, q, qd)
+    predicted = predict(fit.model, fit.parameters, q, qd, zero, zero)
+    rest = RestStates(fit.model, fit.parameters, system, q)
+    return in_gauge(predicted, rest, qd, "canonical_anchor")
