@@ -26,7 +26,7 @@ from repro.errors import UserError
 from repro.launch import cluster
 from repro.launch.jobs import Job
 from repro.sweep.missing import RUN_JOB
-from repro.sweep.planned_job import planned
+from repro.sweep.planned_job import plan_jobs
 from repro.tracking.paths import Paths
 from repro.tracking.store import Store
 
@@ -54,7 +54,7 @@ def recordings(tmp_path: Path) -> tuple[Path, Path]:
 
 def job(outputs: Path, *overrides: str) -> dict[str, Any]:
     """One job, as a sweep hands them to a launcher."""
-    [one] = planned(expand(overrides), Paths(outputs))
+    [one] = plan_jobs(expand(overrides), Paths(outputs))
     resolved = one.composed.config.model_dump()
     arguments = {"resolved": resolved, "outputs": str(outputs), "command": one.composed.command}
     return {"name": one.label, "target": RUN_JOB, "arguments": arguments, "command": one.composed.command}

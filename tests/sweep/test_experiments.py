@@ -14,12 +14,11 @@ import yaml
 from repro.bench.stored_bench import EXPERIMENT
 from repro.bench.suite import comparisons
 from repro.claims.claims import load_claims
-from repro.commands.reproduce import experiments_at
 from repro.config.compose import parse, plan
-from repro.config.overrides import expand, experiments
+from repro.config.overrides import REPRODUCED_AT, expand, experiments
 from repro.config.places import CONF, EXPERIMENTS
 from repro.config.schema import scaled
-from repro.sweep.planned_job import Planned
+from repro.sweep.planned_job import PlannedJob
 from repro.sweep.relevant_jobs import answering
 from repro.tracking.paths import project_folder
 
@@ -53,10 +52,22 @@ def test_all_jobs_compose_at_every_scale(name):
             assert config.experiment == name
             assert config.optimiser.unit is None or config.optimiser.length >= 1
     asked = [claim for claim in load_claims(CLAIMS) if claim.experiment == name]
-    unanswered = [claim.name for claim in asked if not answering(claim, [Planned.of(composed) for composed in jobs])]
+    unanswered = [claim.name for claim in asked if not answering(claim, [PlannedJob.of(composed) for composed in jobs])]
     assert not unanswered, "claims that no job of the experiment answers"
     anchors = {"truth"} if "control" in name else {"trivial", "degenerate"}
     assert anchors <= {composed.config.model.kind for composed in jobs}, "the anchor rows"
+
+
+def test_a_reproduction_leaves_out_what_is_reproduced_at_other_scales_alone():
+    scales = {path.stem for path in (CONF / "scale").glob("*.yaml")}
+    listed = {
+        name: yaml.safe_load((EXPERIMENTS / f"{name}.yaml").read_text()).get(REPRODUCED_AT) for name in experiments()
+    }
+    assert set().union(*filter(None, listed.values())) <= scales
+    for scale in scales:
+        included = set(experiments(scale))
+        assert {name for name, some in listed.items() if some and scale not in some} == set(experiments()) - included
+    assert experiments("paper") == experiments() != experiments("smoke")
 
 
 def test_the_smallest_scale_leaves_out_long_motions_and_long_chains():
@@ -70,7 +81,7 @@ def test_the_smallest_scale_leaves_out_long_motions_and_long_chains():
 
 
 def test_every_claim_on_timing_names_a_comparison_that_is_made():
-    asked = {claim.predicate["bench"]["name"] for claim in load_claims(CLAIMS) if claim.experiment == EXPERIMENT}
+    asked = {claim.predicate.bench["name"] for claim in load_claims(CLAIMS) if claim.experiment == EXPERIMENT}
     assert asked <= {comparison.name for comparison in comparisons("smoke")}
 
 
@@ -90,7 +101,7 @@ def test_all_experiments_run_and_a_second_pass_repeats_nothing(tmp_path):
     states = {item["id"]: item["state"] for item in json.loads(repro("status", "--json")[0])}
     assert set(states.values()) == {"done"}
     listed = {path.stem for path in (tmp_path / "experiments" / "smoke").iterdir()}
-    assert listed == {*experiments_at("smoke"), EXPERIMENT}  # the benchmark is listed as one
+    assert listed == {*experiments("smoke"), EXPERIMENT}  # the benchmark is listed as one
 
     _, seconds = repro("reproduce", "scale=smoke")
     assert seconds < 15  # 5 on an idle machine

@@ -30,6 +30,11 @@ def add_json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON, for other programs")
 
 
+def add_workers(parser: argparse.ArgumentParser) -> None:
+    """Add --workers, the number of jobs that run at once."""
+    parser.add_argument("--workers", type=int, help="jobs at once (default: one per core that may be used)")
+
+
 def add_filters(parser: argparse.ArgumentParser) -> None:
     """Add any number of key=value; see `filters` and `fits`."""
     parser.add_argument("filters", nargs="*", metavar="key=value", help="only runs with this value on their card")

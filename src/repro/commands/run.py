@@ -4,11 +4,11 @@ import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from repro.commands.arguments import command_parser
+from repro.commands.arguments import add_workers, command_parser
 from repro.errors import UserError
 
 if TYPE_CHECKING:
-    from repro.sweep.planned_job import Planned
+    from repro.sweep.planned_job import PlannedJob
     from repro.tracking.paths import Paths
 
 HELP = "run one configuration, or many with -m"
@@ -31,8 +31,8 @@ def main(argv: Sequence[str]) -> int:
     from repro.launch import cluster
     from repro.launch.pool import start_server
     from repro.sweep.listing import list_jobs
-    from repro.sweep.missing import CORES, PRELOAD, run_missing
-    from repro.sweep.planned_job import planned
+    from repro.sweep.missing import PRELOAD, run_missing
+    from repro.sweep.planned_job import plan_jobs
     from repro.tracking.paths import Paths, outputs_root
     from repro.tracking.store import Store
 
@@ -47,14 +47,14 @@ def main(argv: Sequence[str]) -> int:
         return _print_configuration(overrides)
     paths = Paths(outputs_root())
     here = not where and not options.dry_run
-    jobs = planned(overrides, paths, on_unknown=lambda: start_server(PRELOAD) if here else None)
+    jobs = plan_jobs(overrides, paths, on_unknown=lambda: start_server(PRELOAD) if here else None)
     if options.failed:
         store = Store(paths.root)
         jobs = [job for job in jobs if job.failures(store)]
     if options.dry_run:
         return _print_plan(jobs)
     list_jobs(paths, jobs)
-    results = run_missing(jobs, paths, options.workers or CORES, options.timeout, where)
+    results = run_missing(jobs, paths, options.workers, options.timeout, where)
     _print_outcome(jobs, paths)
     return 1 if any(not result.ok for result in results) else 0
 
@@ -73,18 +73,18 @@ def _jobs(overrides: Sequence[str], paired: bool, sweep: bool) -> list[tuple[str
     return jobs
 
 
-def _print_plan(jobs: Sequence["Planned"]) -> int:
+def _print_plan(jobs: Sequence["PlannedJob"]) -> int:
+    from repro.sweep.planned_job import total
     from repro.tracking.text import duration
 
     for job in jobs:
         state = "done" if job.record else f"to run, about {duration(job.expected_seconds)}"
         print(f"{job.run}  {state}\n  {job.composed.command}")
-    left = sum(job.expected_seconds for job in jobs if job.record is None)
-    print(f"{len(jobs)} jobs, {sum(job.record is None for job in jobs)} to run, about {duration(left)} of one core")
+    print(total(jobs))
     return 0
 
 
-def _print_outcome(jobs: Sequence["Planned"], paths: "Paths") -> None:
+def _print_outcome(jobs: Sequence["PlannedJob"], paths: "Paths") -> None:
     from repro.tracking.store import Store
 
     store = Store(paths.root)
@@ -92,8 +92,8 @@ def _print_outcome(jobs: Sequence["Planned"], paths: "Paths") -> None:
         record = job.pipeline.finished(store)
         if record is None:
             continue
-        shown = {name: record.summary["median"].get(name) for name in ("mae_tau", "mae_qdd", "mae_H_centred")}
-        text = ", ".join(f"{name} {value:.3g}" for name, value in shown.items() if value is not None)
+        medians = {name: record.summary["median"].get(name) for name in ("mae_tau", "mae_qdd", "mae_H_centred")}
+        text = ", ".join(f"{name} {value:.3g}" for name, value in medians.items() if value is not None)
         print(f"{record.id}: {text} (medians of {len(job.composed.config.members)} members)")
 
 
@@ -110,7 +110,6 @@ def _print_configuration(jobs: Sequence[tuple[str, ...]]) -> int:
 
 def _run_parser() -> argparse.ArgumentParser:
     from repro.config.registry import choices_text
-    from repro.sweep.missing import CORES
 
     description = "Run one configuration, or many. Overrides are Hydra's: group=option, group.key=value."
     parser = command_parser("run", description, EPILOGUE + choices_text())
@@ -119,7 +118,7 @@ def _run_parser() -> argparse.ArgumentParser:
     parser.add_argument("--paired", action="store_true", help="walk the lists side by side instead of multiplying them")
     parser.add_argument("--dry-run", action="store_true", help="list the jobs, what is done, and the expected time")
     parser.add_argument("--failed", action="store_true", help="only the jobs whose last attempt failed")
-    parser.add_argument("--workers", type=int, help=f"jobs at once (default: {CORES}, the cores of this machine)")
+    add_workers(parser)
     parser.add_argument("--timeout", type=float, metavar="SECONDS", help="a job that takes longer is stopped")
     parser.add_argument(
         "--cfg", nargs="?", const="job", metavar="job", help="print the resolved configuration and run nothing"

@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from repro.commands.arguments import command_parser
+from repro.commands.arguments import add_workers, command_parser
 from repro.errors import UserError
 
 if TYPE_CHECKING:
     from repro.claims.assumptions import Assumption
     from repro.claims.claims import Claim
     from repro.results.results import Case
-    from repro.sweep.planned_job import Planned
+    from repro.sweep.planned_job import PlannedJob
     from repro.tracking.paths import Paths
 
 HELP = "change one assumption at a time"
@@ -19,7 +19,7 @@ EPILOGUE = """examples:
   repro sensitivity                     every assumption; what is finished is not repeated
   repro sensitivity data_start gravity  some of them
   repro sensitivity --dry-run           what would be run, and about how long it takes
-What is tried for an assumption stands in paper/assumptions.yaml; `repro report` shows what came of it.
+paper/assumptions.yaml lists what is tried for an assumption; `repro report` shows the effects.
 """
 
 
@@ -29,13 +29,13 @@ def main(argv: Sequence[str]) -> int:
     from repro.claims.claims import load_claims
     from repro.launch.pool import start_server
     from repro.sweep.assumption_runs import MEMBERS, SCALE, list_cases, plan_cases
-    from repro.sweep.missing import CORES, PRELOAD, run_missing
+    from repro.sweep.missing import PRELOAD, run_missing
     from repro.tracking.paths import Paths, outputs_root, project_folder
 
     description = f"Change one assumption at a time, at scale {SCALE} with {MEMBERS} members."
     parser = command_parser("sensitivity", description, EPILOGUE)
     parser.add_argument("assumptions", nargs="*", metavar="assumption", help="ids of paper/assumptions.yaml (all)")
-    parser.add_argument("--workers", type=int, default=CORES, help=f"jobs at once (default: {CORES})")
+    add_workers(parser)
     parser.add_argument("--dry-run", action="store_true", help="list the jobs, and about how long they take")
     options = parser.parse_args(argv)
     paper, paths = project_folder() / "paper", Paths(outputs_root())
@@ -59,10 +59,10 @@ def _show(paths: "Paths", claims: Sequence["Claim"], tried: Sequence[str]) -> No
     from repro.results.stored import stored_runs
 
     lists = sorted((paths.experiments / SENSITIVITY).glob("*.json"))
-    found = gather_sensitivity(lists, stored_runs(paths.root, SENSITIVITY))
-    if found is not None:
-        compared = [each for each in assumption_effects(found, claims) if each.assumption in tried]
-        show_sensitivity(sorted(compared, key=lambda each: tried.index(each.assumption)))
+    sensitivity = gather_sensitivity(lists, stored_runs(paths.root, SENSITIVITY))
+    if sensitivity is not None:
+        effects = [effect for effect in assumption_effects(sensitivity, claims) if effect.assumption in tried]
+        show_sensitivity(sorted(effects, key=lambda effect: tried.index(effect.assumption)))
 
 
 def _chosen(ledger: Sequence["Assumption"], names: Sequence[str]) -> list["Assumption"]:
@@ -72,12 +72,9 @@ def _chosen(ledger: Sequence["Assumption"], names: Sequence[str]) -> list["Assum
     return [row for row in ledger if not names or row.id in names]
 
 
-def _print_plan(cases: Sequence["Case"], jobs: Sequence["Planned"]) -> int:
-    from repro.tracking.text import duration
+def _print_plan(cases: Sequence["Case"], jobs: Sequence["PlannedJob"]) -> int:
+    from repro.sweep.planned_job import total
 
-    tried = [f"{case.assumption}, {case.claim}: {case.alternative}" for case in cases]
-    print("\n".join(dict.fromkeys(tried)))
-    missing = [job for job in jobs if job.record is None]
-    left = duration(sum(job.expected_seconds for job in missing))
-    print(f"{len(jobs)} jobs, {len(missing)} to run, about {left} of one core")
+    print("\n".join(dict.fromkeys(f"{case.assumption}, {case.claim}: {case.alternative}" for case in cases)))
+    print(total(jobs))
     return 0

@@ -1,6 +1,5 @@
 """From overrides to checked configurations, by Hydra; what was composed before is read from a file."""
 
-import os
 import signal
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -14,11 +13,12 @@ from pydantic import ValidationError
 
 from repro.config.composed_cache import Cache
 from repro.config.error_lines import lines
-from repro.config.overrides import EXPERIMENT, check, experiment_of, first_lines, renamed
+from repro.config.overrides import EXPERIMENT, REPRODUCED_AT, check, experiment_of, first_lines, renamed
 from repro.config.places import CONF, ROOT
 from repro.config.rules import impossible
 from repro.config.schema import Config
 from repro.errors import UserError
+from repro.tracking.cores import allowed_cores
 from repro.tracking.text import hydra_quoted
 
 NEEDS_QUOTES = set("[]{}() $*;&|")
@@ -97,7 +97,9 @@ def _checked(jobs: Sequence[tuple[str, ...]], caches: Mapping[str, Cache]) -> It
 @contextmanager
 def _composing(jobs: Sequence[tuple[str, ...]]) -> Iterator[Iterator[dict[str, Any]]]:
     """What Hydra makes of the jobs, in their order; many are composed by several processes."""
-    processes = min(os.cpu_count() or 1, len(jobs) // JOBS_A_PROCESS)
+    processes = len(jobs) // JOBS_A_PROCESS
+    if processes > 1:
+        processes = min(processes, allowed_cores())
     if processes < 2:
         yield map(_composed, jobs)
         return
@@ -126,4 +128,4 @@ def _composed(overrides: Sequence[str]) -> dict[str, Any]:
     except (HydraException, OmegaConfBaseException, yaml.YAMLError) as error:
         raise UserError(first_lines(error)) from None
     assert isinstance(resolved, dict)
-    return {str(key): value for key, value in resolved.items() if key != "hydra"}
+    return {str(key): value for key, value in resolved.items() if key not in ("hydra", REPRODUCED_AT)}

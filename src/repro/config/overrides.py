@@ -13,13 +13,18 @@ from repro.errors import UserError
 from repro.plugins.plugin import nearest
 
 EXPERIMENT = "+experiments@_global_="  # how Hydra spells experiment=
+REPRODUCED_AT = "reproduced_at"  # the key of an experiment's file that lists scales; no part of a configuration
 # What may be added to a job of an experiment without making it another setting.
 SAME_SETTING = ("scale", "seeds", "record")
 
 
-def experiments() -> list[str]:
-    """Names of all experiments."""
-    return sorted(path.stem for path in EXPERIMENTS.glob("*.yaml"))
+def experiments(reproduced_at: str = "") -> list[str]:
+    """Names of all experiments, or of those that a reproduction at this scale includes."""
+    names = sorted(path.stem for path in EXPERIMENTS.glob("*.yaml"))
+    if not reproduced_at:
+        return names
+    scales = {name: registry.read_yaml(EXPERIMENTS / f"{name}.yaml").get(REPRODUCED_AT) for name in names}
+    return [name for name in names if reproduced_at in (scales[name] or [reproduced_at])]
 
 
 def expand(overrides: Sequence[str], *, paired: bool = False, lines: bool = True) -> list[tuple[str, ...]]:

@@ -39,7 +39,7 @@ def _unknown_names(config: Config) -> Iterator[str]:
 
 def _system(config: Config) -> Iterator[str]:
     try:
-        _load(config)
+        true_system(config)
     except UserError as error:
         yield f"system: {error}"
 
@@ -47,7 +47,7 @@ def _system(config: Config) -> Iterator[str]:
 def _basis_of_another_system(config: Config) -> Iterator[str]:
     if not config.model.uses_basis or [*_system(config)]:
         return
-    units = [coordinate.unit for coordinate in _load(config).coordinates]
+    units = [coordinate.unit for coordinate in true_system(config).coordinates]
     if not _suits(config.basis.name, units):
         suited = ", ".join(name for name in plugin_names(BASES) if _suits(name, units))
         needed = ", ".join("..." if unit is ... else unit for unit in _features(config.basis.name).COORDINATES)
@@ -185,7 +185,7 @@ def _closed_loop(config: Config) -> Iterator[str]:
         yield f"{choice}: drives the true system, which data=file does not include; use control=none"
     if not config.model.controllable:
         yield f"{choice}: needs a model with energies and an invertible mass matrix, not model={config.model.kind}"
-    system = _load(config)
+    system = true_system(config)
     if not control.fits(system):
         yield f"{choice}: drives {control.drives} by one force; {_inputs(system)}; use {_suited_to(control)}"
     if task.delay >= control.time_step:
@@ -233,7 +233,8 @@ def _models_with(capability: str) -> list[str]:
     return [kind for kind in plugin_names(MODELS) if getattr(plugin(MODELS, kind).Options, capability)]
 
 
-def _load(config: Config) -> "System":
+def true_system(config: Config) -> "System":
+    """The system that the configuration describes; UserError for constants that it cannot have."""
     from repro.mechanics.system import load
 
     system = config.system

@@ -66,8 +66,8 @@ def _options(config: Config) -> str | None:
         usual = settings(group, option)
         changed += [
             f"{key}={str(value).lower()}"
-            for key, value in chosen.items()
-            if key not in TOLD and plain_copy(value) != usual.get(key, value)
+            for key, value in plain_copy(chosen).items()
+            if key not in TOLD and value != usual.get(key, value)
         ]
     return ", ".join(changed) or None
 

@@ -1,6 +1,5 @@
 """Draws every figure of the report, a share on each core."""
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -9,6 +8,7 @@ from repro.launch.pool import run_jobs
 from repro.report.figures.figure import Figure
 from repro.report.paper import load_figures, paper_folder
 from repro.results.results import Results
+from repro.tracking.cores import allowed_cores
 
 # What drawing needs and takes long to load.
 PRELOAD = (__name__, "pandas", "matplotlib.backends.backend_agg", "matplotlib.backends.backend_pdf")
@@ -18,7 +18,7 @@ def draw_all(results: Results, folder: Path) -> list[Figure]:
     """Write every figure that the results can fill, as PDF and PNG; return those written."""
     figures = load_figures(paper_folder())
     names = [figure.name for figure in figures]
-    cores = min(os.cpu_count() or 1, len(names))
+    cores = min(allowed_cores(), len(names))
     # The results travel once to each share: they weigh more than any figure.
     jobs = [
         Job(f"figures {n + 1}", f"{__name__}:draw", {"names": names[n::cores], "results": results, "folder": folder})

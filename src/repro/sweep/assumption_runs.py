@@ -1,102 +1,98 @@
-"""`repro sensitivity`: each assumption changed by itself, on few members, to see which verdicts it moves."""
+"""The runs that show which verdicts an assumption moves: each assumption changed by itself, on few members."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
-from dataclasses import asdict, dataclass
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass
 
+from repro.claims.assumption_effects import METRIC
 from repro.claims.assumptions import Assumption, Trial
 from repro.claims.claims import Claim
 from repro.config.overrides import expand
 from repro.config.places import digest
 from repro.errors import UserError
 from repro.results.results import SENSITIVITY, Case
-from repro.results.stored import read_json
-from repro.sweep.planned_job import Planned, planned
+from repro.sweep.experiment_list import ExperimentList, ListedJob
+from repro.sweep.planned_job import PlannedJob, plan_jobs
 from repro.sweep.relevant_jobs import answering
-from repro.tracking.files import disk_errors_explained, write_json
+from repro.tracking.files import disk_errors_explained
 from repro.tracking.paths import Paths
 
 SCALE, MEMBERS = "quick", 3
 
 
 @dataclass(frozen=True)
-class Question:
+class TriedClaim:
     """One claim under one trial of an assumption: the jobs that answer it by our choice."""
 
     assumption: Assumption
     trial: Trial
     claim: Claim
-    jobs: tuple[Planned, ...]
+    jobs: tuple[PlannedJob, ...]
 
 
-def plan_cases(ledger: Sequence[Assumption], claims: Sequence[Claim], paths: Paths) -> tuple[list[Case], list[Planned]]:
+def plan_cases(
+    ledger: Sequence[Assumption], claims: Sequence[Claim], paths: Paths
+) -> tuple[list[Case], list[PlannedJob]]:
     """Every case of these assumptions, and the jobs that they need, each once; UserError before anything runs."""
-    questions = [*_questions(ledger, {claim.name: claim for claim in claims}, paths)]
-    pairs = [
-        (question, alternative, ours, _instead(ours, alternative))
-        for question in questions
-        for alternative in question.trial.instead
-        for ours in question.jobs
-    ]
-    others = planned([overrides for *_, overrides in pairs], paths)
+    tried = [*_tried_claims(ledger, {claim.name: claim for claim in claims}, paths)]
+    pairs = [(each, alternative, ours) for each in tried for alternative in each.trial.instead for ours in each.jobs]
+    others = plan_jobs([_substitute(ours, alternative) for _, alternative, ours in pairs], paths)
     cases = [
         Case(
-            assumption=question.assumption.id,
+            assumption=each.assumption.id,
             choice=_choice(ours, alternative),
             alternative=alternative,
-            claim=question.claim.name,
-            experiment=question.claim.experiment,
+            claim=each.claim.name,
+            experiment=each.claim.experiment,
             run=ours.run,
             instead=other.run,
         )
-        for (question, alternative, ours, _), other in zip(pairs, others, strict=True)
+        for (each, alternative, ours), other in zip(pairs, others, strict=True)
     ]
-    _refuse_idle(cases)
-    needed = [*(job for question in questions for job in question.jobs), *others]
+    _refuse_without_effect(cases)
+    needed = [*(job for each in tried for job in each.jobs), *others]
     return cases, [*{job.run: job for job in needed}.values()]
 
 
-def list_cases(paths: Paths, cases: Sequence[Case], jobs: Sequence[Planned], tried: Set[str]) -> None:
+def list_cases(paths: Paths, cases: Sequence[Case], jobs: Sequence[PlannedJob], tried: Set[str]) -> None:
     """Write the cases and their jobs where the report looks for them: experiments/sensitivity/<experiment>.json.
 
-    What was listed before for assumptions that are not `tried` now stays.
+    What was listed before for assumptions that are not `tried` now stays. Raises UserError for a damaged list.
     """
     folder = paths.experiments / SENSITIVITY
-    listed = [read_json(path) for path in sorted(folder.glob("*.json"))]
-    kept = [case for each in listed for case in each["cases"] if case["assumption"] not in tried]
-    known = {job["run"]: job for each in listed for job in each["jobs"]} | {job.run: _entry(job) for job in jobs}
-    by_experiment: dict[str, list[dict[str, str]]] = {}
-    for case in [*kept, *map(asdict, cases)]:
-        by_experiment.setdefault(case["experiment"], []).append(case)
+    listed = [each for path in sorted(folder.glob("*.json")) if (each := ExperimentList.read(path)) is not None]
+    retained = [case for each in listed for case in each.cases if case.assumption not in tried]
+    known = {job.run: job for each in listed for job in each.jobs} | {job.run: ListedJob.of(job) for job in jobs}
+    by_experiment: dict[str, list[Case]] = {}
+    for case in [*retained, *cases]:
+        by_experiment.setdefault(case.experiment, []).append(case)
     with disk_errors_explained(paths.root):
         for experiment, own in by_experiment.items():
-            runs = dict.fromkeys(run for case in own for run in (case["run"], case["instead"]))
-            content: dict[str, Any] = {"experiment": experiment, "scale": SENSITIVITY, "settings": digest(experiment)}
-            write_json(folder / f"{experiment}.json", content | {"jobs": [known[run] for run in runs], "cases": own})
+            runs = dict.fromkeys(run for case in own for run in (case.run, case.instead))
+            entries = [known[run] for run in runs]
+            ExperimentList(experiment, SENSITIVITY, digest(experiment), entries, own).write(
+                folder / f"{experiment}.json"
+            )
         for path in folder.glob("*.json"):
             if path.stem not in by_experiment:
                 path.unlink()
 
 
-def _entry(job: Planned) -> dict[str, Any]:
-    return {"overrides": list(job.composed.overrides), "run": job.run, "command": job.composed.command}
-
-
-def _questions(ledger: Sequence[Assumption], claims: Mapping[str, Claim], paths: Paths) -> Iterator[Question]:
-    asked = [(row, trial, _claim(claims, name, row)) for row in ledger for trial in row.trials for name in trial.claims]
-    groups = dict.fromkeys((claim.experiment, trial.both) for _, trial, claim in asked)
-    jobs = {group: _jobs(*group) for group in groups}
-    made = iter(planned([job for group in groups for job in jobs[group]], paths))
-    ready = {group: [next(made) for _ in jobs[group]] for group in groups}
-    for row, trial, claim in asked:
+def _tried_claims(ledger: Sequence[Assumption], claims: Mapping[str, Claim], paths: Paths) -> Iterator[TriedClaim]:
+    tried = [(row, trial, _claim(claims, name, row)) for row in ledger for trial in row.trials for name in trial.claims]
+    groups = dict.fromkeys((claim.experiment, trial.both) for _, trial, claim in tried)
+    overrides = {group: _jobs(*group) for group in groups}
+    # All jobs are planned in one go, which is faster, and then dealt out to their groups.
+    planned = iter(plan_jobs([job for jobs in overrides.values() for job in jobs], paths))
+    jobs_of = {group: [next(planned) for _ in jobs] for group, jobs in overrides.items()}
+    for row, trial, claim in tried:
         answers = [
             job
-            for job in answering(claim, ready[claim.experiment, trial.both])
+            for job in answering(claim, jobs_of[claim.experiment, trial.both])
             if not trial.only or trial.only in job.composed.overrides
         ]
         if not answers:
             raise UserError(f"assumptions.yaml, {row.id}: no job of {claim.experiment} answers {claim.name}")
-        yield Question(row, trial, claim, tuple(answers))
+        yield TriedClaim(row, trial, claim, tuple(answers))
 
 
 def _jobs(experiment: str, both: str) -> list[tuple[str, ...]]:
@@ -105,49 +101,53 @@ def _jobs(experiment: str, both: str) -> list[tuple[str, ...]]:
     return expand([f"experiment={experiment}", f"scale={SCALE}", "record=false", *members, *own])
 
 
-def _instead(ours: Planned, alternative: str) -> tuple[str, ...]:
+def _substitute(ours: PlannedJob, alternative: str) -> tuple[str, ...]:
     """The overrides of the job that takes our job's place; our own where the alternative does not concern it."""
-    given = [override for override in alternative.split() if _concerns(ours, override)]
-    keys = {override.partition("=")[0] for override in given}
-    return (*(o for o in ours.composed.overrides if o.partition("=")[0] not in keys), *given)
+    changed = [override for override in alternative.split() if _concerns(ours, override)]
+    keys = {_key(override) for override in changed}
+    return (*(override for override in ours.composed.overrides if _key(override) not in keys), *changed)
 
 
-def _concerns(job: Planned, override: str) -> bool:
-    key = override.partition("=")[0]
-    return key != "metric" and _value(job.composed.config.model_dump(), key.split(".")) is not _ABSENT
+def _concerns(job: PlannedJob, override: str) -> bool:
+    return not override.startswith(METRIC) and _value(job, _key(override)) is not _ABSENT
 
 
 _ABSENT = object()
 
 
-def _value(section: Any, path: Iterable[str]) -> Any:
-    for part in path:
+def _value(job: PlannedJob, key: str) -> object:
+    """The value of a dotted key in the configuration of a job."""
+    section: object = job.composed.config.model_dump()
+    for part in key.split("."):
         if not isinstance(section, dict) or part not in section:
             return _ABSENT
         section = section[part]
     return section
 
 
-def _choice(ours: Planned, alternative: str) -> str:
-    """What our job has where the alternative has something else, spelt like it."""
-    config, said = ours.composed.config.model_dump(), []
-    for override in alternative.split():
-        key = override.partition("=")[0]
-        value = _value(config, key.split("."))
-        if isinstance(value, dict):
+def _choice(ours: PlannedJob, alternative: str) -> str:
+    """What our job has where the alternative has something else, as overrides."""
+    overrides = []
+    for key in map(_key, alternative.split()):
+        value = _value(ours, key)
+        if isinstance(value, dict):  # a whole group, which is written by the name of its option
             value = value.get("regime") or value.get("reading") or value.get("name") or value.get("kind")
         if value is not _ABSENT:
-            said.append(f"{key}={str(value).lower() if value is None or isinstance(value, bool) else value}")
-    return " ".join(said)
+            overrides.append(f"{key}={str(value).lower() if value is None or isinstance(value, bool) else value}")
+    return " ".join(overrides)
 
 
-def _refuse_idle(cases: Sequence[Case]) -> None:
-    """An alternative that changes no run of a claim tells nothing."""
+def _key(override: str) -> str:
+    return override.partition("=")[0]
+
+
+def _refuse_without_effect(cases: Sequence[Case]) -> None:
+    """An alternative that changes no run of a claim shows nothing about it."""
     groups: dict[tuple[str, str, str], list[Case]] = {}
     for case in cases:
         groups.setdefault((case.assumption, case.alternative, case.claim), []).append(case)
     for (assumption, alternative, claim), own in groups.items():
-        if not alternative.startswith("metric=") and all(case.run == case.instead for case in own):
+        if not alternative.startswith(METRIC) and all(case.run == case.instead for case in own):
             raise UserError(f"assumptions.yaml, {assumption}: {alternative} changes no run that answers {claim}")
 
 

@@ -1,67 +1,54 @@
-"""Which runs belong to which experiment: outputs/experiments/<scale>/<experiment>.json."""
+"""Lists planned jobs under their experiments, where the report and `repro status` look for them."""
 
-import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 from repro.config.compose import compose
 from repro.config.overrides import EXPERIMENT, belongs
 from repro.config.places import digest
 from repro.errors import UserError
-from repro.sweep.planned_job import Planned
-from repro.tracking.files import disk_errors_explained, write_json
+from repro.sweep.experiment_list import ExperimentList, ListedJob
+from repro.sweep.planned_job import PlannedJob
+from repro.tracking.files import disk_errors_explained
 from repro.tracking.paths import Paths
 
 
-def list_jobs(paths: Paths, jobs: Sequence[Planned]) -> None:
+def list_jobs(paths: Paths, jobs: Sequence[PlannedJob]) -> None:
     """List the jobs under their experiments, before any of them runs, so that a missing run is seen as missing.
 
-    A job that its experiment does not ask for (another setting) is not listed. What was listed before stays as long as
-    the experiment asks for it, more seeds included.
+    A job that is not one of its experiment (another setting) is not listed. What was listed before stays as long as
+    it belongs to the experiment, be it with more seeds. Raises UserError for a damaged list.
     """
-    chosen: dict[Path, list[Planned]] = {}
+    by_file: dict[Path, list[PlannedJob]] = {}
     for job in jobs:
         config, overrides = job.composed.config, job.composed.overrides
         if config.experiment is not None and belongs(overrides):
-            chosen.setdefault(paths.experiments / config.scale.name / f"{config.experiment}.json", []).append(job)
+            by_file.setdefault(paths.experiments / config.scale.name / f"{config.experiment}.json", []).append(job)
     with disk_errors_explained(paths.root):
-        for path, listed in chosen.items():
-            _write(path, listed)
+        for path, listed in by_file.items():
+            _add(path, listed)
 
 
-def _write(path: Path, jobs: Sequence[Planned]) -> None:
-    before = _read(path)
-    new = {frozenset(job.composed.overrides): _entry(job) for job in jobs}
-    kept = {key: entry for key, entry in _still_asked_for(before, path.stem) if key not in new}
-    content = {
-        "experiment": path.stem,
-        "scale": path.parent.name,
-        "settings": digest(path.stem),
-        "jobs": [*new.values(), *kept.values()],
-    }
-    if content != before:
-        write_json(path, content)
+def _add(path: Path, jobs: Sequence[PlannedJob]) -> None:
+    before = ExperimentList.read(path)
+    entries = {frozenset(job.composed.overrides): ListedJob.of(job) for job in jobs}
+    if before is not None:
+        entries |= {key: job for key, job in _still_belonging(before).items() if key not in entries}
+    after = ExperimentList(path.stem, path.parent.name, digest(path.stem), [*entries.values()], [])
+    if after != before:
+        after.write(path)
 
 
-def _still_asked_for(before: dict[str, Any], experiment: str) -> Iterator[tuple[frozenset[str], dict[str, Any]]]:
-    same = before.get("settings") == digest(experiment)
-    for entry in before.get("jobs", []):
-        overrides = entry["overrides"]
-        if EXPERIMENT + experiment in overrides and belongs(overrides):
-            # An error here is for the one who runs this job, not for who runs others.
+def _still_belonging(before: ExperimentList) -> Mapping[frozenset[str], ListedJob]:
+    """What the experiment still consists of; runs get their present ids where the settings have changed."""
+    unchanged = before.settings == digest(before.experiment)
+    entries = {}
+    for job in before.jobs:
+        if EXPERIMENT + before.experiment in job.overrides and belongs(job.overrides):
+            # A setting that has become impossible concerns the command that runs it, not this one.
             with suppress(UserError):
-                yield frozenset(overrides), entry if same else _entry(Planned.of(compose(overrides)))
-
-
-def _entry(job: Planned) -> dict[str, Any]:
-    return {"overrides": list(job.composed.overrides), "run": job.run, "command": job.composed.command}
-
-
-def _read(path: Path) -> dict[str, Any]:
-    try:
-        content = json.loads(path.read_bytes())
-        return content if isinstance(content, dict) else {}
-    except (OSError, ValueError):
-        return {}
+                entries[frozenset(job.overrides)] = (
+                    job if unchanged else ListedJob.of(PlannedJob.of(compose(job.overrides)))
+                )
+    return entries

@@ -1,6 +1,5 @@
-"""Many runs: plan them, run what is not there yet, list them under their experiment, and report."""
+"""Runs those of many planned jobs that are not there yet."""
 
-import os
 from collections.abc import Sequence
 
 from repro.config.compose import compose
@@ -8,26 +7,35 @@ from repro.launch import cluster
 from repro.launch.board import Board
 from repro.launch.jobs import Job, JobResult, failure_table
 from repro.launch.pool import run_jobs
-from repro.sweep.planned_job import Planned
+from repro.sweep.planned_job import PlannedJob
+from repro.tracking.cores import allowed_cores
 from repro.tracking.files import check_writable
 from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.stage import Stage
 
-CORES = os.cpu_count() or 1
 RUN_JOB = "repro.pipeline.run:run_job"
-# What takes a job longest to load; the server loads it once, while the jobs are planned.
+# The modules that a job loads longest; the server of processes loads them once, while the jobs are planned.
 PRELOAD = ("repro.pipeline.run", "repro.recording.layout", "rerun.blueprint", "pyarrow.dataset")
 
 
 def expected_stages(overrides: Sequence[str]) -> list[Stage]:
     """The stages of a job by the present defaults and code, the run last (for `repro status`)."""
-    return Planned.of(compose(overrides, Paths(outputs_root()).composed)).pipeline.stages
+    return PlannedJob.of(compose(overrides, Paths(outputs_root()).composed)).pipeline.stages
 
 
 def run_missing(
-    jobs: Sequence[Planned], paths: Paths, workers: int, timeout: float | None = None, where: Sequence[str] = ()
+    jobs: Sequence[PlannedJob],
+    paths: Paths,
+    workers: int | None = None,
+    timeout: float | None = None,
+    where: Sequence[str] = (),
 ) -> list[JobResult]:
-    """Run the jobs that have no record yet, each once, the longest first; print those that failed."""
+    """Run the jobs that have no record yet, each once, the longest first; print those that failed.
+
+    workers  jobs at once, None for one per allowed core
+    timeout  seconds after which a job is stopped
+    where    the overrides of a Hydra launcher that runs them elsewhere
+    """
     missing = list({job.run: job for job in jobs if job.record is None}.values())
     missing.sort(key=lambda job: -job.expected_seconds)
     if not missing:
@@ -53,6 +61,7 @@ def run_missing(
     if where:
         results = cluster.launch(todo, where, paths.logs)
     else:
+        workers = workers or allowed_cores()
         with Board(todo, workers) as board:
             results = run_jobs(todo, workers=workers, timeout_s=timeout, preload=PRELOAD, on_progress=board)
     if table := failure_table(results):
@@ -60,7 +69,7 @@ def run_missing(
     return results
 
 
-def _check_devices(jobs: Sequence[Planned]) -> None:
+def _check_devices(jobs: Sequence[PlannedJob]) -> None:
     for device in {job.composed.config.device for job in jobs} - {"cpu"}:
         from repro.learning.device.cuda import check_device  # which loads torch
 

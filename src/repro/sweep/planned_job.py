@@ -6,24 +6,29 @@ from typing import Self
 
 from repro.config.compose import Composed, plan
 from repro.pipeline.plan import Pipeline
+from repro.sweep.expected_time import MeasuredTimes, expected_seconds
 from repro.tracking.paths import Paths
 from repro.tracking.record import Record
 from repro.tracking.store import Store
+from repro.tracking.text import duration
 
 
 @dataclass(frozen=True)
-class Planned:
-    """A job with its pipeline, and its record when it is finished already."""
+class PlannedJob:
+    """A job with its pipeline, and its record when it is finished already.
+
+    `expected_seconds` orders the jobs and sharpens the time left; it is 0 for a finished job.
+    """
 
     composed: Composed
     pipeline: Pipeline
     record: Record | None = None
+    expected_seconds: float = 0.0
 
     @classmethod
-    def of(cls, composed: Composed, store: Store | None = None) -> Self:
-        """The job of a checked configuration; without a store nobody looks whether it is finished."""
-        pipeline = Pipeline.of(composed.config, composed.command)
-        return cls(composed, pipeline, None if store is None else pipeline.finished(store))
+    def of(cls, composed: Composed) -> Self:
+        """The job of a checked configuration, without a look at what is stored."""
+        return cls(composed, Pipeline.of(composed.config, composed.command))
 
     @property
     def run(self) -> str:
@@ -38,45 +43,29 @@ class Planned:
     def failures(self, store: Store) -> list[Record]:
         """Those of its stages whose last attempt failed."""
         stages = [*self.pipeline.stages, self.pipeline.recording_stage]
-        found = (store.failure(stage.id, kind=stage.kind) for stage in stages)
-        return [record for record in found if record is not None]
-
-    @property
-    def expected_seconds(self) -> float:
-        """A rough guess from what was measured on two cores; it orders the jobs and sharpens the time left."""
-        return self._fit_seconds + self._loop_seconds
-
-    @property
-    def _loop_seconds(self) -> float:
-        config = self.pipeline.config
-        if config.control.kind == "none":
-            return 0.0
-        loops = min(config.task.n_loops(len(config.members)), config.scale.loops)
-        a_second = 0.06 if config.system.name == "sip" else 0.15
-        return 3 + loops * config.task.seconds * a_second
-
-    @property
-    def _fit_seconds(self) -> float:
-        config, optimiser = self.pipeline.config, self.pipeline.config.optimiser
-        members = len(config.members)
-        if not config.model.fitted:
-            return 1.0
-        if optimiser.unit == "epochs":
-            units = sum(getattr(config.model, "hidden", ())) or 1
-            samples = getattr(config.data, "samples", 10_000)
-            return 2 + members * optimiser.length * samples * units * 1e-8
-        if optimiser.unit == "iterations":
-            phases = 1 + len(config.curriculum.episodes)
-            return 3 + members * phases * optimiser.length * 4e-3
-        return 3.0
+        last_attempts = (store.failure(stage.id, kind=stage.kind) for stage in stages)
+        return [record for record in last_attempts if record is not None]
 
 
-def planned(
+def plan_jobs(
     jobs: Sequence[tuple[str, ...]], paths: Paths, on_unknown: Callable[[], None] = lambda: None
-) -> list[Planned]:
+) -> list[PlannedJob]:
     """Compose, check and look up the jobs (the overrides of each); UserError before anything runs.
 
     `on_unknown` is called when there is a job that was not planned before, so that there is likely something to run.
     """
-    store = Store(paths.root)
-    return [Planned.of(composed, store) for composed in plan(jobs, paths.composed, on_unknown)]
+    store, times = Store(paths.root), MeasuredTimes(paths)
+    planned = []
+    for composed in plan(jobs, paths.composed, on_unknown):
+        pipeline = Pipeline.of(composed.config, composed.command)
+        record = pipeline.finished(store)
+        seconds = expected_seconds(pipeline, times) if record is None else 0.0
+        planned.append(PlannedJob(composed, pipeline, record, seconds))
+    return planned
+
+
+def total(jobs: Sequence[PlannedJob]) -> str:
+    """How many jobs there are, how many are to be run, and about how long that takes."""
+    missing = [job for job in jobs if job.record is None]
+    left = duration(sum(job.expected_seconds for job in missing))
+    return f"{len(jobs)} jobs, {len(missing)} to run, about {left} of one core"

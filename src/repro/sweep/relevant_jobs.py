@@ -8,10 +8,10 @@ from repro.config.schema import Config, RandomForce
 from repro.control.controller_options import ControllerOptions
 from repro.pipeline.card import run_card
 from repro.results.schema import as_text
-from repro.sweep.planned_job import Planned
+from repro.sweep.planned_job import PlannedJob
 
 
-def answering(claim: Claim, jobs: Sequence[Planned]) -> list[Planned]:
+def answering(claim: Claim, jobs: Sequence[PlannedJob]) -> list[PlannedJob]:
     """Those jobs of the claim's experiment that its selectors mean, in their order."""
     foreseen = [(job, _foreseen(job.pipeline.config)) for job in jobs]
     return [job for job, columns in foreseen if any(_agrees(columns, where) for where in claim.selectors)]

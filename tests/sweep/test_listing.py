@@ -1,0 +1,57 @@
+import json
+
+import pytest
+
+from repro.config.compose import compose
+from repro.config.overrides import expand
+from repro.errors import UserError
+from repro.sweep.experiment_list import ExperimentList
+from repro.sweep.listing import list_jobs
+from repro.sweep.planned_job import PlannedJob
+from repro.tracking.paths import Paths
+
+
+def planned(*overrides):
+    return [PlannedJob.of(compose(job)) for job in expand(["experiment=sip_selection", "scale=smoke", *overrides])]
+
+
+@pytest.fixture
+def paths(tmp_path):
+    return Paths(tmp_path)
+
+
+@pytest.fixture
+def file(paths):
+    return paths.experiments / "smoke" / "sip_selection.json"
+
+
+def test_jobs_stay_listed_as_long_as_they_belong_to_the_experiment(paths, file):
+    first, second, *_ = planned()
+    list_jobs(paths, [first])
+    list_jobs(paths, [second])
+    stored = ExperimentList.read(file)
+    assert {job.run for job in stored.jobs} == {first.run, second.run}
+    foreign = {"overrides": ["experiment=sip_selection", "basis=raw"], "run": "x", "command": "y"}
+    content = json.loads(file.read_bytes())
+    file.write_text(json.dumps({**content, "jobs": [*content["jobs"], foreign]}))
+    list_jobs(paths, [first])
+    assert {job.run for job in ExperimentList.read(file).jobs} == {first.run, second.run}
+
+
+def test_ids_are_made_anew_when_the_settings_have_changed(paths, file):
+    first, second, *_ = planned()
+    list_jobs(paths, [first, second])
+    content = json.loads(file.read_bytes())
+    file.write_text(
+        json.dumps({**content, "settings": "of before", "jobs": [{**job, "run": "old"} for job in content["jobs"]]})
+    )
+    list_jobs(paths, [first])
+    assert {job.run for job in ExperimentList.read(file).jobs} == {first.run, second.run}
+
+
+@pytest.mark.parametrize("content", ["", "[]", "{}", '{"jobs": 1}', '{"jobs": [{"run": "x"}]}'])
+def test_a_damaged_list_is_one_clear_error(paths, file, content):
+    file.parent.mkdir(parents=True)
+    file.write_text(content)
+    with pytest.raises(UserError, match=r"^.*sip_selection.json cannot be read .*; delete it"):
+        list_jobs(paths, planned()[:1])
