@@ -7,6 +7,7 @@ python docs/architecture.py --check   exit with 1 when one of them is out of dat
 import ast
 import re
 import sys
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -24,10 +25,16 @@ SWEEPS = 8  # over the floors, to put rooms above those that they import
 Arrows = dict[str, set[str]]
 
 
+@cache
+def parsed(path: Path) -> ast.Module:
+    """The syntax tree of a file."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def imported(path: Path) -> set[str]:
     """Dotted names below `repro` that a file imports: at its head, in a function, or by a string."""
     names = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(parsed(path)):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -161,7 +168,7 @@ def table() -> str:
     lines = ["| floor | room | holds | imports |", "|---|---|---|---|"]
     for room in sorted(rooms, key=lambda room: (-floor[room], room)):
         path = SOURCE / room / "__init__.py" if (SOURCE / room).is_dir() else SOURCE / f"{room}.py"
-        text = (ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").splitlines()[0]
+        text = (ast.get_docstring(parsed(path)) or "").splitlines()[0]
         lines.append(f"| {floor[room]} | `{room}` | {text} | {', '.join(sorted(rooms[room]))} |")
     return "\n".join([*lines, ""])
 
