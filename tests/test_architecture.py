@@ -7,11 +7,11 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-import yaml
+
+from repro.config.registry import groups, settings
 
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "repro"
-CONF = ROOT / "conf"
 LONGEST = 300  # lines
 FILES = sorted(SOURCE.rglob("*.py"))
 DRAWING = runpy.run_path(str(ROOT / "docs" / "architecture.py"))  # reads the imports
@@ -57,7 +57,7 @@ def _modules(folder: str) -> set[str]:
 
 def _choices(group: str, key: str) -> set[str]:
     """What the files of a group of settings name."""
-    return {yaml.safe_load(path.read_text())[key] for path in (CONF / group).glob("*.yaml")}
+    return {settings(group, option)[key] for option in groups()[group]}
 
 
 def test_imports_point_downwards():
@@ -132,16 +132,17 @@ def test_a_basis_is_a_flag_and_two_functions(name):
         ("basis", "name", "models/bases"),
         ("system", "name", "mechanics/systems"),
         ("optimiser", "kind", "learning/optimisers"),
+        ("control", "kind", "control/controllers"),
     ],
-    ids=["model", "basis", "system", "optimiser"],
+    ids=["model", "basis", "system", "optimiser", "control"],
 )
 def test_every_file_is_a_choice_and_every_choice_a_file(group, key, folder):
     assert _choices(group, key) == _modules(folder)
 
 
-@pytest.mark.parametrize("group", ["model", "basis", "system", "optimiser"])
+@pytest.mark.parametrize("group", ["model", "basis", "system", "optimiser", "control", "task"])
 def test_a_setting_is_named_after_its_file(group):
     """`basis=t1` chooses conf/basis/t1.yaml, which names t1; an optimiser may have several settings."""
-    for path in (CONF / group).glob("*.yaml"):
-        stored = yaml.safe_load(path.read_text())
-        assert stored.get("name", stored.get("kind")) == path.stem
+    for option in groups()[group]:
+        stored = settings(group, option)
+        assert stored.get("name", stored.get("kind")) == option

@@ -1,5 +1,6 @@
 """A solver in its own process: the same answers, and it is killed when it takes too long."""
 
+from contextlib import closing
 from dataclasses import replace
 
 import numpy as np
@@ -27,7 +28,7 @@ def request_of(of, state):
 def test_the_answer_is_the_same(of, request_of):
     programme = compiled_programme(of, Limits())
     here = programme.start()(*request_of)
-    with GuardedSolver(programme, 5.0) as guarded:
+    with closing(GuardedSolver(programme, 5.0)) as guarded:
         there = guarded(*request_of)
         process = guarded.process
     np.testing.assert_array_equal(there.variables, here.variables)
@@ -40,7 +41,7 @@ def test_a_stalled_solver_is_killed_and_started_again(of, request_of):
         "static void cost(double *f) {", "static void cost(double *f) { for (;;) *f += 1.0;"
     )
     endless = replace(compiled_programme(of, Limits()), library=str(library_file(code, ("-O0",))))
-    with GuardedSolver(endless, 0.2) as guarded:
+    with closing(GuardedSolver(endless, 0.2)) as guarded:
         first = guarded(*request_of)
         assert (first.status, first.converged, first.violation) == ("killed", False, np.inf)
         assert np.all(np.isnan(first.variables))

@@ -1,5 +1,6 @@
 """Solvers of nonlinear programmes and their solutions; imports little, so that a child process starts quickly."""
 
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -54,6 +55,7 @@ class NonlinearSolver:
 
     def __call__(self, parameters: np.ndarray, guess: np.ndarray) -> Solution:
         """Solve, and measure the violation of the constraints."""
+        started = time.thread_time()
         result = self.function(x0=guess, p=parameters, **self.bounds)
         statistics = self.function.stats()
         variables, constraints = (np.asarray(result[name]).ravel() for name in ("x", "g"))
@@ -66,7 +68,11 @@ class NonlinearSolver:
             iterations=int(statistics["iter_count"]),
             status=str(statistics["return_status"]),
             objective=float(result["f"]),
+            seconds=time.thread_time() - started,
         )
+
+    def close(self) -> None:
+        """Nothing to free."""
 
 
 @dataclass(frozen=True)

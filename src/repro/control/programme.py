@@ -34,6 +34,26 @@ class Programme:
     grad_l: ca.MX
     hess_l: ca.MX
 
+    def function(self, name: str, outputs: Sequence[str]) -> ca.Function:
+        """A function of x and p, and of the multipliers for outputs of the Lagrangian ("gamma").
+
+        outputs: the names by which CasADi's solvers look up derivatives.
+        """
+        results = {
+            "f": self.f,
+            "g": self.g,
+            "grad_f_x": self.grad_f,
+            "jac_g_x": self.jac_g,
+            "grad_gamma_x": self.grad_l,
+            "grad_gamma_p": ca.MX.zeros(self.p.shape),  # fatrop expects it and does not use it
+            "hess_gamma_x_x": self.hess_l,
+            "triu_hess_gamma_x_x": ca.triu(self.hess_l),
+        }
+        dual = any("gamma" in output for output in outputs)
+        inputs = ["x", "p", "lam_f", "lam_g"] if dual else ["x", "p"]
+        columns = [results[output] for output in outputs]
+        return ca.Function(name, [getattr(self, each) for each in inputs], columns, inputs, list(outputs))
+
 
 def programme(of: Transcription) -> Programme:
     """The programme of a transcription."""

@@ -1,16 +1,14 @@
 """Solvers of problem (9): IPOPT (Waechter & Biegler 2006), and fatrop (Vanroye et al. 2023), which uses the stages."""
 
-import time
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
-import numpy as np
 
 from repro.codegen.c_library import has_compiler, library_file
 from repro.control.matrix_network import is_wide
-from repro.control.nonlinear_solver import CompiledProgramme, NonlinearSolver, Solution, Solver
+from repro.control.nonlinear_solver import CompiledProgramme, NonlinearSolver, Solver
 from repro.control.optimal_control_problem import SolverName
 from repro.control.programme import Programme, programme
 from repro.control.shooting import shooting_code
@@ -19,6 +17,16 @@ from repro.control.transcription import Transcription
 
 FLAGS = ("-O1",)
 VECTOR_FLAGS = ("-O2", "-march=native")
+# the functions of a library for fatrop, with their outputs
+LIBRARY = {
+    "nlp": ("f", "g"),
+    "nlp_f": ("f",),
+    "nlp_g": ("g",),
+    "nlp_grad_f": ("grad_f_x",),
+    "nlp_jac_g": ("g", "jac_g_x"),
+    "nlp_hess_l": ("grad_gamma_x", "hess_gamma_x_x"),
+    "nlp_grad": ("f", "g", "grad_gamma_x", "grad_gamma_p"),
+}
 START_BARRIER = 0.1  # fatrop's mu_init
 _QUIET = {"print_time": False, "error_on_fail": False, "show_eval_warnings": False, "calc_lam_p": False}
 
@@ -36,39 +44,16 @@ def make_solver(of: Transcription, name: SolverName, limits: Limits) -> Solver:
     """The solver of a transcription; without a C compiler IPOPT stands in for fatrop, which needs compiled code."""
     if name == "fatrop" and has_compiler():
         return GuardedSolver(compiled_programme(of, limits), limits.seconds)
-    return TimedSolver(ipopt(of, limits))
-
-
-@dataclass(frozen=True)
-class TimedSolver:
-    """A solver in this process that measures the CPU time of every solution."""
-
-    solver: NonlinearSolver
-
-    def __call__(self, parameters: np.ndarray, guess: np.ndarray) -> Solution:
-        """The solution."""
-        started = time.thread_time()
-        solution = self.solver(parameters, guess)
-        return replace(solution, seconds=time.thread_time() - started)
-
-    def close(self) -> None:
-        """Nothing to free."""
+    return ipopt(of, limits)
 
 
 def ipopt(of: Transcription, limits: Limits) -> NonlinearSolver:
     """IPOPT with exact derivatives, evaluated by CasADi."""
     nlp = programme(of)
-    primal, names = [nlp.x, nlp.p], ["x", "p"]
     derivatives = {
-        "grad_f": ca.Function("grad_f", primal, [nlp.f, nlp.grad_f], names, ["f", "grad_f_x"]),
-        "jac_g": ca.Function("jac_g", primal, [nlp.g, nlp.jac_g], names, ["g", "jac_g_x"]),
-        "hess_lag": ca.Function(
-            "hess_lag",
-            [*primal, nlp.lam_f, nlp.lam_g],
-            [ca.triu(nlp.hess_l)],
-            [*names, "lam_f", "lam_g"],
-            ["triu_hess_gamma_x_x"],
-        ),
+        "grad_f": nlp.function("grad_f", ["f", "grad_f_x"]),
+        "jac_g": nlp.function("jac_g", ["g", "jac_g_x"]),
+        "hess_lag": nlp.function("hess_lag", ["triu_hess_gamma_x_x"]),
     }
     options: Mapping[str, Any] = {
         "print_level": 0,
@@ -107,30 +92,7 @@ def compiled_programme(of: Transcription, limits: Limits) -> CompiledProgramme:
 
 def _code(of: Programme) -> str:
     """C source with the functions that fatrop looks up in a library."""
-    primal, names = [of.x, of.p], ["x", "p"]
-    dual, dual_names = [of.lam_f, of.lam_g], ["lam_f", "lam_g"]
-    unused = ca.MX.zeros(of.p.shape)  # fatrop does not use the gradient with respect to p
     generator = ca.CodeGenerator("programme.c")
-    for function in (
-        ca.Function("nlp", primal, [of.f, of.g], names, ["f", "g"]),
-        ca.Function("nlp_f", primal, [of.f], names, ["f"]),
-        ca.Function("nlp_g", primal, [of.g], names, ["g"]),
-        ca.Function("nlp_grad_f", primal, [of.grad_f], names, ["grad_f_x"]),
-        ca.Function("nlp_jac_g", primal, [of.g, of.jac_g], names, ["g", "jac_g_x"]),
-        ca.Function(
-            "nlp_hess_l",
-            [*primal, *dual],
-            [of.grad_l, of.hess_l],
-            [*names, *dual_names],
-            ["grad_gamma_x", "hess_gamma_x_x"],
-        ),
-        ca.Function(
-            "nlp_grad",
-            [*primal, *dual],
-            [of.f, of.g, of.grad_l, unused],
-            [*names, *dual_names],
-            ["f", "g", "grad_gamma_x", "grad_gamma_p"],
-        ),
-    ):
-        generator.add(function)
+    for name, outputs in LIBRARY.items():
+        generator.add(of.function(name, outputs))
     return str(generator.dump())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -110,17 +110,15 @@ def build(options: Options, model: PredictiveModel, disc: Disc | None, samples: 
 
     transcription = Transcription(model, options.problem(disc), options.discretisation)
     limits = Limits(options.tolerance, options.iterations, options.seconds)
-    solver = make_solver(transcription, options.solver, limits)
     balance = MomentumBalance(model.model, model.system, SUBSTEPS, options.time_step / SUBSTEPS)
 
-    def make(weights: np.ndarray, x_des: float) -> Controller:
-        controller = PredictiveController(transcription, solver, weights, x_des)
-        if not options.adaptive:
-            return controller
-        prior = Prior.of(model.model, weights, *samples, options.prior_error, options.prior_friction)
-        return AdaptiveController(controller, Identification(balance, prior, options.noise, options.drift))
+    with closing(make_solver(transcription, options.solver, limits)) as solver:
 
-    try:
+        def make(weights: np.ndarray, x_des: float) -> Controller:
+            controller = PredictiveController(transcription, solver, weights, x_des)
+            if not options.adaptive:
+                return controller
+            prior = Prior.of(model.model, weights, *samples, options.prior_error, options.prior_friction)
+            return AdaptiveController(controller, Identification(balance, prior, options.noise, options.drift))
+
         yield make
-    finally:
-        solver.close()
