@@ -30,7 +30,8 @@ def test_a_stored_loop_is_found_by_the_first_choice_that_was_run():
     assert find_loop(stored, EXPERIMENT, ({"model": "structured"},)) is None
 
 
-def test_figures_and_animations_are_written_where_there_is_something_to_show(tmp_path):
+def test_figures_and_animations_are_written_where_there_is_something_to_show(tmp_path, monkeypatch):
+    monkeypatch.setattr("repro.report.animation.STRIDE", 10)  # few frames
     stored = results([loop(k, k > 0) for k in range(3)], moving())
     figures = {figure.name: figure for figure in load_figures(paper_folder())}
     animations = load_paper(paper_folder()).animations

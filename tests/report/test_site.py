@@ -106,6 +106,7 @@ def test_a_number_leads_to_its_run_and_the_run_back_to_its_claims(built, pages):
     assert f"repro view {card.path.stem}" in card.text
 
 
+@pytest.mark.usefixtures("pages_only")
 def test_a_failed_run_shows_why(quick_store):
     quick_store.run("sip_basis", {"mae_tau": [0.2, 0.3]}, status=["ok", "diverged <early>"])
     quick_store.run("sip_basis", {}, seeds=[0], outcome="failed", basis="raw")
@@ -114,6 +115,7 @@ def test_a_failed_run_shows_why(quick_store):
     assert any("seed 1: diverged &lt;early&gt;" in text and "1 of 2 members" in text for text in cards)
 
 
+@pytest.mark.usefixtures("pages_only")
 def test_pages_of_an_earlier_report_do_not_stay(quick_store):
     name = quick_store.run("sip_basis", {"mae_tau": [0.2]})
     folder = build(quick_store.outputs, "quick").folder

@@ -59,7 +59,8 @@ class Table:
 
     def markdown(self) -> str:
         """Return a Markdown page: title, caption, table; the last column is the command that makes the row again."""
-        lines = [f"# {self.title}", "", self.caption, "", *markdown_head([*self.columns, "replay"])]
+        titles = [*map(writing.markdown, self.columns), "replay"]
+        lines = [f"# {self.title}", "", self.caption, "", *markdown_head(titles)]
         for row in self.rows:
             command = " && ".join(row.commands).replace("|", r"\|")
             cells = [writing.markdown(cell) for cell in row.cells]
@@ -68,8 +69,8 @@ class Table:
 
 
 def markdown_head(titles: Sequence[str]) -> list[str]:
-    """Return the first two lines of a Markdown table."""
-    return [markdown_line([writing.markdown(title) for title in titles]), markdown_line(["---"] * len(titles))]
+    """Return the first two lines of a Markdown table; the titles are escaped already."""
+    return [markdown_line(titles), markdown_line(["---"] * len(titles))]
 
 
 def markdown_line(cells: Sequence[str]) -> str:
