@@ -31,4 +31,4 @@ def test_weights_add_up_and_the_matrices_have_their_structure(script):
     assert port["A"]["layers"][-1] == port["L below"]["layers"][-1] == 4 * 3 // 2
     assert np.array_equal(np.array(port["J"]), -np.array(port["J"]).T)
     assert np.array_equal(np.array(port["R"]), np.array(port["R"]).T)
-    assert np.linalg.eigvalsh(port["R"]).min() > -1e-2
+    assert np.linalg.eigvalsh(port["R"]).min() > 0  # rounding to three decimals moves it by less than 0.002

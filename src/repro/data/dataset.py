@@ -9,8 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from repro.codegen.array_evaluation import evaluate
 from repro.errors import UserError
-from repro.mechanics.system import Coordinate
+from repro.mechanics.compile import active_engine
+from repro.mechanics.derive import dynamics_of
+from repro.mechanics.system import Coordinate, System
 
 ARRAYS = "data.npz"
 DESCRIPTION = "data.json"
@@ -48,6 +51,39 @@ class Dataset:
                 raise ValueError(f"{name} should have shape {shape}, not {getattr(self, name).shape}")
         if not 0 <= self.n_train <= samples:
             raise ValueError(f"n_train = {self.n_train} is not within the {samples} samples")
+
+    @classmethod
+    def from_motion(
+        cls,
+        system: System,
+        states: np.ndarray,
+        tau: np.ndarray,
+        *,
+        time_step: float,
+        episode_steps: int,
+        n_train: int,
+        provenance: Mapping[str, Any],
+        energy: np.ndarray | None = None,
+    ) -> "Dataset":
+        """Simulated states (member, sample, 2 n_q) = [q, qd] under tau (member, sample, n_q), with exact qdd.
+
+        A new episode starts every `episode_steps` samples; energy: (member, sample) in J.
+        """
+        samples = states.shape[1]
+        q, qd = states[..., : system.n_q].copy(), states[..., system.n_q :].copy()
+        return cls(
+            q=q,
+            qd=qd,
+            qdd=evaluate(dynamics_of(system).acceleration, q, qd, tau),
+            tau=tau,
+            time=np.arange(samples) * time_step,
+            episode=np.arange(samples) // episode_steps,
+            n_train=n_train,
+            coordinates=system.coordinates,
+            time_step=time_step,
+            energy=energy,
+            provenance={"system": system.describe(), "engine": active_engine(), **provenance},
+        )
 
     @property
     def members(self) -> int:

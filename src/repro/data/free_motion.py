@@ -9,7 +9,6 @@ from repro.codegen.array_evaluation import evaluate
 from repro.data.checks import check_choice, check_positive, check_seeds, training_size
 from repro.data.dataset import Dataset
 from repro.errors import UserError
-from repro.mechanics.compile import active_engine
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
 from repro.mechanics.system import System
@@ -51,27 +50,20 @@ def free_motion(
     order = np.stack([np.random.default_rng(seed).permutation(len(q_start)) for seed in seeds])
     samples = len(q_start) * steps
     x = states[order].reshape(len(seeds), samples, 2 * system.n_q)
-    q, qd = x[..., : system.n_q].copy(), x[..., system.n_q :].copy()
-    tau = np.zeros_like(q)
-    return Dataset(
-        q=q,
-        qd=qd,
-        qdd=evaluate(dynamics.acceleration, q, qd, tau),
-        tau=tau,
-        time=np.arange(samples) * time_step,
-        episode=np.arange(samples) // steps,
-        n_train=n_train,
-        coordinates=system.coordinates,
+    return Dataset.from_motion(
+        system,
+        x,
+        np.zeros((len(seeds), samples, system.n_q)),
         time_step=time_step,
+        episode_steps=steps,
+        n_train=n_train,
         energy=energy[order].reshape(len(seeds), samples),
         provenance={
             "source": "free_motion",
-            "system": system.describe(),
             "seeds": [int(seed) for seed in seeds],
             "initial_angles": initial_angles,
             "grid": grid,
             "steps": steps,
-            "engine": active_engine(),
         },
     )
 

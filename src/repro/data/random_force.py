@@ -6,11 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from repro.codegen.array_evaluation import evaluate
 from repro.data.checks import check_choice, check_not_negative, check_positive, check_seeds, training_size
 from repro.data.dataset import Dataset
 from repro.data.differentiation import difference
-from repro.mechanics.compile import active_engine
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
 from repro.mechanics.system import System
@@ -40,7 +38,7 @@ def random_force(
     qd_noise: float = 0.0,
     common: bool = False,
 ) -> Dataset:
-    """Simulate one member a seed under a force U(-force_limit, force_limit) N held over each step of time_step s.
+    """Simulate one member per seed under a force U(-force_limit, force_limit) N held over each step of time_step s.
 
     regime: `long` is one trajectory, `episodes` starts anew every episode_steps; start: `upright` or `hanging` at rest;
     reset: each episode from the `start`, or at `random` (any angle, abs(xd) <= 1 m/s, abs(thetad) <= 3 rad/s);
@@ -64,20 +62,16 @@ def random_force(
     forces = np.stack([s["force"].uniform(-force_limit, force_limit, (samples, _inputs(system))) for s in streams])
     episodes = -(-samples // length)
     starts = np.stack([_starts(system, episodes, start, reset, s["reset"]) for s in streams])
-    q, qd, tau = _trajectories(system, starts, forces, length, time_step)
-    exact = Dataset(
-        q=q,
-        qd=qd,
-        qdd=evaluate(dynamics_of(system).acceleration, q, qd, tau),
-        tau=tau,
-        time=np.arange(samples) * time_step,
-        episode=np.arange(samples) // length,
-        n_train=n_train,
-        coordinates=system.coordinates,
+    states, tau = _trajectories(system, starts, forces, length, time_step)
+    exact = Dataset.from_motion(
+        system,
+        states,
+        tau,
         time_step=time_step,
+        episode_steps=length,
+        n_train=n_train,
         provenance={
             "source": "random_force",
-            "system": system.describe(),
             "seeds": [int(seed) for seed in seeds],
             "force_limit": force_limit,
             "regime": regime,
@@ -87,7 +81,6 @@ def random_force(
             "labels": labels,
             "noise": noise,
             "common": common,
-            "engine": active_engine(),
         },
     )
     kept = _shorten(_measure(exact, labels, noise, streams), train_samples)
@@ -95,7 +88,7 @@ def random_force(
 
 
 def _streams(seed: int) -> dict[str, np.random.Generator]:
-    # a stream a purpose: turning one kind of noise on leaves the force and every other draw as they were
+    # one random stream per purpose, so that enabling one noise does not change the other draws
     return {name: np.random.default_rng([seed, index]) for index, name in enumerate(STREAMS)}
 
 
@@ -116,8 +109,8 @@ def _starts(system: System, episodes: int, start: str, reset: str, stream: np.ra
 
 def _trajectories(
     system: System, starts: np.ndarray, forces: np.ndarray, length: int, time_step: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Simulate starts (member, episode, 2 n_q) under forces (member, sample, n_inputs) into q, qd and tau."""
+) -> tuple[np.ndarray, np.ndarray]:
+    """States (member, sample, 2 n_q) and tau; starts: (member, episode, 2 n_q), forces: (member, sample, n_inputs)."""
     members, samples, _ = forces.shape
     tau = forces @ system.input_map.T
     missing = starts.shape[1] * length - samples
@@ -125,8 +118,7 @@ def _trajectories(
     states = simulate(
         dynamics_of(system).acceleration, starts.reshape(len(held), -1), held, time_step, angles=system.angles
     )
-    x = states[:, :-1].reshape(members, -1, 2 * system.n_q)[:, :samples]
-    return x[..., : system.n_q].copy(), x[..., system.n_q :].copy(), tau
+    return states[:, :-1].reshape(members, -1, 2 * system.n_q)[:, :samples], tau
 
 
 def _measure(

@@ -127,7 +127,7 @@ class Network:
         for index in range(n_layers):
             output = arrays[2 * index] @ output + arrays[2 * index + 1]
             if index < n_layers - 1:
-                output = casadi.tanh(output) if self.activation == "tanh" else _softplus(output)
+                output = casadi.tanh(output) if self.activation == "tanh" else softplus(output)
         return output + arrays[-1] @ z if self.skip else output
 
     def _layers(self, parameters: Tensor) -> list:
@@ -195,7 +195,8 @@ def _glorot(shape: tuple[int, ...], generator: np.random.Generator) -> np.ndarra
     return generator.uniform(-limit, limit, math.prod(shape))
 
 
-def _softplus(x: casadi.SX) -> casadi.SX:
+def softplus(x: casadi.SX) -> casadi.SX:
+    """log(1 + exp(x)) of every entry of an expression of any shape, without overflow."""
     # comparisons instead of fmax and fabs: CasADi's derivatives of these at 0 would lose the curvature 1/4 there
     positive = x >= 0
     return positive * x + casadi.log1p(casadi.exp((1 - 2 * positive) * x))

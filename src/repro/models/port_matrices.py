@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import casadi
 import numpy as np
 
-from repro.models.network import Network
+from repro.models.network import Network, softplus
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class Factored:
         split = self.below.n_parameters
         below = self.below.expression(parameters[:split], inputs)
         diagonal = self.diagonal.expression(parameters[split:], inputs)
-        factor = _strictly_lower(below, len(self.scale)) + casadi.diag(_softplus(diagonal))
+        factor = _strictly_lower(below, len(self.scale)) + casadi.diag(softplus(diagonal))
         scaled = casadi.diag(casadi.DM(self.scale)) @ factor
         return scaled @ scaled.T
 
@@ -83,8 +83,3 @@ def _strictly_lower(entries: casadi.SX, n: int) -> casadi.SX:
     for number, (row, column) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
         matrix[row, column] = entries[number]
     return matrix
-
-
-def _softplus(x: casadi.SX) -> casadi.SX:
-    positive = x >= 0
-    return positive * x + casadi.log1p(casadi.exp((1 - 2 * positive) * x))
