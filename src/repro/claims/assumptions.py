@@ -5,10 +5,10 @@ from typing import Annotated
 
 from pydantic import Discriminator, Field, Tag
 
-from repro.claims.yaml_rows import NamedRow, Row, Text, load_rows
+from repro.claims.yaml_rows import NamedRow, Text, YamlRow, load_rows
 
 
-class Trial(Row):
+class Trial(YamlRow):
     """What takes the place of our choice, one alternative at a time, and the claims whose verdicts that may move.
 
     claims   their names, such as C4a

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from repro.claims.predicate import Predicate
 from repro.claims.selector import CardSelector, Selector
 from repro.claims.verdict_kind import VerdictKind
-from repro.claims.yaml_rows import NamedRow, Number, Row, Text, load_rows
+from repro.claims.yaml_rows import NamedRow, Number, Text, YamlRow, load_rows
 
 
 class ClaimKind(StrEnum):
@@ -36,7 +36,7 @@ _FIELDS: Mapping[ClaimKind, set[str]] = {
 }
 
 
-class Tolerance(Row):
+class Tolerance(YamlRow):
     """How far a number may lie from the printed one, and why that far; one of the three bounds."""
 
     factor: Annotated[Number, Field(gt=1)] | None = None

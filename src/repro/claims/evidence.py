@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 from repro.claims.selector import Selector
-from repro.claims.yaml_rows import Row
+from repro.claims.yaml_rows import YamlRow
 from repro.results.results import Results
 from repro.results.run_setting import Setting
 from repro.results.selectors import NotRunError, Where, one_setting
@@ -57,15 +57,15 @@ class Finding:
         )
 
 
-class StatementPredicate(Row, ABC):
+class StatementPredicate(YamlRow, ABC):
     """One kind of statement; its fields are the parameters that a claim gives, `name` among them."""
 
     name: str
 
     @property
-    @abstractmethod
     def selectors(self) -> list[Selector]:
-        """What selects the runs that it is judged on."""
+        """What selects the runs that it is judged on; none where it is about timings."""
+        return [value for field, value in self if field in ("where", "against", "loops", "other_loops")]
 
     @abstractmethod
     def judge(self, evidence: Evidence) -> Finding:

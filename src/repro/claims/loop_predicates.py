@@ -15,21 +15,11 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-class LoopPredicate(StatementPredicate):
-    """A statement on the closed loops that `loops` selects."""
-
-    loops: LoopSelector
-
-    @property
-    def selectors(self) -> list[Selector]:
-        """The selector of its closed loops."""
-        return [self.loops]
-
-
-class LoopsSucceed(LoopPredicate):
+class LoopsSucceed(StatementPredicate):
     """At least this share of the closed loops succeeds: erect for the last 2 s, and no contact."""
 
     name: Literal["loops_succeed"]
+    loops: LoopSelector
     share_of_loops: Number
 
     def judge(self, evidence: Evidence) -> Finding:
@@ -42,16 +32,12 @@ class LoopsSucceed(LoopPredicate):
         return _finding(holds, "success", "1", successes, note, evidence, selected)
 
 
-class LoopsSucceedMoreOften(LoopPredicate):
+class LoopsSucceedMoreOften(StatementPredicate):
     """The share of successes lies above that of `other_loops`, interval against interval."""
 
     name: Literal["loops_succeed_more_often"]
+    loops: LoopSelector
     other_loops: LoopSelector
-
-    @property
-    def selectors(self) -> list[Selector]:
-        """The selectors of both sides."""
-        return [self.loops, self.other_loops]
 
     def judge(self, evidence: Evidence) -> Finding:
         """Compare the intervals of both shares."""
@@ -65,10 +51,11 @@ class LoopsSucceedMoreOften(LoopPredicate):
         return _finding(holds, "success", "1", ours, note, evidence, pd.concat([selected, others]))
 
 
-class StepTakesLonger(LoopPredicate):
+class StepTakesLonger(StatementPredicate):
     """The median control step of the median closed loop takes longer (CPU time)."""
 
     name: Literal["step_takes_longer"]
+    loops: LoopSelector
     milliseconds: Number
 
     def judge(self, evidence: Evidence) -> Finding:

@@ -6,21 +6,12 @@ from pydantic import Field
 
 from repro.claims.loop_predicates import LoopsSucceed, LoopsSucceedMoreOften, StepTakesLonger
 from repro.claims.ratio_predicates import BenchRatioAbove, PairedRatioBelow, RatioAtLeast
-from repro.claims.setting_predicates import (
-    AllMembersAwayFrom,
-    AllMembersBelow,
-    EverySettingBelow,
-    MedianBound,
-    ShareAtLeast,
-    ShareOfFailuresAtLeast,
-)
+from repro.claims.setting_predicates import AllMembersAwayFrom, EverySettingBelow, MedianBound, ShareOfFailuresAtLeast
 
 Predicate = Annotated[
     MedianBound
-    | AllMembersBelow
     | AllMembersAwayFrom
     | EverySettingBelow
-    | ShareAtLeast
     | ShareOfFailuresAtLeast
     | PairedRatioBelow
     | RatioAtLeast

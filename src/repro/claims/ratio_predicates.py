@@ -7,31 +7,21 @@ import numpy as np
 from pydantic import Field
 
 from repro.claims.evidence import Evidence, Finding, StatementPredicate
-from repro.claims.selector import BenchSelector, CardSelector, Selector
+from repro.claims.selector import BenchSelector, CardSelector
 from repro.claims.yaml_rows import Number, Text
 from repro.results.selectors import NotRunError, like_for_like, paired_values
 from repro.results.statistics import Estimate, paired_ratio
 
 
-class PairPredicate(StatementPredicate):
-    """A statement on the runs that `where` selects against those that `against` selects."""
-
-    where: CardSelector
-    against: CardSelector
-
-    @property
-    def selectors(self) -> list[Selector]:
-        """The selectors of both sides."""
-        return [self.where, self.against]
-
-
-class PairedRatioBelow(PairPredicate):
+class PairedRatioBelow(StatementPredicate):
     """Member by member and like for like, each metric's ratio to `against` lies below `ratio`.
 
     "Below" with its whole 95 % interval; where an opponent fails the pair is won, where our member fails nothing holds.
     """
 
     name: Literal["paired_ratio_below"]
+    where: CardSelector
+    against: CardSelector
     metrics: Annotated[list[Text], Field(min_length=1)]
     ratio: Number = 1.0
 
@@ -54,10 +44,12 @@ class PairedRatioBelow(PairPredicate):
         return Finding.of_settings(holds, "paired ratio of " + ", ".join(ratios), "1", worst, note, ours, other)
 
 
-class RatioAtLeast(PairPredicate):
+class RatioAtLeast(StatementPredicate):
     """The median of `where` is at least `ratio` times that of `against`; their budgets may differ."""
 
     name: Literal["ratio_at_least"]
+    where: CardSelector
+    against: CardSelector
     metric: Text
     ratio: Number
 
@@ -77,11 +69,6 @@ class BenchRatioAbove(StatementPredicate):
     name: Literal["bench_ratio_above"]
     ratio: Number
     bench: BenchSelector
-
-    @property
-    def selectors(self) -> list[Selector]:
-        """None: timings are no runs."""
-        return []
 
     def judge(self, evidence: Evidence) -> Finding:
         """Compare every timing; the one of the least median is shown, with its quartiles as interval."""

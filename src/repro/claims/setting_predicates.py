@@ -6,27 +6,17 @@ from typing import Literal
 import numpy as np
 
 from repro.claims.evidence import Evidence, Finding, StatementPredicate
-from repro.claims.selector import CardSelector, Selector
+from repro.claims.selector import CardSelector
 from repro.claims.yaml_rows import Number, Text
 from repro.results.selectors import TRIVIAL, NotRunError, anchor, one_setting, settings, test_set_of
 from repro.results.statistics import Estimate, share
 
 
-class SettingPredicate(StatementPredicate):
-    """A statement on the runs that `where` selects."""
-
-    where: CardSelector
-
-    @property
-    def selectors(self) -> list[Selector]:
-        """The selector of its runs."""
-        return [self.where]
-
-
-class MedianBound(SettingPredicate):
+class MedianBound(StatementPredicate):
     """The median member lies strictly below, or above, `value`."""
 
     name: Literal["median_below", "median_above"]
+    where: CardSelector
     metric: Text
     value: Number
 
@@ -39,25 +29,11 @@ class MedianBound(SettingPredicate):
         return Finding.of_settings(holds, self.metric, setting.unit(self.metric), measured, note, setting)
 
 
-class AllMembersBelow(SettingPredicate):
-    """Every member lies below `value`; a failed member does not."""
-
-    name: Literal["all_members_below"]
-    metric: Text
-    value: Number
-
-    def judge(self, evidence: Evidence) -> Finding:
-        """Compare every member with the value."""
-        setting, measured = evidence.measured(self.where, self.metric)
-        holds = bool(np.all(setting.values(self.metric) < self.value))
-        note = f"asked: every member below {self.value:g}"
-        return Finding.of_settings(holds, self.metric, setting.unit(self.metric), measured, note, setting)
-
-
-class AllMembersAwayFrom(SettingPredicate):
+class AllMembersAwayFrom(StatementPredicate):
     """Every member that finished lies at least `distance` from `value`."""
 
     name: Literal["all_members_away_from"]
+    where: CardSelector
     metric: Text
     value: Number
     distance: Number
@@ -72,10 +48,11 @@ class AllMembersAwayFrom(SettingPredicate):
         return Finding.of_settings(holds, self.metric, setting.unit(self.metric), measured, note, setting)
 
 
-class EverySettingBelow(SettingPredicate):
+class EverySettingBelow(StatementPredicate):
     """Every member of every setting that `where` selects lies below `value`; a failed member does not."""
 
     name: Literal["every_setting_below"]
+    where: CardSelector
     metric: Text
     value: Number
 
@@ -92,28 +69,14 @@ class EverySettingBelow(SettingPredicate):
         return Finding.of_settings(holds, f"worst {self.metric}", family[0].unit(self.metric), estimate, note, *family)
 
 
-class ShareAtLeast(SettingPredicate):
-    """At least this share of the members has a property, which is a metric of 0 or 1."""
-
-    name: Literal["share_at_least"]
-    metric: Text
-    share_of_members: Number
-
-    def judge(self, evidence: Evidence) -> Finding:
-        """Compare the share of the members."""
-        setting, measured = evidence.measured(self.where, self.metric)
-        holds = measured.median >= self.share_of_members
-        note = f"asked: at least {self.share_of_members:g}"
-        return Finding.of_settings(holds, self.metric, setting.unit(self.metric), measured, note, setting)
-
-
-class ShareOfFailuresAtLeast(SettingPredicate):
+class ShareOfFailuresAtLeast(StatementPredicate):
     """At least this share of the fits fails.
 
     A fit fails when it diverges, ends worse than the trivial model in MAE q̈, or has min eig M <= 0.
     """
 
     name: Literal["share_of_failures_at_least"]
+    where: CardSelector
     share_of_members: Number
 
     def judge(self, evidence: Evidence) -> Finding:

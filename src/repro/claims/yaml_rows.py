@@ -20,7 +20,7 @@ def _number(value: object) -> float:
 Number = Annotated[float, BeforeValidator(_number)]
 
 
-class Row(BaseModel):
+class YamlRow(BaseModel):
     """A mapping in a YAML file; a key that is not a field is an error."""
 
     model_config = ConfigDict(frozen=True)
@@ -33,7 +33,7 @@ class Row(BaseModel):
         return content
 
 
-class NamedRow(Row):
+class NamedRow(YamlRow):
     """One row of a file, known by its id."""
 
     id: Text
@@ -92,7 +92,7 @@ def _lines(error: ValidationError, content: object) -> Iterator[str]:
                 message = f"is called {problem['ctx']['tag']!r}; allowed are {problem['ctx']['expected_tags']}"
             case "model_type" | "model_attributes_type" | "dict_type":
                 message = f"must be a mapping, not {value!r}"
-            case "value_error" if isinstance(value, Mapping | Row):
+            case "value_error" if isinstance(value, Mapping | YamlRow):
                 message = problem["msg"].removeprefix("Value error, ")
             case _:
                 message = f"is {value!r}: " + problem["msg"].removeprefix("Input ").removeprefix("Value error, ")
