@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import json
 import shutil
-import sqlite3
-from contextlib import closing
 
 import pytest
 
-from repro.tracking import index, index_database
+from repro.tracking import index
 
 
 def rows(store):
-    with closing(sqlite3.connect(store.paths.index)) as database:
-        return [id for (id,) in database.execute("SELECT id FROM stages ORDER BY id")]
+    return sorted(place.rpartition("/")[2] for place in json.loads(store.paths.index.read_bytes())["rows"])
 
 
 def make(store, stage, numbers):
@@ -61,7 +58,7 @@ def test_a_removed_or_changed_stage_is_seen(store, stage):
     assert rows(store) == [changed]
 
 
-@pytest.mark.parametrize("damage", [b"", b"SQLite format 3\0 no database", None])
+@pytest.mark.parametrize("damage", [b"", b"\0 no index", b"[]", None])
 def test_a_damaged_file_is_made_again(store, stage, damage):
     make(store, stage, range(40))
     whole = index.load(store.paths)
@@ -72,25 +69,15 @@ def test_a_damaged_file_is_made_again(store, stage, damage):
     assert len(rows(store)) == 40
 
 
-def test_a_database_of_other_columns_is_made_again(store, stage):
+@pytest.mark.parametrize("other", [{"format": ["id", "code"]}, {"codes": {}}, {"rows": {"fits//x": [[1, 2], ["x"]]}}])
+def test_an_index_of_another_format_or_without_a_code_identity_is_made_again(store, stage, other):
     made = make(store, stage, range(2))
     whole = index.load(store.paths)
-    store.paths.index.unlink()
-    with closing(sqlite3.connect(store.paths.index)) as database:
-        database.execute("CREATE TABLE stages (id, code)")
-        database.execute("INSERT INTO stages VALUES ('x', 'y')")
-        database.commit()
+    content = json.loads(store.paths.index.read_bytes())
+    store.paths.index.write_text(json.dumps(content | other))
     assert index.load(store.paths) == whole
     assert rows(store) == sorted(made)
-
-
-def test_a_code_identity_that_is_lost_is_read_again(store, stage):
-    make(store, stage, range(2))
-    whole = index.load(store.paths)
-    with closing(sqlite3.connect(store.paths.index)) as database:
-        database.execute("DELETE FROM codes")
-        database.commit()
-    assert index.load(store.paths) == whole
+    assert json.loads(store.paths.index.read_bytes()) == content
 
 
 WATCH = """
@@ -115,17 +102,6 @@ def test_an_index_that_cannot_be_opened_costs_time_alone(store, stage):
     store.paths.index.mkdir(parents=True)
     assert len(ids(store)) == 2
     assert store.paths.index.is_dir()
-
-
-def test_an_index_that_is_locked_costs_time_alone(store, stage, monkeypatch):
-    monkeypatch.setattr(index_database, "_WAIT_S", 0.1)
-    made = make(store, stage, range(2))
-    index.load(store.paths)
-    with closing(sqlite3.connect(store.paths.index, isolation_level=None)) as other:
-        other.execute("BEGIN EXCLUSIVE")
-        made += make(store, stage, [2])
-        assert ids(store) == sorted(made)
-    assert ids(store) == sorted(made) == rows(store)
 
 
 def test_read_only_results_have_an_index(store, stage):

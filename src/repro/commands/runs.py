@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from repro.commands.arguments import add_filters, add_json, command_parser, filters, fits
 
 if TYPE_CHECKING:
-    from repro.tracking.index_database import Entry
+    from repro.tracking.index import Entry
 
 HELP = "list stored runs"
 EXAMPLE = "basis=t2"

@@ -5,13 +5,13 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Self, assert_never
+from typing import Self, assert_never
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn
 
 from repro.launch.jobs import Event, EventKind, Job, JobResult, reason
 from repro.tracking.text import duration
-
-if TYPE_CHECKING:
-    from rich.progress import Progress, TaskID
 
 _PLAIN_PAUSE_S = 30.0
 
@@ -22,69 +22,53 @@ class Board:
     def __init__(self, jobs: Sequence[Job], workers: int, *, live: bool | None = None) -> None:
         self.clock = Clock(jobs, workers)
         self.live = sys.stderr.isatty() if live is None else live
-        self._progress: Progress | None = None
-        self._overall: TaskID | None = None
-        self._bars: dict[int, TaskID] = {}
+        name, note = (TextColumn(f"{{task.{text}}}", markup=False) for text in ("description", "fields[note]"))
+        console = Console(stderr=True, markup=False, emoji=False, highlight=False)
+        columns = (SpinnerColumn(), name, BarColumn(), note)
+        self._bars = Progress(*columns, console=console, transient=True, disable=not self.live)
+        self._all = self._bars.add_task("all jobs", total=len(self.clock.jobs), note="")
+        self._running: dict[int, TaskID] = {}
         self._last_line = time.monotonic()
 
     def __enter__(self) -> Self:
-        if self.live:
-            from rich.console import Console
-            from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
-
-            note = TextColumn("{task.fields[note]}")
-            columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), note)
-            self._progress = Progress(*columns, console=Console(stderr=True), transient=True)
-            self._overall = self._progress.add_task("all jobs", total=len(self.clock.jobs), note="")
-            self._progress.start()
+        self._bars.start()
         return self
 
     def __exit__(self, *exception: object) -> None:
-        if self._progress is not None:
-            self._progress.stop()
+        self._bars.stop()
 
     def __call__(self, event: Event) -> None:
         """Show one event of a job."""
         self.clock.take(event)
-        if event.kind is EventKind.NOTICE:
-            self._print(f"{event.job.name}: {event.text}")
-        elif event.result is not None:
-            self._print_end(event.result)
-        if self._progress is not None:
-            self._redraw(self._progress, event)
-        elif event.kind is EventKind.PROGRESS and time.monotonic() - self._last_line > _PLAIN_PAUSE_S:
-            self._print(f"{self.clock.text()}; now {event.job.name} {_percent(event.fraction)} {event.text}".rstrip())
+        match event.kind:
+            case EventKind.STARTED:
+                self._running[event.index] = self._bars.add_task(event.job.name, total=1.0, note="")
+            case EventKind.PROGRESS:
+                part = "" if event.fraction is None else f"{event.fraction:.0%}"
+                note = f"{part} {event.text}".strip()
+                self._bars.update(self._running[event.index], completed=event.fraction or 0.0, note=note)
+                if not self.live and time.monotonic() - self._last_line > _PLAIN_PAUSE_S:
+                    self._print(f"{self.clock.text()}; now {event.job.name} {note}".rstrip())
+            case EventKind.NOTICE:
+                self._print(f"{event.job.name}: {event.text}")
+            case EventKind.ENDED:
+                if event.index in self._running:  # a job that died at once has not started
+                    self._bars.remove_task(self._running.pop(event.index))
+                if event.result is not None and not (event.result.ok and self.live):
+                    self._print_end(event.result)
+            case _:
+                assert_never(event.kind)
+        self._bars.update(self._all, completed=len(self.clock.ended), note=self.clock.text())
 
     def _print_end(self, result: JobResult) -> None:
         state = "done" if result.ok else reason(result)
         count = f"[{len(self.clock.ended)}/{len(self.clock.jobs)}]"
-        if result.ok and self.live:
-            return
         left = self.clock.text_left()
         self._print(f"{count} {result.job.name}: {state} ({duration(result.seconds)}){left and '; '}{left}")
 
     def _print(self, line: str) -> None:
         self._last_line = time.monotonic()
-        if self._progress is not None:
-            self._progress.console.print(line, markup=False, highlight=False)
-        else:
-            print(line, file=sys.stderr, flush=True)
-
-    def _redraw(self, shown: Progress, event: Event) -> None:
-        match event.kind:
-            case EventKind.STARTED:
-                self._bars[event.index] = shown.add_task(event.job.name, total=1.0, note="")
-            case EventKind.PROGRESS:
-                note = f"{_percent(event.fraction)} {event.text}".strip()
-                shown.update(self._bars[event.index], completed=event.fraction or 0.0, note=note)
-            case EventKind.ENDED:
-                shown.remove_task(self._bars.pop(event.index))
-            case EventKind.NOTICE:
-                return
-            case _:
-                assert_never(event.kind)
-        if self._overall is not None:
-            shown.update(self._overall, completed=len(self.clock.ended), note=self.clock.text())
+        self._bars.console.print(line, soft_wrap=True)
 
 
 class Clock:
@@ -133,15 +117,10 @@ class Clock:
         return "" if left is None else f"about {duration(left)} left"
 
     def _mean_seconds(self) -> float | None:
-        times = [result.seconds for result in self.ended.values() if result.ok]
-        running = [
+        seconds = [result.seconds for result in self.ended.values() if result.ok]
+        seconds += [
             (time.monotonic() - self.started[index]) / fraction
             for index, fraction in self.fractions.items()
             if index not in self.ended and fraction > 0
         ]
-        seconds = times + running
         return sum(seconds) / len(seconds) if seconds else None
-
-
-def _percent(fraction: float | None) -> str:
-    return "" if fraction is None else f"{fraction:.0%}"

@@ -14,6 +14,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
 from multiprocessing import connection, forkserver
 from pathlib import Path
 from types import FrameType
@@ -51,7 +52,7 @@ def run_jobs(
     start_server(preload, threads=threads)
     if logs is None:
         logs = Paths(outputs_root()).logs / f"{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}"
-    launcher = _Launcher(list(jobs), max(1, workers), timeout_s, on_progress, logs)
+    launcher = _Launcher(list(enumerate(jobs))[::-1], max(1, workers), timeout_s, on_progress, logs)
     with _interrupts(launcher.interrupt):
         try:
             launcher.run()
@@ -77,30 +78,25 @@ def start_server(preload: Sequence[str], *, threads: int = 1) -> None:
         forkserver.ensure_running()
 
 
+@dataclass
 class _Launcher:
-    def __init__(
-        self,
-        jobs: list[Job],
-        workers: int,
-        timeout_s: float | None,
-        on_progress: Callable[[Event], None],
-        logs: Path,
-    ) -> None:
-        self.waiting = list(enumerate(jobs))[::-1]
-        self.workers = workers
-        self.timeout_s = timeout_s
-        self.on_progress = on_progress
-        self.logs = logs
-        self.running: list[Running] = []
-        self.results: dict[int, JobResult] = {}
-        self.interrupts = 0
-        self.announced = False
+    """The jobs that wait, run and have ended; `waiting` has the next one last."""
+
+    waiting: list[tuple[int, Job]]
+    workers: int
+    timeout_s: float | None
+    on_progress: Callable[[Event], None]
+    logs: Path
+    running: list[Running] = field(default_factory=list)
+    results: dict[int, JobResult] = field(default_factory=dict)
+    interrupts: int = 0
+    announced: bool = False
 
     def run(self) -> None:
         """Until every job has ended, or the running ones have after Ctrl-C."""
         while self.running or (self.waiting and not self.interrupts):
             while self.waiting and len(self.running) < self.workers and not self.interrupts:
-                self._start(*self.waiting.pop())
+                self.running.append(Running(*self.waiting.pop(), self.logs))
             self._pass_on_interrupts()
             connection.wait(
                 [source for job in self.running for source in (job.pipe, job.process.sentinel)], timeout=_TICK_S
@@ -116,10 +112,6 @@ class _Launcher:
         """Kill what still runs."""
         for job in self.running:
             job.signal(signal.SIGKILL)
-
-    def _start(self, index: int, job: Job) -> None:
-        self.running.append(Running(index, job, self.logs))
-        self.on_progress(Event(EventKind.STARTED, index, job))
 
     def _pass_on_interrupts(self) -> None:
         if self.interrupts and not self.announced:

@@ -9,12 +9,11 @@ import signal
 import time
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
-from typing import assert_never
 
 from repro.launch import worker
 from repro.launch.jobs import Event, EventKind, Job, JobError, JobOutcome, JobResult
-from repro.launch.worker import Ending, Message, Notice, ProgressReport, Ready
 
 _EXIT_S = 2.0
 _TAIL_LINES = 15
@@ -35,7 +34,7 @@ class Running:
         self.log = logs / f"{index:04d}-{re.sub(r'[^A-Za-z0-9._=-]+', '-', job.name)[:80]}.log"
         context = multiprocessing.get_context("forkserver")
         self.pipe, end_of_job = context.Pipe(duplex=False)
-        arguments = (end_of_job, job.target, job.arguments, str(self.log))
+        arguments = (end_of_job, index, job, str(self.log))
         self.process = context.Process(target=worker.main, args=arguments, name=job.name)
         self.process.start()
         end_of_job.close()
@@ -43,7 +42,7 @@ class Running:
         self.ready = False
         self.interrupts = 0
         self.timed_out = False
-        self._ending: Ending | None = None
+        self._result: JobResult | None = None
 
     @property
     def seconds(self) -> float:
@@ -61,23 +60,16 @@ class Running:
                     os.kill(pid, number)
 
     def events(self) -> Iterator[Event]:
-        """Progress and notices since the last call."""
-        while (message := self._receive()) is not None:
-            match message:
-                case Ready():
-                    self.ready = True
-                case ProgressReport(fraction, text):
-                    yield Event(EventKind.PROGRESS, self.index, self.job, fraction, text)
-                case Notice(text):
-                    yield Event(EventKind.NOTICE, self.index, self.job, text=text)
-                case Ending():
-                    self._ending = message
-                case _:
-                    assert_never(message)
+        """What happened since the last call, all but the end."""
+        while (event := self._receive()) is not None:
+            self.ready = True
+            self._result = event.result
+            if event.result is None:
+                yield event
 
     def has_ended(self, *, alive: bool) -> bool:
         """Whether its last message has arrived, or it was not alive before its messages were last read."""
-        return self._ending is not None or not alive
+        return self._result is not None or not alive
 
     def end(self, *, interrupted: bool) -> JobResult:
         """Wait for the process, kill it if it lingers, and return how the job ended."""
@@ -86,34 +78,34 @@ class Running:
         self.signal(signal.SIGKILL)
         self.process.join()
         self.pipe.close()
-        ending = self._ending or self._death(interrupted)
+        result = self._result or self._death(interrupted)
         log = str(self.log)
-        if ending.outcome is JobOutcome.OK:
-            if self.log.is_file() and not self.log.stat().st_size:
-                self.log.unlink()
-            log = log if self.log.is_file() else ""
-        return JobResult(self.job, ending.outcome, ending.value, ending.error, seconds, log)
+        if result.ok and self.log.is_file() and not self.log.stat().st_size:
+            self.log.unlink()
+            log = ""
+        return replace(result, seconds=seconds, log=log)
 
-    def _receive(self) -> Message | None:
+    def _receive(self) -> Event | None:
         try:
-            message: Message | None = self.pipe.recv() if self._ending is None and self.pipe.poll() else None
-            return message
+            event: Event | None = self.pipe.recv() if self._result is None and self.pipe.poll() else None
+            return event
         except (EOFError, OSError):
             return None  # it died; its exit code shows how
         except Exception as error:
             text = f"its value cannot be read by the launcher: {error}"
-            return Ending(JobOutcome.FAILED, error=JobError(text, type(error).__name__))
+            result = JobResult(self.job, JobOutcome.FAILED, error=JobError(text, type(error).__name__))
+            return Event(EventKind.ENDED, self.index, self.job, result=result)
 
-    def _death(self, interrupted: bool) -> Ending:
+    def _death(self, interrupted: bool) -> JobResult:
         """How a job ended that died without a last message."""
         if interrupted:
-            return Ending(JobOutcome.INTERRUPTED)
+            return JobResult(self.job, JobOutcome.INTERRUPTED)
         if self.timed_out:
             outcome, message = JobOutcome.TIMED_OUT, f"killed after {self.seconds:.3g} s"
         else:
             outcome, message = JobOutcome.KILLED, _exit_text(self.process.exitcode)
         lines = self.log.read_text(errors="replace").splitlines() if self.log.is_file() else []
-        return Ending(outcome, error=JobError(message, trace="\n".join(lines[-_TAIL_LINES:])))
+        return JobResult(self.job, outcome, error=JobError(message, trace="\n".join(lines[-_TAIL_LINES:])))
 
 
 def _exit_text(code: int | None) -> str:

@@ -1,4 +1,4 @@
-"""Runs one function in a child process and always reports an outcome."""
+"""Runs one job in a child process and always reports an outcome."""
 
 from __future__ import annotations
 
@@ -8,98 +8,55 @@ import signal
 import sys
 import threading
 import traceback
-from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from importlib import import_module
 from multiprocessing import connection, parent_process
 from pathlib import Path
 from typing import Any
 
 from repro.errors import UserError
-from repro.launch.jobs import JobError, JobOutcome
+from repro.launch.jobs import Event, EventKind, Job, JobError, JobOutcome, JobResult
 from repro.tracking import code, progress
 from repro.tracking.files import disk_errors_explained
 from repro.tracking.store import StageFailed
 
 
-@dataclass(frozen=True)
-class Ready:
-    """The job can end gracefully from now on when it is interrupted."""
+def main(pipe: connection.Connection, index: int, job: Job, log: str) -> None:
+    """Call the job's target and send STARTED once it can end gracefully, at last ENDED with the result."""
 
+    def end(outcome: JobOutcome, value: Any = None, error: JobError | None = None) -> None:
+        pipe.send(Event(EventKind.ENDED, index, job, result=JobResult(job, outcome, value, error)))
 
-@dataclass(frozen=True)
-class ProgressReport:
-    """Finished part of the job (0 to 1, None when unknown) and what it is doing."""
-
-    fraction: float | None
-    text: str
-
-
-@dataclass(frozen=True)
-class Notice:
-    """One line that the user should see."""
-
-    text: str
-
-
-@dataclass(frozen=True)
-class Ending:
-    """The last message of a job."""
-
-    outcome: JobOutcome
-    value: Any = None
-    error: JobError | None = None
-
-
-Message = Ready | ProgressReport | Notice | Ending
-
-
-class _Channel:
-    """Sends progress and notices to the launcher."""
-
-    def __init__(self, pipe: connection.Connection) -> None:
-        self.pipe = pipe
-
-    def report(self, fraction: float | None, text: str) -> None:
-        self.pipe.send(ProgressReport(fraction, text))
-
-    def notice(self, text: str) -> None:
-        self.pipe.send(Notice(text))
-
-
-def main(pipe: connection.Connection, target: str, arguments: Mapping[str, object], log: str) -> None:
-    """Call `target` ("module:function") with the arguments and send an Ending with its value or its exception."""
     # A process group of its own: Ctrl-C in the terminal reaches the launcher alone, which passes it on.
     os.setpgid(0, 0)
     # The server ignores Ctrl-C; a job obeys the one that the launcher passes on.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     threading.Thread(target=_die_with_launcher, daemon=True).start()
     code.begin_job()
-    progress.listen(_Channel(pipe), log)
+    progress.listen(
+        lambda fraction, text: pipe.send(Event(EventKind.PROGRESS, index, job, fraction, text)),
+        lambda text: pipe.send(Event(EventKind.NOTICE, index, job, text=text)),
+        log,
+    )
     try:
-        pipe.send(Ready())
+        pipe.send(Event(EventKind.STARTED, index, job))
         with disk_errors_explained(Path(log).parent):
             _print_into(log)
-        module, _, name = target.partition(":")
-        pipe.send(Ending(JobOutcome.OK, getattr(import_module(module), name)(**arguments)))
+        module, _, name = job.target.partition(":")
+        end(JobOutcome.OK, getattr(import_module(module), name)(**job.arguments))
     except KeyboardInterrupt:
-        pipe.send(Ending(JobOutcome.INTERRUPTED))
+        end(JobOutcome.INTERRUPTED)
     except StageFailed as error:
         failure = error.record.failure
         assert failure is not None
-        pipe.send(_failed(JobError(failure.message, failure.type, failure.trace)))
+        end(JobOutcome.FAILED, error=JobError(failure.message, failure.type, failure.trace))
         _print_trace()
     except UserError as error:
-        pipe.send(_failed(JobError(str(error))))
+        end(JobOutcome.FAILED, error=JobError(str(error)))
     except Exception as error:
         trace = "".join(traceback.format_exception(error))
-        pipe.send(_failed(JobError(str(error), type(error).__name__, trace)))
+        end(JobOutcome.FAILED, error=JobError(str(error), type(error).__name__, trace))
         _print_trace()
-
-
-def _failed(error: JobError) -> Ending:
-    return Ending(JobOutcome.FAILED, error=error)
 
 
 def _print_trace() -> None:

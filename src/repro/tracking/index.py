@@ -1,7 +1,9 @@
 """The index of all run.json files: what lists and looks up runs reads these few fields instead of every file.
 
 Finished stages never change, so a run.json is read once, and again only when its time of change or its size differs.
-The index is a cache that can be deleted at any time.
+The index is a cache in one JSON file that can be deleted at any time. It is replaced as a whole: when two processes
+write it at once, the stages that only one of them has found are read again. Where it cannot be written nothing is
+stored, and every run.json is read each time.
 """
 
 from __future__ import annotations
@@ -10,11 +12,12 @@ import hashlib
 import json
 import os
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, NamedTuple
 
-from repro.tracking import index_database
-from repro.tracking.index_database import Codes, Entry, Rows, Stamp
+from repro.tracking.files import write_text
 from repro.tracking.paths import RUN_FILE, Paths
 from repro.tracking.plain_data import canonical
 from repro.tracking.record import StageOutcome
@@ -23,12 +26,55 @@ _READERS = 8
 _SHELVES = {"": StageOutcome.OK, ".failed": StageOutcome.FAILED}
 
 
-@dataclass
+class Entry(NamedTuple):
+    """The fields of one run.json that lists need.
+
+    outcome    DAMAGED where run.json cannot be read; `error` then says why
+    upstream   role -> id of each stage that it was made from
+    code       key into the codes of the index
+    card_text  the card as JSON text, since most lists read it of a few entries only; so are the medians
+    """
+
+    id: str
+    kind: str
+    name: str
+    outcome: StageOutcome
+    upstream: dict[str, str]
+    finished: str = ""
+    wall_s: float = 0.0
+    command: str = ""
+    code: str = ""
+    card_text: str = "{}"
+    medians_text: str = "{}"
+    error: str = ""
+
+    @property
+    def card(self) -> dict[str, Any]:
+        """The card of its summary: plain entries to list and filter by."""
+        return dict(json.loads(self.card_text))
+
+    @property
+    def medians(self) -> dict[str, Any]:
+        """The results by name, medians over the members."""
+        return dict(json.loads(self.medians_text))
+
+
+# A file of other fields is made again.
+_FORMAT = list(Entry._fields)
+# Time of change in ns and size of a run.json.
+Stamp = tuple[int, int]
+# By the place of a stage in the store.
+Rows = dict[str, tuple[Stamp, Entry]]
+# Each distinct code identity (modules, code, libraries) once, by its key.
+Codes = dict[str, dict[str, Any]]
+
+
+@dataclass(frozen=True)
 class Index:
     """All entries, by kind, outcome and id, and each distinct code identity once."""
 
-    entries: list[Entry] = field(default_factory=list)
-    codes: Codes = field(default_factory=dict)
+    entries: list[Entry]
+    codes: Codes
 
     def finished(self) -> dict[str, Entry]:
         """Entries of finished stages by id."""
@@ -37,31 +83,47 @@ class Index:
 
 def load(paths: Paths) -> Index:
     """The index, brought up to date with the store, and saved where anything changed."""
-    stored, codes = index_database.read(paths.index)
+    stored, codes = _read(paths.index)
     rows: Rows = {}
-    unread: list[tuple[str, Stamp, str, str, StageOutcome]] = []
+    unread: dict[str, tuple[Stamp, str, str, StageOutcome]] = {}
     for kind in paths.kinds():
         for shelf, outcome in _SHELVES.items():
             for id in paths.ids(kind, shelf):
                 place = f"{kind}/{shelf}/{id}"
                 stamp = _stamp(f"{paths.root}/{place}/{RUN_FILE}")
-                row = stored.get(place)
-                if row is not None and row[0] == stamp:
-                    rows[place] = row
+                if stamp is not None and place in stored and stored[place][0] == stamp:
+                    rows[place] = stored[place]
                 elif stamp is not None:
-                    unread.append((place, stamp, id, kind, outcome))
+                    unread[place] = stamp, id, kind, outcome
     # Several files at once, since reading waits for the disk.
     with ThreadPoolExecutor(_READERS) as readers:
-        contents = list(readers.map(_content, [paths.root / place / RUN_FILE for place, *_ in unread]))
-    new = {
-        place: (stamp, _entry(content, id, kind, outcome, codes))
-        for (place, stamp, id, kind, outcome), content in zip(unread, contents, strict=True)
-    }
-    if new or len(stored) > len(rows):
-        gone = [place for place in stored if place not in rows and place not in new]
-        index_database.save(paths.index, new, gone, codes)
-    rows |= new
+        new = {
+            place: (stamp, readers.submit(_entry, paths.root / place / RUN_FILE, id, kind, outcome, codes))
+            for place, (stamp, id, kind, outcome) in unread.items()
+        }
+    rows |= {place: (stamp, entry.result()) for place, (stamp, entry) in new.items()}
+    codes = {key: codes[key] for key in sorted({entry.code for _, entry in rows.values()} - {""})}
+    if rows != stored:
+        content = {"format": _FORMAT, "rows": rows, "codes": codes}
+        # A cache that cannot be written (read-only results) costs time, no more.
+        with suppress(OSError):
+            write_text(paths.index, json.dumps(content))
     return Index([entry for _, (_, entry) in sorted(rows.items(), key=lambda row: row[0])], codes)
+
+
+def _read(file: Path) -> tuple[Rows, Codes]:
+    """The rows and codes of the file; none where it is missing, damaged or of another format."""
+    try:
+        content = json.loads(file.read_bytes())
+        codes = dict(content["codes"])
+        rows = {
+            place: ((changed_ns, size), Entry(id, kind, name, StageOutcome(outcome), *values))
+            for place, ((changed_ns, size), (id, kind, name, outcome, *values)) in content["rows"].items()
+        }
+        whole = content["format"] == _FORMAT and {entry.code for _, entry in rows.values()} <= {"", *codes}
+        return (rows, codes) if whole else ({}, {})
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return {}, {}
 
 
 def _stamp(file: str) -> Stamp | None:
@@ -73,18 +135,9 @@ def _stamp(file: str) -> Stamp | None:
     return stat.st_mtime_ns, stat.st_size
 
 
-def _content(file: Path) -> bytes | OSError:
+def _entry(file: Path, id: str, kind: str, outcome: StageOutcome, codes: Codes) -> Entry:
     try:
-        return file.read_bytes()
-    except OSError as error:
-        return error
-
-
-def _entry(content: bytes | OSError, id: str, kind: str, outcome: StageOutcome, codes: Codes) -> Entry:
-    try:
-        if isinstance(content, OSError):
-            raise content
-        run = json.loads(content)
+        run = json.loads(file.read_bytes())
         identity, origin, error = run["identity"], run["provenance"], run["error"]
         code = {part: identity[part] for part in ("modules", "code", "libraries")}
         key = hashlib.sha256(canonical(code)).hexdigest()[:16]
@@ -94,6 +147,7 @@ def _entry(content: bytes | OSError, id: str, kind: str, outcome: StageOutcome, 
             kind,
             run["name"],
             outcome,
+            upstream=dict(identity["upstream"]),
             finished=origin["finished"],
             wall_s=float(origin["wall_s"]),
             command=origin["command"],
@@ -101,7 +155,6 @@ def _entry(content: bytes | OSError, id: str, kind: str, outcome: StageOutcome, 
             card_text=json.dumps(run["summary"].get("card", {})),
             medians_text=json.dumps(run["summary"].get("median", {})),
             error=f"{error['type']}: {error['message']}" if error else "",
-            upstream=dict(identity["upstream"]),
         )
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as trouble:
-        return Entry(id, kind, id, StageOutcome.DAMAGED, error=f"{RUN_FILE} cannot be read ({trouble})")
+        return Entry(id, kind, id, StageOutcome.DAMAGED, {}, error=f"{RUN_FILE} cannot be read ({trouble})")

@@ -92,8 +92,8 @@ class Paths:
 
     @property
     def index(self) -> Path:
-        """The index of all run.json files, a SQLite database; a cache, safe to delete."""
-        return self.root / ".cache" / "index.sqlite"
+        """The index of all run.json files; a cache, safe to delete."""
+        return self.root / ".cache" / "index.json"
 
     @property
     def composed(self) -> Path:

@@ -10,8 +10,7 @@ from typing import Any
 
 from repro.errors import UserError
 from repro.tracking import code, index, lock
-from repro.tracking.index import Index
-from repro.tracking.index_database import Entry
+from repro.tracking.index import Entry, Index
 from repro.tracking.paths import HOLDER_FILE, Paths
 from repro.tracking.record import Identity, StageOutcome, read
 from repro.tracking.stage import Stage
