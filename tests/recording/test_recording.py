@@ -210,7 +210,7 @@ def test_a_missing_file_is_refused_by_name(tmp_path):
 
 
 def test_a_failed_write_leaves_neither_name_nor_litter(tmp_path, monkeypatch):
-    def fail(path: Path, recording: RunRecording) -> None:
+    def fail(path: Path, expected: set[str], rows: int) -> None:
         raise OSError("the disk is gone")
 
     write_recording(tmp_path / "recording.rrd", example())

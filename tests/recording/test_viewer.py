@@ -94,7 +94,9 @@ def test_a_picture_needs_no_display(tmp_path):
     time = np.arange(30) * 0.04
     points = np.stack([np.zeros((30, 2)), np.stack([np.sin(time), np.cos(time)], axis=-1)], axis=1)
     plant = DrawnMotion(np.stack([time, time], axis=-1), {"H": time}, points)
-    recording = RunRecording("r", "r", {}, time, [("theta", "rad")], plant, {"seed 0": plant}, time, {"supplied": time})
+    recording = RunRecording(
+        "r", "r", {}, time, [("theta", "rad")], plant, {"seed 0": plant}, {"theta": time}, {"supplied": time}
+    )
     write_recording(tmp_path / "r.rrd", recording)
     picture = tmp_path / "r.png"
     try:

@@ -9,12 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from repro.recording import palette
-from repro.recording.card_page import card_page
 from repro.recording.chart import Chart, part
-from repro.recording.contents import PLANT
-from repro.recording.layout import CARD, TIMELINE
-from repro.recording.writer import APPLICATION, read_recording
-from repro.tracking.files import replacing
+from repro.recording.contents import PLANT, Recording
+from repro.recording.layout import CARD
+from repro.recording.writer import write_whole
 
 ROOT = "chain"
 GAP = 3.0  # m between the two chains in the picture
@@ -30,59 +28,38 @@ class ChainMotion:
 
 
 @dataclass(frozen=True)
-class ChainRecording:
-    """What the recording shows: time (steps,) in s, the true chain, and label -> learned chain."""
+class ChainRecording(Recording):
+    """The true chain, and label -> learned chain."""
 
-    run: str
-    title: str
-    card: Mapping[str, object]
-    time: np.ndarray
     plant: ChainMotion
     models: Mapping[str, ChainMotion]
 
 
 def write_chain_recording(path: Path, recording: ChainRecording) -> None:
-    """Write the .rrd aside, read it back, rename. Raises OSError when it could not be written completely."""
-    chart = _energies(recording)
-    with replacing(path) as temporary:
-        _write(temporary, recording, chart)
-        if len(read_recording(temporary)[chart.path].at) != len(recording.time):
-            raise OSError("the recording was not written completely: rows are missing")
-
-
-def _write(path: Path, recording: ChainRecording, chart: Chart) -> None:
+    """Write a whole .rrd file or none. Raises OSError when it could not be written completely."""
     import rerun as rr
     import rerun.blueprint as rrb
 
+    chains = {PLANT: recording.plant, **recording.models}
+    colours = {**palette.colours(recording.models), PLANT: palette.PLANT}
+    energies = {label: chain.energy for label, chain in chains.items()}
+    chart = Chart("energy/H", "Energy H", "H", "J", energies, colours, reference=PLANT)
     motion = rrb.Spatial2DView(origin=f"/{ROOT}", name="Motion [m]")
     window = rrb.Blueprint(
         rrb.Horizontal(rrb.Vertical(motion, chart.view()), rrb.TextDocumentView(origin=CARD), column_shares=[3, 1]),
         collapse_panels=True,
     )
-    stream = rr.RecordingStream(APPLICATION, recording_id=recording.run)
-    stream.save(path, default_blueprint=window)
-    stream.send_recording_name(recording.title)
-    text = card_page(recording.title, recording.card)
-    stream.log(CARD, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
-    time = rr.TimeColumn(TIMELINE, duration=np.rint(recording.time * 1e9).astype("timedelta64[ns]"))
-    chart.log(stream, time)
-    chains = {PLANT: recording.plant, **recording.models}
-    colours = {**palette.colours(recording.models), PLANT: palette.PLANT}
-    for row, (label, chain) in enumerate(chains.items()):
-        points = np.stack([chain.places, np.full_like(chain.places, row * GAP)], axis=-1).astype(np.float32)
-        wall = np.tile(np.array([0.0, row * GAP], dtype=np.float32), (len(points), 1, 1))
-        entity = f"{ROOT}/{part(label)}"
-        stream.log(f"{entity}/masses", rr.Points2D.from_fields(radii=MASS, colors=colours[label]), static=True)
-        stream.log(f"{entity}/springs", rr.LineStrips2D.from_fields(radii=MASS / 4, colors=colours[label]), static=True)
-        masses = rr.Points2D.columns(positions=points.reshape(-1, 2)).partition([points.shape[1]] * len(points))
-        stream.send_columns(f"{entity}/masses", [time], masses)
-        strips = rr.LineStrips2D.columns(strips=list(np.concatenate([wall, points], axis=1)))
-        stream.send_columns(f"{entity}/springs", [time], strips)
-    stream.disconnect()
 
+    def draw(stream: rr.RecordingStream, time: rr.TimeColumn) -> None:
+        for row, (label, chain) in enumerate(chains.items()):
+            points = np.stack([chain.places, np.full_like(chain.places, row * GAP)], axis=-1).astype(np.float32)
+            wall = np.tile(np.array([0.0, row * GAP], dtype=np.float32), (len(points), 1, 1))
+            masses, springs = (f"{ROOT}/{part(label)}/{shape}" for shape in ("masses", "springs"))
+            stream.log(masses, rr.Points2D.from_fields(radii=MASS, colors=colours[label]), static=True)
+            stream.log(springs, rr.LineStrips2D.from_fields(radii=MASS / 4, colors=colours[label]), static=True)
+            places = rr.Points2D.columns(positions=points.reshape(-1, 2)).partition([points.shape[1]] * len(points))
+            stream.send_columns(masses, [time], places)
+            strips = rr.LineStrips2D.columns(strips=list(np.concatenate([wall, points], axis=1)))
+            stream.send_columns(springs, [time], strips)
 
-def _energies(recording: ChainRecording) -> Chart:
-    chains = {PLANT: recording.plant, **recording.models}
-    colours = {**palette.colours(recording.models), PLANT: palette.PLANT}
-    lines = {label: chain.energy for label, chain in chains.items()}
-    return Chart("energy/H", "Energy H", "H", "J", lines, colours, reference=PLANT)
+    write_whole(path, recording, window, [chart], draw)

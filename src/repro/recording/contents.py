@@ -35,13 +35,25 @@ class LearningCurve:
 
 
 @dataclass(frozen=True)
-class RunRecording:
+class Recording:
+    """What every recording has.
+
+    run    the run's id, which becomes the recording's id
+    title  readable name of the run
+    card   plain nested dictionary: settings, provenance, metrics
+    time   (steps,), s, increasing
+    """
+
+    run: str
+    title: str
+    card: Mapping[str, object]
+    time: np.ndarray
+
+
+@dataclass(frozen=True)
+class RunRecording(Recording):
     """All that the recording of one run shows. Raises ValueError with the name of an array of the wrong shape.
 
-    run          the run's id, which becomes the recording's id
-    title        readable name of the run
-    card         plain nested dictionary: settings, provenance, metrics
-    time         (steps,), s, increasing
     coordinates  (name, unit) of each generalised coordinate
     plant        the true rollout; it, the forces and the power are finite
     models       label -> the model's rollout
@@ -53,10 +65,6 @@ class RunRecording:
     charts       title -> unit and (steps,) values of further charts, such as what a solver did
     """
 
-    run: str
-    title: str
-    card: Mapping[str, object]
-    time: np.ndarray
     coordinates: Sequence[tuple[str, str]]
     plant: DrawnMotion
     models: Mapping[str, DrawnMotion]
@@ -72,10 +80,11 @@ class RunRecording:
         if steps < 2 or not np.all(np.diff(self.time) > 0):
             raise ValueError("time: at least 2 steps, finite and increasing, are needed")
         points = self.plant.points.shape[1:]
+        forces = {f"force along {name}": values for name, values in self.forces.items()}
+        power = {f"power {name}": values for name, values in self.power.items()}
+        charts = {f"chart {name}": values for name, (_, values) in self.charts.items()}
         shapes: dict[str, tuple[np.ndarray, tuple[int, ...]]] = {}
-        shapes |= {f"force along {name}": (values, (steps,)) for name, values in self.forces.items()}
-        shapes |= {f"power {name}": (values, (steps,)) for name, values in self.power.items()}
-        shapes |= {f"chart {name}": (values, (steps,)) for name, (_, values) in self.charts.items()}
+        shapes |= {name: (values, (steps,)) for name, values in {**forces, **power, **charts}.items()}
         if self.predicted is not None:
             shapes["predicted"] = self.predicted, (steps, self.predicted.shape[1], 2)
         for label, rollout in {PLANT: self.plant, **self.models}.items():
@@ -91,7 +100,6 @@ class RunRecording:
             if array.shape != shape:
                 raise ValueError(f"{what}: shape {array.shape} instead of {shape}")
         truth = {"state": self.plant.state, "points": self.plant.points, **self.plant.energies}
-        forces = {f"force along {name}": values for name, values in self.forces.items()}
         for what, array in {**forces, **self.power, **truth}.items():
             if not np.isfinite(array).all():
                 raise ValueError(f"{what} of {PLANT}: not finite")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,7 @@ from repro.recording.contents import PLANT
 if TYPE_CHECKING:
     import rerun.blueprint as rrb
 
-    from repro.recording.contents import DrawnMotion, RunRecording
+    from repro.recording.contents import RunRecording
 
 CARD = "run_card"
 TIMELINE = "sim_time"
@@ -45,19 +45,22 @@ def layout_of(recording: RunRecording) -> Layout:
     members = [*recording.models, *(label for curve in recording.curves.values() for label in curve.values)]
     colours = {**palette.colours(members), PLANT: palette.PLANT}
 
-    def compare(path: str, quantity: str, title: str, unit: str, pick: Callable[[DrawnMotion], np.ndarray]) -> Chart:
-        lines = {label: pick(rollout) for label, rollout in rollouts.items()}
+    def compare(path: str, title: str, quantity: str, unit: str, lines: Mapping[str, np.ndarray]) -> Chart:
         return Chart(path, title, quantity, unit, lines, colours, reference=PLANT)
 
+    def column(number: int) -> dict[str, np.ndarray]:
+        return {label: rollout.state[:, number] for label, rollout in rollouts.items()}
+
     coordinates, rates = [], []
-    for column, (name, unit) in enumerate(recording.coordinates):
-        symbol, rate_column = _symbol(name), column + len(recording.coordinates)
-        coordinates.append(compare(f"state/{part(name)}", symbol, symbol, unit, _column(column)))
-        rate = f"d{symbol}/dt"
-        rates.append(compare(f"state/{part(name)}d", rate, rate, f"{unit}/s", _column(rate_column)))
-    energies = [
-        compare(f"energy/{part(name)}", name, f"Energy {name}", "J", _energy(name)) for name in recording.plant.energies
-    ]
+    for number, (name, unit) in enumerate(recording.coordinates):
+        symbol, rate = _symbol(name), f"d{_symbol(name)}/dt"
+        rate_values = column(number + len(recording.coordinates))
+        coordinates.append(compare(f"state/{part(name)}", symbol, symbol, unit, column(number)))
+        rates.append(compare(f"state/{part(name)}d", rate, rate, f"{unit}/s", rate_values))
+    energies = []
+    for name in recording.plant.energies:
+        lines = {label: rollout.energies[name] for label, rollout in rollouts.items()}
+        energies.append(compare(f"energy/{part(name)}", f"Energy {name}", name, "J", lines))
     balance = palette.colours(recording.power, palette.QUANTITIES)
     first = next(iter(recording.power), "")
     inputs = [
@@ -127,14 +130,6 @@ def _forces(recording: RunRecording) -> list[Chart]:
         if lines:
             charts.append(Chart(quantity, quantity.title(), quantity, unit, lines, colours, legend=len(lines) > 1))
     return charts
-
-
-def _column(number: int) -> Callable[[DrawnMotion], np.ndarray]:
-    return lambda rollout: rollout.state[:, number]
-
-
-def _energy(name: str) -> Callable[[DrawnMotion], np.ndarray]:
-    return lambda rollout: rollout.energies[name]
 
 
 def _symbol(name: str) -> str:

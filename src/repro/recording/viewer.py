@@ -7,18 +7,17 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TypeVar
 
 from repro.errors import UserError
 from repro.tracking.ids import matching
 from repro.tracking.store import Store
 
-if TYPE_CHECKING:
-    from rerun.experimental import ViewerClient
+Answer = TypeVar("Answer")
 
 KIND = "recordings"
 FILENAME = "recording.rrd"
@@ -59,6 +58,8 @@ def screenshot(path: Path, picture: Path, at: float | None = None, size: tuple[i
 
     Raises UserError when no graphics driver is found.
     """
+    from rerun.experimental import ViewerClient
+
     from repro.recording.layout import TIMELINE
     from repro.recording.writer import read_recording
 
@@ -66,8 +67,9 @@ def screenshot(path: Path, picture: Path, at: float | None = None, size: tuple[i
     moment = times[0][len(times[0]) // 2] if at is None else at
     port = free_port(DATA_PORT)
     window = ["--headless", "--window-size", f"{size[0]}x{size[1]}", "--port", str(port)]
-    with _viewer(*window) as process:
-        client = _connect(process, port)
+    with running_viewer(*window, quiet=True) as process:
+        url = f"rerun+http://{LOCAL}:{port}/proxy"
+        client = answer(process, lambda: ViewerClient(url), f"the viewer did not start: {GRAPHICS_HELP}")
         client.open([str(path.absolute())])
         client.set_time(TIMELINE, duration=float(moment), play_state="paused")
         time.sleep(SETTLE_SECONDS)
@@ -104,7 +106,7 @@ def open_window(path: Path) -> int:
             f"no display here to open a window on; add --web to see it in a browser, --screenshot FILE for a picture, "
             f"or copy {path} to a machine with a display and type: rerun {path.name}"
         )
-    with _viewer("--port", "auto", str(path)) as process:
+    with running_viewer("--port", "auto", str(path)) as process:
         return _wait(process)
 
 
@@ -112,7 +114,7 @@ def serve(path: Path) -> int:
     """Serve a recording to a browser until Ctrl-C."""
     web, data = free_port(WEB_PORT), free_port(DATA_PORT)
     ports = ["--web-viewer-port", str(web), "--port", str(data)]
-    with _viewer("--serve-web", *ports, str(path)) as process:
+    with running_viewer("--serve-web", *ports, str(path)) as process:
         print(f"http://{LOCAL}:{web}/?url=rerun%2Bhttp%3A%2F%2F{LOCAL}%3A{data}%2Fproxy")
         print(f"from another machine, first: ssh -L {web}:{LOCAL}:{web} -L {data}:{LOCAL}:{data} HOST")
         print("Ctrl-C stops it", flush=True)
@@ -120,17 +122,31 @@ def serve(path: Path) -> int:
 
 
 @contextmanager
-def _viewer(*arguments: str) -> Iterator[subprocess.Popen[bytes]]:
-    """A viewer that ends with the block."""
-    # Without a display its libraries complain about the missing desktop.
-    errors = subprocess.DEVNULL if "--headless" in arguments else None
+def running_viewer(*arguments: str, quiet: bool = False) -> Iterator[subprocess.Popen[bytes]]:
+    """A viewer that ends with the block; a quiet one prints nothing and opens no browser.
+
+    Without a display its libraries complain about the missing desktop.
+    """
+    output = subprocess.DEVNULL if quiet else None
+    browser = {"BROWSER": "true"} if quiet else {}
     command = command_of("--bind", LOCAL, "--hide-welcome-screen", *arguments)
-    process = subprocess.Popen(command, env=environment(), stderr=errors)
+    process = subprocess.Popen(command, env={**environment(), **browser}, stdout=output, stderr=output)
     try:
         yield process
     finally:
         process.terminate()
         process.wait()
+
+
+def answer(process: subprocess.Popen[bytes], request: Callable[[], Answer], failure: str) -> Answer:
+    """The answer to a request that fails until the viewer has started; UserError(failure) when it does not start."""
+    deadline = time.monotonic() + START_SECONDS
+    while time.monotonic() < deadline and process.poll() is None:
+        try:
+            return request()
+        except OSError:
+            time.sleep(0.1)
+    raise UserError(failure)
 
 
 def _wait(process: subprocess.Popen[bytes]) -> int:
@@ -139,18 +155,6 @@ def _wait(process: subprocess.Popen[bytes]) -> int:
         return process.wait()
     except KeyboardInterrupt:
         return 0
-
-
-def _connect(process: subprocess.Popen[bytes], port: int) -> ViewerClient:
-    from rerun.experimental import ViewerClient
-
-    deadline = time.monotonic() + START_SECONDS
-    while time.monotonic() < deadline and process.poll() is None:
-        try:
-            return ViewerClient(f"rerun+http://{LOCAL}:{port}/proxy")
-        except ConnectionError:
-            time.sleep(0.1)
-    raise UserError(f"the viewer did not start: {GRAPHICS_HELP}")
 
 
 def _listed(ids: Sequence[str]) -> str:

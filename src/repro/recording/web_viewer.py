@@ -1,12 +1,9 @@
 """The viewer's own web pages: its program and its WebAssembly, as the installed version serves them."""
 
-import subprocess
-import time
 import urllib.request
 from dataclasses import dataclass
 
-from repro.errors import UserError
-from repro.recording.viewer import DATA_PORT, LOCAL, START_SECONDS, WEB_PORT, command_of, environment, free_port
+from repro.recording.viewer import DATA_PORT, LOCAL, START_SECONDS, WEB_PORT, answer, free_port, running_viewer
 
 
 @dataclass(frozen=True)
@@ -23,28 +20,16 @@ def web_viewer() -> WebViewer:
     Raises UserError when it does not start.
     """
     web, data = free_port(WEB_PORT), free_port(DATA_PORT)
-    ports = ["--bind", LOCAL, "--web-viewer-port", str(web), "--port", str(data)]
-    process = subprocess.Popen(
-        command_of("--serve-web", *ports),
-        env={**environment(), "BROWSER": "true"},
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    try:
-        script = _fetched(process, f"http://{LOCAL}:{web}/re_viewer.js")
-        program = _fetched(process, f"http://{LOCAL}:{web}/re_viewer_bg.wasm")
-    finally:
-        process.terminate()
-        process.wait()
-    return WebViewer(script.decode(), program)
+    failure = "the viewer did not serve its web pages; is rerun-sdk installed as pinned in constraints.txt?"
+    ports = ["--web-viewer-port", str(web), "--port", str(data)]
+    with running_viewer("--serve-web", *ports, quiet=True) as process:
+
+        def fetched(name: str) -> bytes:
+            return answer(process, lambda: _content(f"http://{LOCAL}:{web}/{name}"), failure)
+
+        return WebViewer(fetched("re_viewer.js").decode(), fetched("re_viewer_bg.wasm"))
 
 
-def _fetched(process: "subprocess.Popen[bytes]", url: str) -> bytes:
-    deadline = time.monotonic() + START_SECONDS
-    while time.monotonic() < deadline and process.poll() is None:
-        try:
-            with urllib.request.urlopen(url, timeout=START_SECONDS) as answer:
-                return bytes(answer.read())
-        except OSError:
-            time.sleep(0.1)
-    raise UserError("the viewer did not serve its web pages; is rerun-sdk installed as pinned in constraints.txt?")
+def _content(url: str) -> bytes:
+    with urllib.request.urlopen(url, timeout=START_SECONDS) as response:
+        return bytes(response.read())

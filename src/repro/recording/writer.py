@@ -5,20 +5,25 @@ from __future__ import annotations
 import os
 import warnings
 from collections import defaultdict
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from repro.errors import UserError
 from repro.recording import palette, scene
 from repro.recording.card_page import card_page
-from repro.recording.chart import part
-from repro.recording.contents import PLANT, RunRecording
+from repro.recording.chart import Chart, part
+from repro.recording.contents import PLANT, Recording, RunRecording
 from repro.recording.layout import CARD, LEARNING_TIMELINE, TIMELINE, blueprint, layout_of
 from repro.tracking.files import replacing
 from repro.tracking.plain_data import flattened
+
+if TYPE_CHECKING:
+    import rerun as rr
+    import rerun.blueprint as rrb
 
 # The same for all recordings, so that the viewer shares settings between them.
 APPLICATION = "repro"
@@ -35,13 +40,59 @@ class Track:
 
 
 def write_recording(path: Path, recording: RunRecording) -> None:
+    """Write a whole .rrd file or none. Raises OSError when it could not be written completely."""
+    import rerun as rr
+
+    layout = layout_of(recording)
+    frame = scene.frame_of(recording.plant.points, recording.obstacle)
+    colours = palette.colours(recording.models)
+
+    def draw(stream: rr.RecordingStream, time: rr.TimeColumn) -> None:
+        for chart, curve in zip(layout.learning, recording.curves.values(), strict=True):
+            chart.log(stream, rr.TimeColumn(LEARNING_TIMELINE, sequence=curve.step))
+        scene.log_surroundings(stream, frame, recording.obstacle)
+        if recording.predicted is not None:
+            scene.log_prediction(stream, time, recording.predicted, frame.scale)
+        for label, model in recording.models.items():
+            colour = colours[label]
+            scene.log_body(stream, part(label), time, model.points, scale=frame.scale, colour=colour, solid=False)
+        scene.log_body(stream, PLANT, time, recording.plant.points, scale=frame.scale, colour=palette.PLANT, solid=True)
+        scene.log_force(stream, time, next(iter(recording.forces.values())), frame.scale)
+
+    write_whole(path, recording, blueprint(layout, frame), layout.simulated, draw)
+
+
+def write_whole(
+    path: Path,
+    recording: Recording,
+    window: rrb.Blueprint,
+    charts: Sequence[Chart],
+    draw: Callable[[rr.RecordingStream, rr.TimeColumn], None],
+) -> None:
     """Write the .rrd aside, read it back, rename, so that a file of this name is complete.
+
+    window  what it opens to
+    charts  those over simulated time
+    draw    logs all that is not a chart over simulated time
 
     Raises OSError when the file could not be written completely.
     """
+    import rerun as rr
+
     with replacing(path) as temporary:
-        _write(temporary, recording)
-        _check(temporary, recording)
+        stream = rr.RecordingStream(APPLICATION, recording_id=recording.run)
+        stream.save(temporary, default_blueprint=window)
+        stream.send_recording_name(recording.title)
+        entries = {key: _property(value) for key, value in flattened(recording.card).items()}
+        stream.send_property("run", rr.AnyValues(**{"title": recording.title, **entries}))
+        text = card_page(recording.title, recording.card)
+        stream.log(CARD, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
+        time = rr.TimeColumn(TIMELINE, duration=np.rint(recording.time * 1e9).astype("timedelta64[ns]"))
+        for chart in charts:
+            chart.log(stream, time)
+        draw(stream, time)
+        stream.disconnect()
+        _check(temporary, {chart.path for chart in charts}, len(recording.time))
 
 
 def read_recording(path: Path) -> dict[str, Track]:
@@ -66,45 +117,14 @@ def read_recording(path: Path) -> dict[str, Track]:
     return {entity.removeprefix("/"): _track(batches[entity], lines) for entity, lines in names.items()}
 
 
-def _write(path: Path, recording: RunRecording) -> None:
-    import rerun as rr
-
-    layout = layout_of(recording)
-    frame = scene.frame_of(recording.plant.points, recording.obstacle)
-    stream = rr.RecordingStream(APPLICATION, recording_id=recording.run)
-    stream.save(path, default_blueprint=blueprint(layout, frame))
-    stream.send_recording_name(recording.title)
-    entries = {key: _property(value) for key, value in flattened(recording.card).items()}
-    stream.send_property("run", rr.AnyValues(**{"title": recording.title, **entries}))
-    text = card_page(recording.title, recording.card)
-    stream.log(CARD, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
-
-    time = rr.TimeColumn(TIMELINE, duration=np.rint(recording.time * 1e9).astype("timedelta64[ns]"))
-    for chart in layout.simulated:
-        chart.log(stream, time)
-    for chart, curve in zip(layout.learning, recording.curves.values(), strict=True):
-        chart.log(stream, rr.TimeColumn(LEARNING_TIMELINE, sequence=curve.step))
-
-    scene.log_surroundings(stream, frame, recording.obstacle)
-    if recording.predicted is not None:
-        scene.log_prediction(stream, time, recording.predicted, frame.scale)
-    colours = palette.colours(recording.models)
-    for label, model in recording.models.items():
-        scene.log_body(stream, part(label), time, model.points, scale=frame.scale, colour=colours[label], solid=False)
-    scene.log_body(stream, PLANT, time, recording.plant.points, scale=frame.scale, colour=palette.PLANT, solid=True)
-    scene.log_force(stream, time, next(iter(recording.forces.values())), frame.scale)
-    stream.disconnect()
-
-
-def _check(path: Path, recording: RunRecording) -> None:
+def _check(path: Path, expected: set[str], rows: int) -> None:
     """Read the file back, since the library raises nothing when a write fails."""
     try:
         tracks = read_recording(path)
     except UserError as error:
         _raise_the_cause(path)
         raise OSError(f"the recording was not written completely: {error}") from error
-    expected = {chart.path for chart in layout_of(recording).simulated}
-    if not expected <= tracks.keys() or any(len(tracks[entity].at) != len(recording.time) for entity in expected):
+    if not expected <= tracks.keys() or any(len(tracks[entity].at) != rows for entity in expected):
         raise OSError("the recording was not written completely: rows are missing")
 
 

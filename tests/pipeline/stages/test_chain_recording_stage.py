@@ -41,3 +41,11 @@ def test_masses_start_where_the_extensions_put_them(folder):
     (moved,) = (b for b in batches if b.num_rows == 101)
     first = np.array(moved["Points2D:positions"][0].as_py())
     np.testing.assert_allclose(first[:, 0], np.arange(1, 5) + np.cumsum(random_start(4)[:4]), rtol=1e-6)
+
+
+def test_a_chain_has_the_properties_of_every_run(folder):
+    from rerun.chunk import RrdReader
+
+    chunks = RrdReader(folder / "recording.rrd").stream().to_chunks()
+    names = [name for c in chunks if c.entity_path == "/__properties/run" for name in c.to_record_batch().schema.names]
+    assert "title" in names
