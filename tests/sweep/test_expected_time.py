@@ -4,7 +4,7 @@ from repro.config.compose import compose
 from repro.pipeline.plan import Pipeline
 from repro.sweep.expected_time import MeasuredTimes, expected_seconds
 from repro.tracking import index
-from repro.tracking.index_database import Entry
+from repro.tracking.index import Entry
 from repro.tracking.paths import Paths
 from repro.tracking.record import StageOutcome
 
@@ -16,7 +16,7 @@ def pipeline(*overrides):
 
 def finished(stage, seconds, number=0):
     fields = {"kind": stage.kind, "name": stage.name, "outcome": StageOutcome.OK, "command": stage.command}
-    return Entry(f"{stage.name}-{number}", **fields, wall_s=seconds)
+    return Entry(f"{stage.name}-{number}", **fields, upstream={}, wall_s=seconds)
 
 
 @pytest.fixture
@@ -24,7 +24,7 @@ def times(tmp_path, monkeypatch):
     """Measured times of these stages."""
 
     def make(*entries):
-        monkeypatch.setattr(index, "load", lambda paths: index.Index([*entries]))
+        monkeypatch.setattr(index, "load", lambda paths: index.Index([*entries], {}))
         return MeasuredTimes(Paths(tmp_path))
 
     return make
