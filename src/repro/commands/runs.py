@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from repro.commands.arguments import add_filters, add_json, command_parser, filters, fits
@@ -37,7 +36,7 @@ def main(argv: Sequence[str]) -> int:
     carded = [(entry, entry.card) for entry in sorted(entries, key=lambda entry: entry.finished)]
     chosen = [(entry, card) for entry, card in carded if fits(card, values)]
     if arguments.json:
-        plain = [asdict(entry) | {"card": card} for entry, card in chosen]
+        plain = [entry._asdict() | {"card": card} for entry, card in chosen]
         print(json.dumps([{key: entry[key] for key in entry if key != "card_text"} for entry in plain], indent=1))
         return 0
     print(_runs_table(chosen))
