@@ -88,7 +88,7 @@ def singular_values(seen: int, unseen: Sequence[str], n: int = 5) -> pd.DataFram
 
 def fill_double_pendulum(store: SyntheticStore, rng: np.random.Generator) -> None:
     """Run the experiments of the double pendulum, synthetically."""
-    place = {"system": "dip", "basis": "fxf", "literal": False, "hidden": ""}
+    place = {"system": "dip", "basis": "fxf", "as_printed": False, "hidden": ""}
     for experiment in ("dip_identifiability", "dip_pretraining", "dip_neural"):
         store.anchors(experiment, trivial={"mae_tau": 0.66}, degenerate={"mae_tau": 0.08}, **place)
     unseen = {"main": ["a", "b"], "pretrain_only": ["a", "b", "(xd + 0.15 c)^2"], "joint": ["a", "b"]}
@@ -126,18 +126,24 @@ def fill_ports(store: SyntheticStore, rng: np.random.Generator) -> None:
             curves=pd.DataFrame(margins, columns=["member", "step", "name", "value"]),
             trajectories=pd.DataFrame(energies, columns=["member", "name", "t", "value"]),
             model=model,
-            literal=False,
+            as_printed=False,
         )
     scratch = {"model": "lagrangian", "basis": "fxf", "hidden": ""}
     friction = learned(rng, 0.1) | {"damping_error": errors(rng, 0.01)}
-    store.run("ph_damping", friction, system="dip", damping="[0.3, 0.01, 0.005]", literal=False, **scratch)
-    mass = {"model": "hinged", "basis": "", "hidden": "", "options": "parts=['cart_rod_noisy'], rod=mass"}
+    store.run("ph_damping", friction, system="dip", damping="[0.3, 0.01, 0.005]", as_printed=False, **scratch)
+    mass = {"model": "hinged", "basis": "", "hidden": "", "model.parts": ["cart_rod_noisy"], "model.rod": "mass"}
     for samples in (10, 30, 1000):
-        place = {"system": "dip", "n_train": samples, "tau_noise": 0.1, "literal": False, "optimiser": "least_squares"}
+        place = {
+            "system": "dip",
+            "n_train": samples,
+            "tau_noise": 0.1,
+            "as_printed": False,
+            "optimiser": "least_squares",
+        }
         for tau, card in ((1.0, scratch), (0.01, mass)):
             store.run("composition", learned(rng, tau / samples**0.5), **place, **card)
     chain = {f"chain_{name}_{n}": errors(rng, 0.01) for name in ("error", "seconds") for n in (2, 1000)}
-    store.run("chains", chain, system="link", basis="spring", tau_noise=0.1, n_train=8000, literal=False)
+    store.run("chains", chain, system="link", basis="spring", tau_noise=0.1, n_train=8000, as_printed=False)
 
 
 def swing_up(links: int, starts: int = 6) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -171,7 +177,7 @@ def fill_control(store: SyntheticStore) -> None:
     """Run the experiments of control, synthetically."""
     for experiment, system, links in (("sip_control", "sip", 1), ("dip_control", "dip", 2)):
         control, loops = swing_up(links)
-        card = {"system": system, "model": "structured", "literal": False, "energies": "canonical"}
+        card = {"system": system, "model": "structured", "as_printed": False, "energies": "canonical"}
         store.run(experiment, {"mae_tau": [0.01]}, control=control, closed_loops=loops, **card)
 
 
@@ -217,7 +223,7 @@ def fill(store: SyntheticStore) -> None:
             status = ["ok"] * 4 + ["diverged at step 40" if bad else "ok"]
             card = {"basis": basis, "hidden": hidden, "optimiser": optimiser, "objective": objective}
             curves = learning_curve(rng, tau)
-            store.run("sip_forward_inverse", learned(rng, tau), status=status, curves=curves, literal=False, **card)
+            store.run("sip_forward_inverse", learned(rng, tau), status=status, curves=curves, as_printed=False, **card)
     for regime, steps, labels, noise, tau in (
         ("episodes", 1000, "exact", 0.0, 0.25),
         ("episodes", 100, "exact", 0.0, 0.04),
@@ -227,26 +233,26 @@ def fill(store: SyntheticStore) -> None:
     ):
         place = {"regime": regime, "episode_steps": steps, "labels": labels, "tau_noise": noise}
         store.run("sip_regimes", learned(rng, tau), trajectories=trajectory(rng), **place)
-        least = {**place, "basis": "t1", "optimiser": "least_squares", "literal": False, "hidden": "", "epochs": 0}
+        least = {**place, "basis": "t1", "optimiser": "least_squares", "as_printed": False, "hidden": "", "epochs": 0}
         store.run("sip_regimes", learned(rng, 1e-13 if labels == "exact" else 0.3), **least)
     for optimiser, curriculum, tau in (
-        ("adam", "", 0.24),
-        ("adam_cosine", "", 0.2),
-        ("lbfgs", "", 0.05),
-        ("levenberg_marquardt", "", 0.004),
-        ("levenberg_marquardt", "100, 1000", 0.002),
+        ("adam", [], 0.24),
+        ("adam_cosine", [], 0.2),
+        ("lbfgs", [], 0.05),
+        ("levenberg_marquardt", [], 0.004),
+        ("levenberg_marquardt", [100, 1000], 0.002),
     ):
-        card = {"optimiser": optimiser, "curriculum": curriculum, "literal": False}
+        card = {"optimiser": optimiser, "curriculum": curriculum, "as_printed": False}
         store.run("sip_optimisers", learned(rng, tau), curves=learning_curve(rng, tau), **card)
     for sequence in ("main", "anchor", "pretrain_only", "pretrain", "joint"):
         form = "legendre" if sequence == "joint" else "sum"
-        store.run("sip_energies", learned(rng, 0.02), sequence=sequence, energy_form=form, literal=False)
-    transform = {"momentum_weight": 1.0, "momentum_hidden": "2x32", "literal": False}
+        store.run("sip_energies", learned(rng, 0.02), sequence=sequence, energy_form=form, as_printed=False)
+    transform = {"momentum_weight": 1.0, "momentum_hidden": "2x32", "as_printed": False}
     store.run("sip_energies", learned(rng, 1e-3), **transform)
-    store.run("sip_energies", learned(rng, 1e-4), energies="canonical", literal=False)
+    store.run("sip_energies", learned(rng, 1e-4), energies="canonical", as_printed=False)
     support = {"support_exact": [1, 1, 1, 1, 0], "false_terms": [0, 0, 0, 0, 2], "coefficient_error": errors(rng, 1e-4)}
     for optimiser in ("lasso", "adam_l1", "thresholded_least_squares"):
-        store.run("sip_selection", support, optimiser=optimiser, tau_noise=0.1, qdd_noise=0.5, literal=False)
+        store.run("sip_selection", support, optimiser=optimiser, tau_noise=0.1, qdd_noise=0.5, as_printed=False)
     row = {"name": "forward_vs_inverse", "ours": "inverse", "other": "forward", "threads": 1, "protocol": "paired, 30"}
     sizes = {"1x10": 1.07, "2x32": 1.6}
     store.bench(

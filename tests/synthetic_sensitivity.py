@@ -3,7 +3,7 @@
 import json
 from dataclasses import asdict
 
-from synthetic_store import SyntheticStore
+from synthetic_store import PAPER, SyntheticStore
 
 from repro.claims.assumption_effects import gather_sensitivity
 from repro.claims.claims import Claim
@@ -56,4 +56,4 @@ def sensitivity_runs(store: SyntheticStore) -> Sensitivity | None:
     ]
     path = store.outputs / "experiments" / SENSITIVITY / "sip_basis.json"
     path.write_text(json.dumps(json.loads(path.read_text()) | {"cases": [asdict(case) for case in cases]}))
-    return gather_sensitivity([path], stored_runs(store.outputs, SENSITIVITY))
+    return gather_sensitivity([path], stored_runs(store.outputs, SENSITIVITY), PAPER)

@@ -7,20 +7,24 @@ from typing import Any
 
 import pandas as pd
 
-BASE_CARD: Mapping[str, Any] = {
+from repro.results.columns import RUN
+from repro.results.gather import gather
+from repro.results.gathering import Gathering
+from repro.results.results import Results
+from repro.results.run_card import MEASURED
+
+# Columns of a run card, and further settings by dotted key.
+BASE: Mapping[str, Any] = {
     "system": "sip",
     "reading": "physical",
     "regime": "episodes",
     "labels": "exact",
-    "noise": "none",
     "model": "lagrangian",
     "basis": "t2",
     "hidden": "10",
     "objective": "inverse",
     "optimiser": "adam",
     "sequence": "main",
-    "grid": None,
-    "pretraining_epochs": None,
     "reset": "start",
     "tau_noise": 0.0,
     "qdd_noise": 0.0,
@@ -30,11 +34,32 @@ BASE_CARD: Mapping[str, Any] = {
     "energies": "raw",
     "energy_form": "legendre",
     "momentum_weight": 0.0,
-    "momentum_hidden": "",
-    "curriculum": None,
+    "curriculum": [],
     "epochs": 5000,
-    "literal": True,
 }
+LAYERS = ("hidden", "momentum_hidden")
+# What the synthetic paper prints, and the motions that the figures of the project show.
+PAPER = Gathering(
+    protocols={"synthetic": {"synthetic.as_printed": True}},
+    trajectories_of=("sip_regimes", "ph_passivity"),
+    closed_loops_of=("sip_control", "dip_control"),
+)
+
+
+def settings_of(card: Mapping[str, Any]) -> dict[str, Any]:
+    """The settings by dotted key that columns of the run card would show."""
+    settings: dict[str, Any] = {}
+    for name, value in card.items():
+        if value in (None, ""):
+            continue
+        if name == "grid":
+            settings["sequence.grid"], settings["sequence.initial_angles"] = str(value).split(" of ")
+        elif name in LAYERS:
+            layers, _, units = value.rpartition("x")
+            settings[RUN[name].keys[0]] = [int(units)] * int(layers or 1)
+        else:
+            settings[RUN[name].keys[0] if name in RUN else name] = value
+    return settings
 
 
 class SyntheticStore:
@@ -59,6 +84,7 @@ class SyntheticStore:
         identifiability: pd.DataFrame | None = None,
         control: pd.DataFrame | None = None,
         closed_loops: pd.DataFrame | None = None,
+        as_printed: bool = True,
         **card: Any,
     ) -> str:
         n = max((len(values) for values in metrics.values()), default=len(seeds or [0]))
@@ -67,7 +93,13 @@ class SyntheticStore:
         name = f"sip-run-{self.count:010x}"
         folder = self.outputs / "runs" / ("" if outcome == "ok" else ".failed") / name
         folder.mkdir(parents=True)
-        full = {**BASE_CARD, **card, "seeds": seeds, "member_status": list(status or ["ok"] * n)}
+        whole = {**BASE, **card}
+        described = {
+            "settings": {**settings_of(whole), "synthetic.as_printed": as_printed},
+            "changed": [name for name in card if "." in name],
+            "card": {name: whole[name] for name in MEASURED}
+            | {"seeds": seeds, "member_status": list(status or ["ok"] * n)},
+        }
         rows = [
             {"member": seed, "split": _split(metric), "metric": metric.partition("@")[0], "value": value, "unit": "u"}
             for metric, values in metrics.items()
@@ -88,7 +120,7 @@ class SyntheticStore:
             "name": "sip-run",
             "outcome": outcome,
             "identity": {"config": {}, "upstream": {}, "code": {"repro.models": "1"}, "libraries": {}},
-            "summary": {"card": full} if outcome == "ok" else {},
+            "summary": described if outcome == "ok" else {},
             "provenance": {},
             "files": {},
             "error": None if outcome == "ok" else {"type": "MemoryError", "message": "no room", "command": ""},
@@ -96,20 +128,22 @@ class SyntheticStore:
         (folder / "run.json").write_text(json.dumps(record), encoding="utf-8")
         overrides = [f"{key}={value}" for key, value in card.items()] + [f"seeds={seeds}"]
         job = {"overrides": overrides, "run": name, "command": f"repro run {' '.join(overrides)}"}
-        self.list_job(experiment, job if outcome == "ok" else {**job, "card": full})
+        self.list_job(experiment, job if outcome == "ok" else {**job, **described})
         return name
+
+    def gathered(self, **options: Any) -> Results:
+        """The tables of its runs."""
+        return gather(self.outputs, self.scale, paper=PAPER, **options)
 
     def anchors(
         self, experiment: str, *, trivial: Mapping[str, float], degenerate: Mapping[str, float], **card: Any
     ) -> None:
-        literal = {"literal": False, "hidden": "", "epochs": 0} | card
-        basis = literal.pop("basis", "t1")
-        self.run(experiment, {k: [v] for k, v in trivial.items()}, model="trivial", basis="", optimiser="", **literal)
-        self.run(
-            experiment, {k: [v] for k, v in degenerate.items()}, model="degenerate", basis="", optimiser="", **literal
-        )
+        own = {"as_printed": False, "hidden": "", "epochs": 0} | card
+        basis = own.pop("basis", "t1")
+        self.run(experiment, {k: [v] for k, v in trivial.items()}, model="trivial", basis="", optimiser="", **own)
+        self.run(experiment, {k: [v] for k, v in degenerate.items()}, model="degenerate", basis="", optimiser="", **own)
         exact = {key: [1e-13, 2e-13] for key in trivial}
-        self.run(experiment, exact, basis=basis, optimiser="least_squares", **literal)
+        self.run(experiment, exact, basis=basis, optimiser="least_squares", **own)
 
     def bench(self, rows: Sequence[Mapping[str, Any]], *, experiment: str = "timing") -> str:
         self.count += 1

@@ -9,7 +9,7 @@ from repro.report import style
 from repro.report.figures.figure import Figure, new_canvas
 from repro.report.style import TEXT_WIDTH
 from repro.results.results import Results
-from repro.results.run_setting import Setting
+from repro.results.run_setting import RunSetting
 from repro.results.selectors import Where, settings
 
 if TYPE_CHECKING:
@@ -18,11 +18,12 @@ if TYPE_CHECKING:
 
 EXPERIMENT, CHAINS = "composition", "chains"
 NOISE = 0.1
+NOISY_PART = {"model.parts": "[cart_rod_noisy]"}
 CURVES: Mapping[str, Where] = {
     "all of L from scratch": {"model": "lagrangian", "tau_noise": NOISE},
-    "trained part + full basis": {"model": "extended", "options": "parts=['cart_rod_noisy'], rest=basis"},
-    "trained part + rigid body": {"model": "hinged", "options": "parts=['cart_rod_noisy'], rod=rigid_body"},
-    "trained part + one mass": {"model": "hinged", "options": "parts=['cart_rod_noisy'], rod=mass"},
+    "trained part + full basis": {"model": "extended", **NOISY_PART, "model.rest": "basis"},
+    "trained part + rigid body": {"model": "hinged", **NOISY_PART, "model.rod": "rigid_body"},
+    "trained part + one mass": {"model": "hinged", **NOISY_PART, "model.rod": "mass"},
 }
 METRICS = {"mae_tau": "MAE τ [N, N m]", "mae_H_centred": "MAE H centred [J]"}
 CHAIN_LABEL = "{model}, noise {noise} N, {n} samples"
@@ -75,7 +76,7 @@ def draw_chains(results: Results) -> "Canvas | None":
 
 
 def _lines(
-    panel: "Axes", shown: Sequence[Setting], metric: str, title: str, label: str = CHAIN_LABEL, first: int = 0
+    panel: "Axes", shown: Sequence[RunSetting], metric: str, title: str, label: str = CHAIN_LABEL, first: int = 0
 ) -> None:
     """Draw the median of a metric against the links, one line per setting, in the roles from `first` on."""
     for setting, role in zip(shown, style.SERIES[first:], strict=False):
@@ -88,13 +89,13 @@ def _lines(
     panel.set_xlabel("links")
 
 
-def _along(setting: Setting, name: str) -> list[tuple[int, float]]:
+def _along(setting: RunSetting, name: str) -> list[tuple[int, float]]:
     """The median of a metric at each number of links where it was measured."""
     measured = [(n, setting.values(f"{name}_{n}")) for n in LINKS]
     return [(n, float(np.median(values))) for n, values in measured if values.size]
 
 
-def _samples(setting: Setting) -> int:
+def _samples(setting: RunSetting) -> int:
     return int(setting.card["n_train"])
 
 

@@ -8,7 +8,7 @@ from repro.report.figures.figure import Figure
 from repro.report.style import Role
 from repro.results.metric_names import written
 from repro.results.results import Results
-from repro.results.run_setting import Setting
+from repro.results.run_setting import RunSetting
 from repro.results.selectors import anchor_name, settings
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ SEQUENCES = ("main", "anchor", "pretrain_only", "pretrain", "joint")
 
 def draw(results: Results) -> "Canvas | None":
     """Draw one row per sequence on F⊗F with gauge terms."""
-    rows: dict[str, list[tuple[Setting, Role]]] = {}
+    rows: dict[str, list[tuple[RunSetting, Role]]] = {}
     for sequence in SEQUENCES:
         for setting in settings(results, EXPERIMENT, {"basis": "fxf_gauge", "sequence": sequence}):
             if anchor_name(setting) is None:
@@ -35,7 +35,7 @@ def draw(results: Results) -> "Canvas | None":
     return dot_plot(list(rows.items()), METRICS, roles=ROLES) if rows else None
 
 
-def _kind(setting: Setting) -> str:
+def _kind(setting: RunSetting) -> str:
     if setting.card["optimiser"].endswith("from_start"):
         return "exact forces, from a random start"
     return "force noise 0.1 N" if setting.card["tau_noise"] else "exact forces"

@@ -8,7 +8,7 @@ from repro.report.figures.figure import Figure
 from repro.report.style import Role
 from repro.report.tables.models import model_title
 from repro.results.results import Results
-from repro.results.run_setting import Setting
+from repro.results.run_setting import RunSetting
 from repro.results.selectors import TRIVIAL, anchor, anchor_name, settings, test_set_of
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ METRICS = {"mae_tau": "N, N m", "mae_qdd": "m/s², rad/s²"}
 def draw(results: Results) -> "Canvas | None":
     """Draw one row per net and optimiser, both objectives in it."""
     found = [setting for setting in settings(results, EXPERIMENT) if anchor_name(setting) is None]
-    rows: dict[str, list[tuple[Setting, Role]]] = {}
+    rows: dict[str, list[tuple[RunSetting, Role]]] = {}
     for setting in found:
         if setting.card["objective"] in ROLES:
             role = ROLES[setting.card["objective"]]

@@ -7,7 +7,7 @@ from repro.report import style
 from repro.report.figures.curves import LOSS, Quantity, curve_panels, with_curves
 from repro.report.figures.figure import Figure
 from repro.results.results import Results
-from repro.results.run_setting import Setting
+from repro.results.run_setting import RunSetting
 from repro.results.selectors import settings
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ ROLES = {"inverse": style.INVERSE, "forward": style.FORWARD}
 
 def draw_objectives(results: Results, quantity: Quantity) -> "Canvas | None":
     """Draw one panel per net and optimiser, inverse against forward."""
-    panels: dict[str, list[tuple[str, Setting]]] = {}
+    panels: dict[str, list[tuple[str, RunSetting]]] = {}
     for setting in with_curves(results, settings(results, "sip_forward_inverse"), quantity):
         title = setting.title("basis", "hidden", "optimiser")
         panels.setdefault(title, []).append((str(setting.card["objective"]), setting))
@@ -35,7 +35,7 @@ def draw_optimisers(results: Results) -> "Canvas | None":
     return curve_panels(results, {"T2/V1, 1x10, inverse": lines} if lines else {}, roles)
 
 
-def _optimiser(setting: Setting) -> str:
+def _optimiser(setting: RunSetting) -> str:
     name = setting.title("optimiser")
     return f"{name}, curriculum" if setting.card["curriculum"] not in ("", "none", "false") else name
 

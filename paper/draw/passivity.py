@@ -9,8 +9,8 @@ from repro.report import style
 from repro.report.figures.figure import Figure, new_canvas
 from repro.report.style import TEXT_WIDTH
 from repro.results.results import Results
-from repro.results.run_setting import Setting
-from repro.results.selectors import settings
+from repro.results.run_setting import RunSetting
+from repro.results.selectors import settings, with_varying_options
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -48,8 +48,8 @@ def draw_margins(results: Results) -> "Canvas | None":
 
 def draw_energy(results: Results) -> "Canvas | None":
     """Draw the energy along free motion and its error for the first member of each setting, one row per plant."""
-    found = [(setting, _energies(results, setting)) for setting in settings(results, EXPERIMENT)]
-    rows: dict[str, list[tuple[Setting, Lines]]] = {}
+    found = [(each, _energies(results, each)) for each in with_varying_options(settings(results, EXPERIMENT))]
+    rows: dict[str, list[tuple[RunSetting, Lines]]] = {}
     for setting, lines in found:
         if lines:
             rows.setdefault(_plant(setting), []).append((setting, lines))
@@ -83,15 +83,16 @@ def _draw_plant(panel: "Axes", lines: Lines) -> None:
     panel.set_ylim(plant.min() - reach, plant.max() + reach)
 
 
-def _plant(setting: Setting) -> str:
+def _plant(setting: RunSetting) -> str:
     return "with friction" if any(json.loads(setting.card["damping"] or "[]")) else "without friction"
 
 
-def _watched(results: Results) -> list[Setting]:
-    return [s for s in settings(results, EXPERIMENT) if s.values("passivity_margin_worst").size]
+def _watched(results: Results) -> list[RunSetting]:
+    found = with_varying_options(settings(results, EXPERIMENT))
+    return [each for each in found if each.values("passivity_margin_worst").size]
 
 
-def _worst(results: Results, setting: Setting) -> "pd.Series[float]":
+def _worst(results: Results, setting: RunSetting) -> "pd.Series[float]":
     """The largest margin of all members, by step."""
     curves = results.curves
     own = curves[curves["run"].isin(setting.run_ids) & (curves["name"] == "passivity_margin")]
@@ -99,7 +100,7 @@ def _worst(results: Results, setting: Setting) -> "pd.Series[float]":
     return worst.mask(worst.abs() < FLOOR, 0.0)
 
 
-def _energies(results: Results, setting: Setting) -> Lines:
+def _energies(results: Results, setting: RunSetting) -> Lines:
     rows = results.trajectories
     seed, (run, _) = next(iter(setting.members.items()))
     own = rows[(rows["run"] == run) & (rows["member"] == seed) & rows["name"].str.startswith("free.")]
@@ -109,10 +110,10 @@ def _energies(results: Results, setting: Setting) -> Lines:
     }
 
 
-def _label(setting: Setting) -> str:
-    options = (setting.card["options"] or "").replace("_", " ").replace(", restarts=3", "").removesuffix("restarts=3")
+def _label(setting: RunSetting) -> str:
+    options = setting.card["options"].replace("_", " ")
     usual = setting.card["optimiser"] == "levenberg_marquardt"
-    parts = [setting.title("model", "basis"), options.strip(", "), "" if usual else setting.title("optimiser")]
+    parts = [setting.title("model", "basis"), options, "" if usual else setting.title("optimiser")]
     return ", ".join(part for part in parts if part)
 
 

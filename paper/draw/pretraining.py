@@ -9,7 +9,7 @@ from repro.report.figures.figure import Figure
 from repro.report.style import Role
 from repro.report.tables.paired import epochs_in_all, pairs
 from repro.results.results import Results
-from repro.results.run_setting import Setting
+from repro.results.run_setting import RunSetting
 from repro.results.selectors import TRIVIAL, anchor, settings, test_set_of
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ LABELS = {"pretrain": "D_H, then D", "main": "D alone", "pretrain_only": "D_H al
 
 def draw_errors(results: Results) -> "Canvas | None":
     """Draw one row per optimiser and budget, with the sequences in it."""
-    rows: dict[str, list[tuple[Setting, Role]]] = {}
+    rows: dict[str, list[tuple[RunSetting, Role]]] = {}
     found = [s for s in settings(results, EXPERIMENT) if s.card["sequence"] in ROLES and _counts_epochs(s)]
     for setting in sorted(found, key=_place):
         rows.setdefault(_title(setting), []).append((setting, ROLES[setting.card["sequence"]]))
@@ -44,7 +44,7 @@ def draw_errors(results: Results) -> "Canvas | None":
 
 def draw_curves(results: Results) -> "Canvas | None":
     """Draw one panel per pair of equal budgets: pretrained and not."""
-    panels: dict[str, list[tuple[str, Setting]]] = {}
+    panels: dict[str, list[tuple[str, RunSetting]]] = {}
     for pretrained, alone in pairs(results, EXPERIMENT, {"sequence": "pretrain"}, {"sequence": "main"}, APART, NEEDS):
         panels[_title(pretrained).replace(", ", "\n", 1)] = [
             (LABELS["pretrain"], pretrained),
@@ -54,18 +54,18 @@ def draw_curves(results: Results) -> "Canvas | None":
     return curve_panels(results, panels, roles)
 
 
-def _title(setting: Setting) -> str:
+def _title(setting: RunSetting) -> str:
     card = setting.card
     regime = "one long run" if card["regime"] == "long" else "episodes"
     return f"{regime}, {setting.title('optimiser').removesuffix(' + L1')}, {epochs_in_all(setting)} epochs"
 
 
-def _counts_epochs(setting: Setting) -> bool:
+def _counts_epochs(setting: RunSetting) -> bool:
     # The others end at rounding, from any start: drawn beside these they would flatten them.
     return setting.card["optimiser"].startswith("adam")
 
 
-def _place(setting: Setting) -> tuple[str, str, int]:
+def _place(setting: RunSetting) -> tuple[str, str, int]:
     card = setting.card
     return card["regime"], card["optimiser"], epochs_in_all(setting)
 

@@ -8,7 +8,7 @@ from repro.report.figures.figure import Figure
 from repro.report.style import Role
 from repro.report.tables.models import model_title
 from repro.results.results import Results
-from repro.results.run_setting import Setting
+from repro.results.run_setting import RunSetting
 from repro.results.selectors import DEGENERATE, ORACLE, TRIVIAL, anchor_name, settings
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ PRINTED = {"mae_tau": 0.26, "onestep_euler_qd[0]": 0.05}
 
 def draw(results: Results) -> "Canvas | None":
     """Draw one row per way of collecting data; learned models and the closed form beside each other."""
-    rows: dict[str, list[tuple[Setting, Role]]] = {}
+    rows: dict[str, list[tuple[RunSetting, Role]]] = {}
     roles: dict[str, Role] = {}
     learned = iter(style.SERIES)
     for setting in settings(results, EXPERIMENT):
@@ -38,7 +38,7 @@ def draw(results: Results) -> "Canvas | None":
     return dot_plot(list(rows.items()), METRICS, roles=roles, printed=PRINTED)
 
 
-def _title(setting: Setting) -> str:
+def _title(setting: RunSetting) -> str:
     card = setting.card
     title = "one long run" if card["regime"] == "long" else f"episodes of {card['episode_steps']} steps"
     parts = [title]

@@ -5,7 +5,6 @@ from pydantic import TypeAdapter
 
 from repro.claims.evidence import Evidence
 from repro.claims.predicate import Predicate
-from repro.results.gather import gather
 from repro.results.selectors import NotRunError
 
 T2 = {"basis": "t2", "objective": "inverse"}
@@ -14,7 +13,7 @@ FORWARD = {"basis": "t2", "objective": "forward"}
 
 def judged(store, name, **parameters):
     predicate = TypeAdapter(Predicate).validate_python({"name": name, **parameters})
-    return predicate.judge(Evidence(gather(store.outputs, "paper"), "e"))
+    return predicate.judge(Evidence(store.gathered(), "e"))
 
 
 def test_medians_are_compared_strictly(store):
@@ -85,7 +84,7 @@ def test_only_like_is_compared_with_like(store):
     compared = {"metrics": ["mae_tau"], "where": T2, "against": FORWARD}
     with pytest.raises(NotRunError, match=r"no like-for-like pair.*epochs \(1000, 5000\)"):
         judged(store, "paired_ratio_below", **compared)
-    store.run("e", {"mae_tau": [0.2, 0.21]}, epochs=1000, literal=False)
+    store.run("e", {"mae_tau": [0.2, 0.21]}, epochs=1000, as_printed=False)
     assert judged(store, "paired_ratio_below", **compared).estimate.median == pytest.approx(0.6833, abs=1e-4)
 
 

@@ -4,7 +4,6 @@ import pytest
 
 from repro.claims.claims import Claim, Tolerance
 from repro.claims.verdicts import judge, verdict_of_number
-from repro.results.gather import gather
 from repro.results.statistics import Estimate
 
 HALF = Tolerance(factor=1.5, reason="one run")
@@ -70,7 +69,7 @@ def test_the_three_tolerances(tolerance, around):
 
 def test_a_number_is_judged_from_stored_runs(store):
     run = store.run("sip_basis", {"mae_tau": [0.28, 0.30, 0.33]})
-    verdict = judge(claim(), gather(store.outputs, "paper"))
+    verdict = judge(claim(), store.gathered())
     assert (verdict.verdict, verdict.estimate.median, verdict.estimate.n) == ("matched", 0.30, 3)
     assert verdict.runs == (run,)
     assert verdict.commands[0].startswith("repro run")
@@ -80,68 +79,70 @@ def test_a_number_is_judged_from_stored_runs(store):
 
 def test_below_the_paper_scale_and_off_its_protocol_a_verdict_is_a_preview(store, quick_store):
     quick_store.run("sip_basis", {"mae_tau": [0.3, 0.3]})
-    assert judge(claim(), gather(quick_store.outputs, "quick")).preview
+    assert judge(claim(), quick_store.gathered()).preview
     store.count = 50
-    store.run("sip_basis", {"mae_tau": [0.3, 0.3]}, literal=False)
-    verdict = judge(claim(), gather(store.outputs, "paper"))
+    store.run("sip_basis", {"mae_tau": [0.3, 0.3]}, as_printed=False)
+    verdict = judge(claim(), store.gathered())
     assert verdict.preview
     assert "not the paper's full protocol" in verdict.note
 
 
 def test_without_runs_a_claim_is_not_run_and_says_what_was_looked_for(store):
-    verdict = judge(claim(), gather(store.outputs, "paper"))
+    verdict = judge(claim(), store.gathered())
     assert verdict.verdict == "not run"
     assert "no run of sip_basis with basis=t2" in verdict.note
     store.run("sip_basis", {"mae_qdd": [1.0]})
-    assert "mae_tau was not measured" in judge(claim(), gather(store.outputs, "paper")).note
+    assert "mae_tau was not measured" in judge(claim(), store.gathered()).note
 
 
 def test_an_ambiguous_selector_is_not_answered_but_the_literal_protocol_goes_first(store):
-    store.run("sip_basis", {"mae_tau": [0.3, 0.3]}, literal=False, epochs=1000)
-    store.run("sip_basis", {"mae_tau": [0.9, 0.9]}, literal=False, epochs=2000)
-    verdict = judge(claim(), gather(store.outputs, "paper"))
+    store.run("sip_basis", {"mae_tau": [0.3, 0.3]}, as_printed=False, epochs=1000)
+    store.run("sip_basis", {"mae_tau": [0.9, 0.9]}, as_printed=False, epochs=2000)
+    verdict = judge(claim(), store.gathered())
     assert verdict.verdict == "not run"
     assert "ambiguous: its settings differ in epochs (1000, 2000)" in verdict.note
     store.run("sip_basis", {"mae_tau": [0.31, 0.31]}, epochs=5000)
-    assert judge(claim(), gather(store.outputs, "paper")).estimate.median == 0.31
+    assert judge(claim(), store.gathered()).estimate.median == 0.31
 
 
 def test_a_better_that_the_degenerate_model_also_reaches_is_flagged(store):
     store.run("sip_basis", {"mae_tau": [0.01, 0.011, 0.012]})
     store.anchors("sip_basis", trivial={"mae_tau": 1.4}, degenerate={"mae_tau": 0.12})
-    verdict = judge(claim(), gather(store.outputs, "paper"))
+    verdict = judge(claim(), store.gathered())
     assert verdict.verdict == "better"
     assert verdict.flag == "also reached by: degenerate 0.12"
 
 
 def test_a_match_that_the_oracle_shares_says_so(store):
     store.run("sip_basis", {"onestep_euler_qd[0]": [0.3, 0.31]})
-    store.run("sip_basis", {"onestep_euler_qd[0]": [0.29, 0.3]}, basis="t1", optimiser="least_squares", literal=False)
-    verdict = judge(claim(metric="onestep_euler_qd[0]"), gather(store.outputs, "paper"))
+    store.run(
+        "sip_basis", {"onestep_euler_qd[0]": [0.29, 0.3]}, basis="t1", optimiser="least_squares", as_printed=False
+    )
+    verdict = judge(claim(metric="onestep_euler_qd[0]"), store.gathered())
     assert (verdict.verdict, verdict.flag) == ("matched", "also reached by: oracle 0.295")
 
 
 def test_an_anchor_of_another_test_set_is_no_anchor(store):
     store.run("sip_basis", {"mae_tau": [0.01, 0.011, 0.012]})
     store.run("sip_basis", {"mae_tau": [0.1]}, model="degenerate", regime="long")
-    assert judge(claim(), gather(store.outputs, "paper")).flag == ""
+    assert judge(claim(), store.gathered()).flag == ""
 
 
 def test_a_declared_claim_keeps_its_declaration_and_shows_our_number(store):
     declared = claim(kind="declared", tolerance=None, declared="not comparable", reason="gauge")
-    assert judge(declared, gather(store.outputs, "paper")).verdict == "not comparable"
+    assert judge(declared, store.gathered()).verdict == "not comparable"
     store.run("sip_basis", {"mae_tau": [7.0, 8.0]})
-    verdict = judge(declared, gather(store.outputs, "paper"))
+    verdict = judge(declared, store.gathered())
     assert (verdict.verdict, verdict.estimate.median, verdict.note) == ("not comparable", 7.5, "gauge")
 
 
 def test_members_that_diverged_are_counted_and_said(store):
     store.run("sip_basis", {"mae_tau": [0.3, 0.3, 5.0]}, status=["ok", "ok", "diverged at step 9"])
-    verdict = judge(claim(), gather(store.outputs, "paper"))
+    verdict = judge(claim(), store.gathered())
     assert (verdict.estimate.failed, verdict.estimate.n) == (1, 3)
     assert "1 of 3 members failed" in verdict.note
 
 
 def test_a_stale_run_makes_a_stale_verdict(store):
     store.run("sip_basis", {"mae_tau": [0.3, 0.3]})
-    assert judge(claim(), gather(store.outputs, "paper", stale=lambda record: True)).stale
+    assert judge(claim(), store.gathered(stale=lambda record: True)).stale

@@ -78,7 +78,7 @@ def test_a_run_leaves_its_stages_and_is_not_repeated(tmp_path):
     record = execute(made, store)
     card = record.summary["card"]
     assert (card["basis"], card["optimiser"], card["hidden"]) == ("t1", "least_squares", None)
-    assert (card["n_train"], card["seeds"], card["literal"]) == (160, [0, 1], False)
+    assert (card["n_train"], card["seeds"]) == (160, [0, 1])
     assert record.summary["median"]["mae_tau"] < 1e-10
     assert {path.name for path in record.folder.iterdir()} == {
         "run.json", "metrics.parquet", "trajectories.parquet", "curves.parquet", "identifiability.parquet",

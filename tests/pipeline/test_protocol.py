@@ -1,12 +1,20 @@
 """Only what the paper printed counts as its protocol."""
 
+from pathlib import Path
+
 import pytest
 
 from repro.config.compose import compose
-from repro.config.schema import scaled
-from repro.pipeline.as_printed import is_literal
+from repro.config.schema import Config, scaled
+from repro.pipeline.card import used_settings
+from repro.results.as_printed import is_as_printed, load_protocols
 
+PROTOCOLS = load_protocols(Path(__file__).parents[2] / "paper" / "as_printed.yaml")
 WIDE = "model.hidden=[500,500]"
+
+
+def _as_printed(config: Config) -> bool:
+    return is_as_printed(used_settings(scaled(config)), PROTOCOLS)
 
 
 @pytest.mark.parametrize(
@@ -20,8 +28,8 @@ WIDE = "model.hidden=[500,500]"
     ],
 )
 def test_the_printed_protocols(overrides):
-    assert is_literal(scaled(compose([*overrides, "scale=paper"]).config))
-    assert not is_literal(scaled(compose([*overrides, "scale=quick"]).config))
+    assert _as_printed(compose([*overrides, "scale=paper"]).config)
+    assert not _as_printed(compose([*overrides, "scale=quick"]).config)
 
 
 @pytest.mark.parametrize(
@@ -48,7 +56,7 @@ def test_anything_else_is_not(change):
     overrides = ["basis=t1", "scale=paper", change]
     if change.startswith("basis"):
         overrides.remove("basis=t1")
-    assert not is_literal(scaled(compose(overrides).config))
+    assert not _as_printed(compose(overrides).config)
 
 
 DIP = ("system=dip", "basis=fxf", "data.force_limit=4", "objective.l1_kinetic=1e-5")
@@ -57,8 +65,8 @@ PRETRAINED = (*DIP, "sequence=pretrain", "sequence.pretraining_epochs=1000", "op
 
 @pytest.mark.parametrize("protocol", [PRETRAINED, (*PRETRAINED, "data=long"), (*DIP, "sequence=pretrain_only")])
 def test_the_printed_protocols_of_the_double_pendulum(protocol):
-    assert is_literal(scaled(compose([*protocol, "scale=paper"]).config))
-    assert not is_literal(scaled(compose([*protocol, "scale=quick"]).config))
+    assert _as_printed(compose([*protocol, "scale=paper"]).config)
+    assert not _as_printed(compose([*protocol, "scale=quick"]).config)
 
 
 @pytest.mark.parametrize(
@@ -81,4 +89,4 @@ def test_anything_else_is_not_the_double_pendulum_s(change):
     replaced = [o for o in PRETRAINED if o.partition("=")[0] != change.partition("=")[0]]
     if change == "sequence=main":
         replaced.remove("sequence.pretraining_epochs=1000")
-    assert not is_literal(scaled(compose([*replaced, "scale=paper", change]).config))
+    assert not _as_printed(compose([*replaced, "scale=paper", change]).config)

@@ -7,10 +7,11 @@ import pandas as pd
 import pytest
 from filelock import FileLock
 from synthetic_runs import fill
-from synthetic_store import SyntheticStore
+from synthetic_store import PAPER, SyntheticStore
 
 from repro.report.build import build
 from repro.report.summary import Summary
+from repro.results.gathering import Gathering
 from repro.results.results import Results
 
 
@@ -23,7 +24,9 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Summary:
         store = SyntheticStore(folder / "report" / "outputs", "paper")
         if not store.outputs.exists():
             fill(store)
-        return build(store.outputs, "paper")
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(Gathering, "load", lambda _folder: PAPER)
+            return build(store.outputs, "paper")
 
 
 @pytest.fixture(scope="session")

@@ -82,7 +82,7 @@ def test_an_incomplete_assumption_is_named(tmp_path):
 @pytest.mark.usefixtures("pages_only")
 def test_the_command_redraws_from_a_folder_of_results(quick_store, tmp_path, monkeypatch, capsys):
     quick_store.run("sip_basis", {"mae_tau": [0.2, 0.3]})
-    gather(quick_store.outputs, "quick").save(tmp_path / "results")
+    quick_store.gathered().save(tmp_path / "results")
     monkeypatch.setenv("REPRO_OUTPUTS", str(tmp_path / "elsewhere"))
     assert command.main(["--from", str(tmp_path / "results")]) == 0
     assert (tmp_path / "elsewhere" / "report" / "redrawn" / "index.html").is_file()

@@ -3,7 +3,6 @@
 import numpy as np
 
 from repro.report.paper import load_figures, paper_folder
-from repro.results.gather import gather
 from repro.results.selectors import settings
 
 DRAW = {figure.name: figure.draw for figure in load_figures(paper_folder())}
@@ -12,7 +11,7 @@ OF_THE_MODELS = {"framework", "plnn", "port_matrices"}  # drawn whatever was run
 
 def test_nothing_is_drawn_where_nothing_is_stored(store):
     store.run("sip_basis", {"mae_tau": [0.2, 0.3]})
-    stored = gather(store.outputs, "paper")
+    stored = store.gathered()
     assert {name for name, draw in DRAW.items() if draw(stored) is not None} == OF_THE_MODELS
 
 

@@ -8,7 +8,6 @@ from repro.errors import UserError
 from repro.report.paper import load_figures, load_paper, paper_folder
 from repro.report.placeholders import Texts
 from repro.report.sections import HEADINGS, load_sections
-from repro.results.gather import gather
 from repro.results.metric_names import METRICS
 from repro.results.results import Results, typed
 from repro.results.schema import TABLES
@@ -81,7 +80,7 @@ def test_nothing_run_is_written_as_not_run(sections):
 def test_numbers_come_from_the_store(store, fill):
     run = {"basis": "t2", "hidden": "10", "optimiser": "adam", "objective": "inverse"}
     store.run("sip_basis", {"mae_tau": [0.2, 0.3, 0.4]}, **run)
-    stored = gather(store.outputs, "paper")
+    stored = store.gathered()
     assert fill("{{ claim.C4a }}", stored) == r"0.3 \[0.121, 0.685\] N, N m (matched)"
     assert fill("{{ claim.C4a.printed }} {{ claim.C4a.median }} {{ claim.C4a.members }}", stored) == "0.26 0.3 3"
     assert fill('{{ metric("sip_basis", "mae_tau", basis="t2", hidden=10) }}', stored).startswith("0.3 ")
@@ -93,7 +92,7 @@ def test_a_ratio_is_taken_seed_by_seed(store, fill):
     store.run("sip_basis", {"mae_tau": [1.0, 2.0]}, hidden="10")
     store.run("sip_basis", {"mae_tau": [2.0, 4.0]}, hidden="2x32")
     text = '{{ ratio("sip_basis", "mae_tau", {"hidden": 10}, {"hidden": "2x32"}) }}'
-    assert fill(text, gather(store.outputs, "paper")) == r"0.5 \[0.5, 0.5\]"
+    assert fill(text, store.gathered()) == r"0.5 \[0.5, 0.5\]"
 
 
 def test_loops_are_counted(fill):

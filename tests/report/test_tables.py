@@ -11,7 +11,6 @@ from repro.report.tables.every import all_tables
 from repro.report.tables.models import ModelTable, plain_tables
 from repro.report.tables.table import Row, Table
 from repro.report.writing import interval, markdown, number
-from repro.results.gather import gather
 from repro.results.statistics import Estimate
 
 PAPER = load_paper(paper_folder())
@@ -74,7 +73,7 @@ def test_every_table_of_models_has_the_three_anchor_rows_of_each_test_set(tables
 
 def test_an_anchor_that_was_not_run_says_so(store):
     store.run("sip_basis", {"mae_tau": [1.0, 2.0]})
-    table = QUERIES["bases"].make(gather(store.outputs, "paper"))
+    table = QUERIES["bases"].make(store.gathered())
     assert [row.cells[0].split(":")[-1] for row in table.rows if row.anchor] == [" not run"] * 3
 
 
@@ -88,7 +87,7 @@ def test_every_row_of_models_knows_its_runs_and_its_command(tables):
 
 def test_an_experiment_of_ones_own_has_a_table_without_being_named(store):
     store.run("sip_of_my_own", {"mae_tau": [1.0, 2.0]})
-    (table,) = plain_tables(gather(store.outputs, "paper"), set())
+    (table,) = plain_tables(store.gathered(), set())
     assert table.name == "sip_of_my_own"
     assert [row.anchor for row in table.rows] == [False, True, True, True]
 
@@ -110,7 +109,7 @@ def test_members_that_diverged_are_counted_in_their_row(tables):
 def test_objectives_are_paired_member_by_member(store):
     store.run("sip_forward_inverse", {"mae_tau": [1.0, 2.0, 4.0], "mae_qdd": [1.0, 1.0, 1.0]})
     store.run("sip_forward_inverse", {"mae_tau": [4.0, 8.0, 16.0], "mae_qdd": [2.0, 2.0, 2.0]}, objective="forward")
-    (row,) = QUERIES["forward_inverse_paired"].make(gather(store.outputs, "paper")).rows
+    (row,) = QUERIES["forward_inverse_paired"].make(store.gathered()).rows
     assert row.data["mae_tau_ratio"] == pytest.approx(0.25)
     assert row.data["mae_qdd_high"] == pytest.approx(0.5)
     assert len(row.runs) == 2
@@ -142,7 +141,7 @@ def test_pairs_of_equal_budgets_count_what_the_first_wins(store):
     store.run("dip_pretraining", {"mae_tau": [0.1, 0.1, 0.1]}, sequence="main", epochs=1000)
     store.run("dip_pretraining", {"mae_tau": [0.1, 0.1, 0.1]}, sequence="pretrain", epochs=1000)
     query = replace(QUERIES["pretraining_paired"], metrics=("mae_tau",))
-    (row,) = query.make(gather(store.outputs, "paper")).rows
+    (row,) = query.make(store.gathered()).rows
     assert row.data["mae_tau_ratio"] == pytest.approx(0.5)
     assert (row.data["mae_tau_wins"], row.data["n"]) == (2, 3)
     assert row.cells[-2:] == ("2 of 3", "3")

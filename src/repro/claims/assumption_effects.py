@@ -9,8 +9,9 @@ from repro.claims.claims import Claim
 from repro.claims.verdict_kind import VerdictKind
 from repro.claims.verdicts import Verdict, judge
 from repro.results.gather import gather_runs
+from repro.results.gathering import NO_PAPER, Gathering
 from repro.results.results import Case, Results, Sensitivity, typed
-from repro.results.schema import CARD
+from repro.results.schema import CARD, LOOP_CARD
 from repro.results.stored import StoredRun, read_json
 
 if TYPE_CHECKING:
@@ -39,7 +40,9 @@ class AssumptionEffect:
         return self.ours.verdict != self.other.verdict
 
 
-def gather_sensitivity(lists: Sequence[Path], runs: Sequence[StoredRun]) -> Sensitivity | None:
+def gather_sensitivity(
+    lists: Sequence[Path], runs: Sequence[StoredRun], paper: Gathering = NO_PAPER
+) -> Sensitivity | None:
     """Gather the sensitivity runs and the cases that their lists name; None where there are no runs.
 
     Raises UserError naming a damaged file.
@@ -48,7 +51,7 @@ def gather_sensitivity(lists: Sequence[Path], runs: Sequence[StoredRun]) -> Sens
         return None
     empty = {name: typed(name, []) for name in NOT_NEEDED}
     cases = tuple(Case(**case) for path in lists for case in read_json(path).get("cases", []))
-    return Sensitivity(replace(gather_runs(runs, []), **empty), cases)  # type: ignore[arg-type]
+    return Sensitivity(replace(gather_runs(runs, [], paper), **empty), cases)  # type: ignore[arg-type]
 
 
 def assumption_effects(sensitivity: Sensitivity, claims: Sequence[Claim]) -> list[AssumptionEffect]:
@@ -90,9 +93,9 @@ class _Substitution:
         key = (claim.name, claim.quantity, tuple(substitutes.items()))
         if key not in self.known:
             columns = {
-                "runs": ["setting", *CARD],
+                "runs": ["setting", "config", "changed", *CARD],
                 "metrics": ["setting", *CARD],
-                "control": ["setting", *{column for selector in claim.selectors for column in selector}],
+                "control": [*LOOP_CARD, *{column for selector in claim.selectors for column in selector}],
             }
             tables = {name: self._substituted(name, experiment, substitutes, columns[name]) for name in TABLES}
             self.known[key] = judge(claim, replace(self.results, **tables))  # type: ignore[arg-type]

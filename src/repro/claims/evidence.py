@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from repro.claims.selector import Selector
 from repro.claims.yaml_rows import YamlRow
 from repro.results.results import Results
-from repro.results.run_setting import Setting
+from repro.results.run_setting import RunSetting
 from repro.results.selectors import NotRunError, Where, one_setting
 from repro.results.statistics import Estimate
 
@@ -18,7 +18,7 @@ class Evidence:
     results: Results
     experiment: str
 
-    def measured(self, where: Where, metric: str) -> tuple[Setting, Estimate]:
+    def measured(self, where: Where, metric: str) -> tuple[RunSetting, Estimate]:
         """The one setting that a selector means, and the estimate of its metric; NotRunError where there is none."""
         setting = one_setting(self.results, self.experiment, where)
         estimate = setting.estimate(metric)
@@ -42,7 +42,7 @@ class Finding:
 
     @classmethod
     def of_settings(
-        cls, holds: bool, quantity: str, unit: str, estimate: Estimate, note: str, *settings: Setting
+        cls, holds: bool, quantity: str, unit: str, estimate: Estimate, note: str, *settings: RunSetting
     ) -> "Finding":
         """A finding on settings, with their runs and commands."""
         return cls(

@@ -2,13 +2,11 @@
 
 from typing import TYPE_CHECKING, Literal
 
-import numpy as np
-
 from repro.claims.evidence import Evidence, Finding, StatementPredicate
 from repro.claims.selector import LoopSelector, Selector
 from repro.claims.yaml_rows import Number
-from repro.results.schema import as_text, plain
-from repro.results.selectors import NotRunError
+from repro.results.schema import as_text
+from repro.results.selectors import NotRunError, find_loops
 from repro.results.statistics import Estimate, estimate, share
 
 if TYPE_CHECKING:
@@ -72,11 +70,7 @@ def _successes(loops: "pd.DataFrame") -> Estimate:
 
 
 def _selected(evidence: Evidence, selector: Selector) -> "pd.DataFrame":
-    loops = evidence.results.control
-    loops = loops[loops["experiment"] == evidence.experiment]
-    for column, required in selector.items():
-        texts = {as_text(value) for value in (required if isinstance(required, list) else [required])}
-        loops = loops[np.array([as_text(plain(value)) in texts for value in loops[column]], dtype=bool)]
+    loops = find_loops(evidence.results, evidence.experiment, selector)
     if loops.empty:
         described = ", ".join(f"{column}={as_text(value)}" for column, value in selector.items())
         raise NotRunError(f"no closed loop of {evidence.experiment} with {described}")

@@ -1,4 +1,4 @@
-"""Selectors of a claim: columns of a result table, and the value or values that a run must have there."""
+"""Selectors of a claim: columns of a result table or settings, and the value or values that a run must have there."""
 
 from collections.abc import Callable, Collection
 from typing import Annotated
@@ -11,10 +11,12 @@ Value = bool | int | float | str
 Selector = dict[str, Value | list[Value]]
 
 
-def _columns_of(columns: Collection[str]) -> Callable[[Selector], Selector]:
+def _columns_of(columns: Collection[str], settings: bool = True) -> Callable[[Selector], Selector]:
     def checked(selector: Selector) -> Selector:
-        if unknown := sorted(set(selector) - set(columns)):
-            raise ValueError(f"has no column {', '.join(unknown)}; allowed are {', '.join(columns)}")
+        unknown = sorted(name for name in selector if name not in columns and not (settings and "." in name))
+        if unknown:
+            dotted = ", and settings by their dotted keys, such as model.hidden" if settings else ""
+            raise ValueError(f"has no column {', '.join(unknown)}; allowed are {', '.join(columns)}{dotted}")
         return selector
 
     return checked
@@ -22,4 +24,4 @@ def _columns_of(columns: Collection[str]) -> Callable[[Selector], Selector]:
 
 CardSelector = Annotated[Selector, AfterValidator(_columns_of(CARD))]
 LoopSelector = Annotated[Selector, AfterValidator(_columns_of(CONTROL))]
-BenchSelector = Annotated[Selector, AfterValidator(_columns_of(BENCH))]
+BenchSelector = Annotated[Selector, AfterValidator(_columns_of(BENCH, settings=False))]

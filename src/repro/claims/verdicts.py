@@ -10,7 +10,7 @@ from repro.claims.evidence import Evidence
 from repro.claims.verdict_kind import VerdictKind
 from repro.results.metric_names import metric_named
 from repro.results.results import Results
-from repro.results.run_setting import Setting
+from repro.results.run_setting import RunSetting
 from repro.results.selectors import DEGENERATE, ORACLE, TRIVIAL, NotRunError, anchor, test_set_of
 from repro.results.statistics import NOTHING, Estimate
 
@@ -94,7 +94,7 @@ def _number(claim: Claim, evidence: Evidence) -> Verdict:
     if measured.failed:
         notes.append(f"{measured.failed} of {measured.n} members failed")
     full_scale = evidence.results.scale == FULL_SCALE
-    if full_scale and not setting.literal:
+    if full_scale and not setting.as_printed:
         notes.append("not the paper's full protocol")
     return Verdict(
         claim,
@@ -102,7 +102,7 @@ def _number(claim: Claim, evidence: Evidence) -> Verdict:
         claim.metric,
         claim.unit,
         measured,
-        preview=not full_scale or not setting.literal,
+        preview=not full_scale or not setting.as_printed,
         stale=setting.stale,
         flag=flag,
         note="; ".join(notes),
@@ -129,7 +129,7 @@ def _statement(claim: Claim, evidence: Evidence) -> Verdict:
 
 
 def _flag(
-    claim: Claim, evidence: Evidence, setting: Setting, matched: tuple[float, float], lower_is_better: bool
+    claim: Claim, evidence: Evidence, setting: RunSetting, matched: tuple[float, float], lower_is_better: bool
 ) -> str:
     """Name the anchors that do as well: without any learning (trivial, degenerate), or with the truth (the oracle)."""
     least, greatest = matched

@@ -55,11 +55,14 @@ def main(argv: Sequence[str]) -> int:
 def _show(paths: "Paths", claims: Sequence["Claim"], tried: Sequence[str]) -> None:
     from repro.claims.assumption_effects import assumption_effects, gather_sensitivity
     from repro.report.terminal import show_sensitivity
+    from repro.results.gathering import Gathering
     from repro.results.results import SENSITIVITY
     from repro.results.stored import stored_runs
+    from repro.tracking.paths import project_folder
 
     lists = sorted((paths.experiments / SENSITIVITY).glob("*.json"))
-    sensitivity = gather_sensitivity(lists, stored_runs(paths.root, SENSITIVITY))
+    paper = Gathering.load(project_folder() / "paper")
+    sensitivity = gather_sensitivity(lists, stored_runs(paths.root, SENSITIVITY), paper)
     if sensitivity is not None:
         effects = [effect for effect in assumption_effects(sensitivity, claims) if effect.assumption in tried]
         show_sensitivity(sorted(effects, key=lambda effect: tried.index(effect.assumption)))

@@ -20,7 +20,7 @@ from repro.evaluation.rollouts import can_simulate
 from repro.evaluation.whole_chain import whole_chain_errors
 from repro.mechanics.system import System
 from repro.models.model import Model
-from repro.pipeline.card import run_card
+from repro.pipeline.card import summary_of
 from repro.pipeline.plan import Pipeline
 from repro.pipeline.stages import (
     close_loops as control,
@@ -181,14 +181,14 @@ class Work:
             for name in (control.LOOPS, control.TRAJECTORIES):
                 copyfile(closed.path(name), folder / name)
             measured["median"] |= {"success": closed.summary["success"]}
-        card = run_card(
+        described = summary_of(
             self.config,
             n_train=self.data("data").n_train,
             n_parameters=self.model.n_parameters,
             status=status,
             notes=fitted.summary["notes"],
         )
-        return measured | {"card": card, "simulated": can_simulate(self.model)}
+        return measured | described | {"simulated": can_simulate(self.model)}
 
     def _found(self, identified: dict[str, list[Identifiability]]) -> Iterator[MetricValues]:
         if identified:

@@ -22,6 +22,7 @@ from repro.report.summary import Summary, keep, kept, summarise
 from repro.report.tables.every import all_tables
 from repro.report.tables.sensitivity import sensitivity_table
 from repro.results.gather import gather_runs
+from repro.results.gathering import Gathering
 from repro.results.results import SENSITIVITY, Results
 from repro.results.stored import Staleness, StoredRun, never_stale, stored_benches, stored_runs
 from repro.tracking.files import write_text
@@ -45,7 +46,8 @@ def build(outputs: Path, scale: str, *, stale: Staleness = never_stale) -> Summa
     found = kept(folder, recordings, fingerprint)
     if found is not None:
         return found
-    results = replace(gather_runs(runs, benches), sensitivity=gather_sensitivity(lists, tried))
+    paper = Gathering.load(paper_folder())
+    results = replace(gather_runs(runs, benches, paper), sensitivity=gather_sensitivity(lists, tried, paper))
     results.save(folder / "results")
     summary = summarise(results, render(results, folder), folder, recordings)
     keep(summary, fingerprint)
@@ -84,7 +86,7 @@ def _fingerprint(runs: Sequence[StoredRun], benches: Sequence[Path], lists: Sequ
     sources = [*_files(Path(__file__).parent), *lists, *sorted(paper.glob("*.yaml"))]
     sources += [path for name in ("report", "draw", "animations") for path in _files(paper / name)]
     content = {
-        "runs": [[r.id, r.experiment, r.scale, r.command, r.overrides, r.stale, dict(r.record)] for r in runs],
+        "runs": [[r.id, r.experiment, r.scale, r.command, dict(r.listed), r.stale, dict(r.record)] for r in runs],
         "benches": [[folder.name, (folder / "run.json").stat().st_mtime_ns] for folder in benches],
         "sources": [hashlib.sha256(path.read_bytes()).hexdigest() for path in sources],
     }

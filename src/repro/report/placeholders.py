@@ -21,16 +21,14 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from repro.claims.verdict_kind import VerdictKind
 from repro.claims.verdicts import VERDICTS, Verdict
 from repro.errors import UserError
 from repro.report import writing
 from repro.report.tables.cost import cost_fact
 from repro.results.results import Results
-from repro.results.schema import CARD, CONTROL, as_text, plain
-from repro.results.selectors import NotRunError, one_setting, paired_values
+from repro.results.schema import CARD, CONTROL
+from repro.results.selectors import NotRunError, find_loops, one_setting, paired_values
 from repro.results.statistics import paired_ratio
 
 if TYPE_CHECKING:
@@ -101,10 +99,7 @@ class Texts:
         return _or_not_run(read)
 
     def _loops(self, experiment: str, **where: Any) -> str:
-        loops = self._results.control[self._results.control["experiment"] == experiment]
-        for column, value in _checked(where, CONTROL).items():
-            agrees = [as_text(plain(cell)) == as_text(value) for cell in loops[column]]
-            loops = loops[np.array(agrees, dtype=bool)]
+        loops = find_loops(self._results, experiment, _checked(where, CONTROL))
         return f"{int(loops['success'].sum())} of {len(loops)}" if len(loops) else NOT_RUN
 
     def _runs(self, *experiments: str) -> str:
@@ -156,7 +151,7 @@ def _or_not_run(read: Callable[[], str]) -> str:
 
 
 def _checked(where: Mapping[str, Any], columns: Mapping[str, type]) -> Mapping[str, Any]:
-    if unknown := [column for column in where if column not in columns]:
+    if unknown := [column for column in where if column not in columns and "." not in column]:
         raise ValueError(f"{', '.join(unknown)} is no column of the results")
     return where
 

@@ -1,16 +1,18 @@
 """Walk the stored runs into the result tables."""
 
-import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from repro.errors import UserError
+from repro.results.as_printed import is_as_printed
+from repro.results.gathering import NO_PAPER, Gathering
 from repro.results.results import Results, typed
 from repro.results.run_stages import stages_of
-from repro.results.schema import CARD, CONTROL, NOT_CHOSEN, as_card_value
+from repro.results.schema import Cell
 from repro.results.stored import Staleness, StoredRun, never_stale, read_json, stored_benches, stored_runs
+from repro.tracking.plain_data import digest
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -19,36 +21,35 @@ if TYPE_CHECKING:
 CURVE_STEPS = 400
 TRAJECTORY_POINTS = 300
 TRAJECTORY_MEMBERS = 3
-TRAJECTORIES_OF = ("sip_regimes", "ph_passivity")
-CLOSED_LOOPS_OF = ("sip_control", "dip_control")
 
 
-def gather(outputs: Path, scale: str, *, stale: Staleness = never_stale) -> Results:
+def gather(outputs: Path, scale: str, *, stale: Staleness = never_stale, paper: Gathering = NO_PAPER) -> Results:
     """Read every run of a scale's experiments into the result tables.
 
     `stale` judges a run.json against the present code. Raises UserError naming a damaged file.
     """
-    return gather_runs(stored_runs(outputs, scale, stale), stored_benches(outputs, scale))
+    return gather_runs(stored_runs(outputs, scale, stale), stored_benches(outputs, scale), paper)
 
 
-def gather_runs(runs: Sequence[StoredRun], benches: Sequence[Path]) -> Results:
+def gather_runs(runs: Sequence[StoredRun], benches: Sequence[Path], paper: Gathering = NO_PAPER) -> Results:
     """Read the tables of these runs and benches. Raises UserError naming a damaged file."""
     import pandas as pd
 
+    cards = {(run.id, run.experiment): _card(run, paper) for run in runs}
     finished = [run for run in runs if run.outcome == "ok"]
     curves = [_thinned(_table(run, "curves")) for run in _distinct(finished)]
-    drawn = {run.id: run for run in finished if run.experiment in TRAJECTORIES_OF}
-    trajectories = [_first_points(_table(run, "trajectories")) for run in drawn.values()]
+    moved = _distinct([run for run in finished if run.experiment in paper.trajectories_of])
+    driven = _distinct([run for run in finished if run.experiment in paper.closed_loops_of])
     return Results(
-        metrics=typed("metrics", _together([_metrics(run) for run in finished])),
-        runs=typed("runs", [_run_row(run) for run in runs]),
+        metrics=typed("metrics", _together([_metrics(run, cards[run.id, run.experiment]) for run in finished])),
+        runs=typed("runs", [_run_row(run, cards[run.id, run.experiment]) for run in runs]),
         curves=typed("curves", _together(curves)),
-        trajectories=typed("trajectories", _together(trajectories)),
+        trajectories=typed("trajectories", _together([_first_points(_table(run, "trajectories")) for run in moved])),
         identifiability=typed(
             "identifiability", _together([_table(run, "identifiability") for run in _distinct(finished)])
         ),
         control=typed("control", _together([_loops(run) for run in finished])),
-        closed_loops=typed("closed_loops", _together([_first_loop(run) for run in _distinct(finished)])),
+        closed_loops=typed("closed_loops", _together([_first_loop(run) for run in driven])),
         stages=typed("stages", _stages(finished)),
         bench=typed("bench", _together([_bench(folder) for folder in benches]) if benches else pd.DataFrame()),
     )
@@ -59,25 +60,34 @@ def _distinct(runs: Sequence[StoredRun]) -> list[StoredRun]:
     return [*{run.id: run for run in runs}.values()]
 
 
-def _metrics(run: StoredRun) -> "pd.DataFrame":
-    table = _table(run, "metrics")
-    for column, value in {**_place(run), **_card(run)}.items():
-        table[column] = value
-    return table
+def _card(run: StoredRun, paper: Gathering) -> dict[str, Cell]:
+    """The columns that place and describe a run."""
+    try:
+        card = run.card
+        described = {**card.run_columns(), "as_printed": is_as_printed(card.settings, paper.protocols)}
+    except (TypeError, ValueError, KeyError, AttributeError) as error:
+        message = f"{run.folder / 'run.json'} has a run card of the wrong type ({error}); delete the folder, run again"
+        raise UserError(message) from error
+    return {
+        "run": run.id,
+        "experiment": run.experiment,
+        "scale": run.scale,
+        "setting": digest(card.settings)[:10] if card.settings else "",
+        **described,
+    }
+
+
+def _metrics(run: StoredRun, card: Mapping[str, Cell]) -> "pd.DataFrame":
+    return _table(run, "metrics").assign(**card)
 
 
 def _loops(run: StoredRun) -> "pd.DataFrame":
-    """Closed loops with what the card says of their model."""
-    table = _table(run, "control")
-    card = {column: value for column, value in _card(run).items() if column in CONTROL and column not in table}
-    for column, value in {"experiment": run.experiment, "scale": run.scale, **card}.items():
-        table[column] = value
-    return table
+    """Closed loops with what the card says of their model, controller and task."""
+    place = {"experiment": run.experiment, "scale": run.scale}
+    return _table(run, "control").assign(**place, **run.card.loop_columns())
 
 
 def _first_loop(run: StoredRun) -> "pd.DataFrame":
-    if run.experiment not in CLOSED_LOOPS_OF:
-        return _nothing()
     loops = _table(run, "closed_loops")
     return loops if loops.empty else loops[loops["loop"] == loops["loop"].min()]
 
@@ -87,37 +97,18 @@ def _stages(runs: Sequence[StoredRun]) -> list[dict[str, Any]]:
     return [row for run in _distinct(runs) for row in stages_of(run, known)]
 
 
-def _run_row(run: StoredRun) -> dict[str, Any]:
+def _run_row(run: StoredRun, card: Mapping[str, Cell]) -> dict[str, object]:
     return {
-        **_place(run),
-        **_card(run),
+        **card,
+        "config": json.dumps(dict(run.card.settings), sort_keys=True),
+        "changed": " ".join(sorted(run.card.changed)),
         "outcome": run.outcome,
         "error": run.error,
         "stale": run.stale,
-        "seeds": list(run.card.get("seeds") or []),
-        "member_status": [str(status) for status in run.card.get("member_status") or []],
+        "seeds": list(run.card.seeds),
+        "member_status": list(run.card.member_status),
         "command": run.command,
     }
-
-
-def _place(run: StoredRun) -> dict[str, str]:
-    return {"run": run.id, "experiment": run.experiment, "scale": run.scale, "setting": _setting(run)}
-
-
-def _card(run: StoredRun) -> dict[str, Any]:
-    try:
-        return {column: as_card_value(column, run.card.get(column)) for column in CARD}
-    except (TypeError, ValueError) as error:
-        message = f"{run.folder / 'run.json'} has a run card of the wrong type ({error}); delete the folder, run again"
-        raise UserError(message) from error
-
-
-def _setting(run: StoredRun) -> str:
-    if not run.card:
-        return ""
-    chosen = {key: value for key, value in run.card.items() if key not in NOT_CHOSEN}
-    content = json.dumps([chosen, run.other_than_seeds], sort_keys=True)
-    return hashlib.sha256(content.encode()).hexdigest()[:10]
 
 
 def _table(run: StoredRun, name: str) -> "pd.DataFrame":
@@ -146,7 +137,7 @@ def _read(path: Path) -> "pd.DataFrame":
 
 
 def _thinned(curves: "pd.DataFrame") -> "pd.DataFrame":
-    """Each quantity at steps of its own: they are not all looked at as often."""
+    """Each quantity at steps of its own: not all are recorded equally often."""
     import pandas as pd
 
     if curves.empty:
@@ -173,12 +164,6 @@ def _first_points(trajectories: "pd.DataFrame") -> "pd.DataFrame":
     if len(free):
         return free[free["member"] == members[0]]
     return shown.groupby(["member", "name"], sort=False).head(TRAJECTORY_POINTS)
-
-
-def _nothing() -> "pd.DataFrame":
-    import pandas as pd
-
-    return pd.DataFrame()
 
 
 def _together(tables: Sequence["pd.DataFrame"]) -> "pd.DataFrame":

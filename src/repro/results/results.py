@@ -1,24 +1,15 @@
 """The gathered tables: everything that verdicts, tables and figures are made from."""
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, fields
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from repro.errors import UserError
-from repro.results.schema import CARD
+from repro.results.run_setting import RunSetting
+from repro.results.schema import CARD, PANDAS_TYPES, TABLES, plain
 from repro.tracking.files import replacing
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-from collections.abc import Iterable
-from dataclasses import fields
-from functools import cached_property
-from typing import TYPE_CHECKING
-
-from repro.results.run_setting import Setting
-from repro.results.schema import PANDAS_TYPES, TABLES, plain
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -49,7 +40,7 @@ class Results:
         return scales[0] if scales else ""
 
     @cached_property
-    def settings(self) -> tuple[Setting, ...]:
+    def settings(self) -> tuple[RunSetting, ...]:
         """Every setting of every experiment that has finished runs, in the order of the runs."""
         runs = self.runs[(self.runs["setting"] != "") & (self.runs["outcome"] == "ok")]
         places = self.metrics.groupby(KEYS, sort=False).indices
@@ -57,7 +48,7 @@ class Results:
         for key, group in runs.groupby(KEYS, sort=False):
             rows = tuple({str(name): plain(value) for name, value in row.items()} for row in group.to_dict("records"))
             card = {column: rows[0][column] for column in CARD}
-            found.append(Setting(card, rows, self.metrics.iloc[places.get(key, [])]))
+            found.append(RunSetting(card, rows, self.metrics.iloc[places.get(key, [])]))
         return tuple(found)
 
     def __getstate__(self) -> dict[str, Any]:

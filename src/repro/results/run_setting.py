@@ -1,5 +1,6 @@
 """One setting is a run card; its members are those of all runs that differ in seeds alone."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -7,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from repro.results.columns import Settings
 from repro.results.metric_names import metric_named, written
+from repro.results.run_card import options
 from repro.results.schema import as_text
 from repro.results.statistics import Estimate, estimate, share
 
@@ -16,10 +19,10 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Setting:
+class RunSetting:
     """One setting with its pooled members: `card` holds the card columns, `runs` its finished rows of the runs table.
 
-    A member that diverged is a result, and counts; a run that died (no memory, no time) is none, and does not.
+    A member that diverged is a result, and counts; a run that failed (no memory, no time) does not.
     """
 
     card: Mapping[str, Any]
@@ -28,7 +31,7 @@ class Setting:
 
     @cached_property
     def members(self) -> Mapping[int, tuple[str, str]]:
-        """Each member once, by its seed, with the run that stands for it and its status there."""
+        """Each member once, by its seed: the run that it is taken from and its status there."""
         found: dict[int, tuple[str, str]] = {}
         for run in sorted(self.runs, key=lambda run: run["run"]):
             statuses = run["member_status"]
@@ -54,7 +57,7 @@ class Setting:
 
     @property
     def command(self) -> str:
-        """What replays it: one command a run."""
+        """The commands that repeat it, one per run."""
         return " && ".join(run["command"] for run in self.runs if run["command"])
 
     @property
@@ -63,13 +66,27 @@ class Setting:
         return any(run["stale"] is True for run in self.runs)
 
     @property
-    def literal(self) -> bool:
+    def as_printed(self) -> bool:
         """Whether the paper's own protocol was followed to its end."""
-        return self.card.get("literal") is True
+        return self.card.get("as_printed") is True
+
+    @cached_property
+    def settings(self) -> Settings:
+        """Every setting that had a part in it, by dotted key."""
+        return dict(json.loads(self.runs[0]["config"] or "{}"))
+
+    @cached_property
+    def options(self) -> Settings:
+        """The settings without a column of their own that differ from the defaults of the options chosen."""
+        return options(self.settings, self.runs[0]["changed"].split())
+
+    def text(self, name: str) -> str:
+        """The text of a card column, or of a setting by its dotted key."""
+        return as_text(self.card[name] if name in self.card else self.settings.get(name))
 
     def title(self, *columns: str) -> str:
         """Name the setting by some card columns, as people write them."""
-        texts = [written(column, as_text(self.card[column])) for column in columns]
+        texts = [written(column, self.text(column)) for column in columns]
         return ", ".join(text for text in texts if text)
 
     def values(self, metric: str) -> np.ndarray:

@@ -1,43 +1,16 @@
 """The columns of the result tables: the one place where they are named and typed. A member is known by its seed."""
 
-import json
 import math
 from collections.abc import Mapping
 from typing import Any
 
-# The run card: what was chosen for a run. `seeds` and `member_status` belong to the members, not to the setting.
-CARD: Mapping[str, type] = {
-    "system": str,
-    "reading": str,
-    "regime": str,
-    "labels": str,
-    "noise": str,
-    "model": str,
-    "basis": str,
-    "hidden": str,
-    "options": str,
-    "objective": str,
-    "optimiser": str,
-    "sequence": str,
-    "grid": str,
-    "pretraining_epochs": int,
-    "reset": str,
-    "tau_noise": float,
-    "qdd_noise": float,
-    "damping": str,
-    "n_train": int,
-    "episode_steps": int,
-    "energies": str,
-    "energy_form": str,
-    "momentum_weight": float,
-    "momentum_hidden": str,
-    "curriculum": str,
-    "epochs": int,
-    "literal": bool,
-}
+from repro.results.columns import LOOP, RUN
 
-# What a run card says of its members and of how the fit went, not of what was chosen.
-NOT_CHOSEN = ("seeds", "member_status", "notes")
+Cell = str | int | float | None  # a value in a table
+
+# What was run (see `columns`), and whether it is a protocol as the paper prints it.
+CARD: Mapping[str, type] = {**{name: column.kind for name, column in RUN.items()}, "as_printed": bool}
+LOOP_CARD: Mapping[str, type] = {name: column.kind for name, column in LOOP.items()}
 
 # What the test set depends on: two settings that agree here were judged on the same data.
 TEST_SET = ("system", "reading", "regime", "episode_steps", "reset", "damping")
@@ -53,9 +26,13 @@ METRICS: Mapping[str, type] = {
     "value": float,
     "unit": str,
 }
+# `config`: the settings of the run by dotted key, as JSON; `changed`: the keys of those that are not the usual ones,
+# with blanks between them.
 RUNS: Mapping[str, type] = {
     **PLACE,
     **CARD,
+    "config": str,
+    "changed": str,
     "outcome": str,
     "error": str,
     "stale": bool,
@@ -91,24 +68,19 @@ BENCH: Mapping[str, type] = {
     "protocol": str,
     "command": str,
 }
-# One row a closed loop; the columns of DESIGN first, then what else was asked of it.
+# One row per closed loop.
 CONTROL: Mapping[str, type] = {
     "run": str,
     "experiment": str,
     "scale": str,
-    "system": str,
-    "model": str,
     "member": int,
-    "controller": str,
-    "setting": str,
-    "intervals": int,
-    "horizon_s": float,
+    **LOOP_CARD,
     "x_des": float,
     "start": str,
-    "mismatch": float,
-    "noise": float,
-    "disturbance": float,
-    "delay": float,
+    "start_x": float,
+    "start_theta": float,
+    "start_theta1": float,
+    "start_theta2": float,
     "success": bool,
     "contact": bool,
     "clearance_min_m": float,
@@ -123,22 +95,6 @@ CONTROL: Mapping[str, type] = {
     "fallbacks_2": int,
     "fallbacks_3": int,
     "killed": int,
-    "basis": str,
-    "hidden": str,
-    "objective": str,
-    "optimiser": str,
-    "energies": str,
-    "adaptive": bool,
-    "discretisation": str,
-    "solver": str,
-    "task": str,
-    "mismatch_kind": str,
-    "friction": str,
-    "seconds": float,
-    "start_x": float,
-    "start_theta": float,
-    "start_theta1": float,
-    "start_theta2": float,
 }
 CLOSED_LOOPS: Mapping[str, type] = {
     "run": str,
@@ -149,7 +105,7 @@ CLOSED_LOOPS: Mapping[str, type] = {
     "t": float,
     "value": float,
 }
-# One row a stage of a run, upstream first; `libraries` and `config` as JSON.
+# One row per stage of a run, upstream first; `libraries` and `config` as JSON.
 STAGES: Mapping[str, type] = {
     "run": str,
     "stage": str,
@@ -182,17 +138,18 @@ TABLES: Mapping[str, Mapping[str, type]] = {
 PANDAS_TYPES: Mapping[type, str] = {str: "str", float: "float64", int: "Int64", bool: "boolean", list: "object"}
 
 
-def as_text(value: Any) -> str:
-    """Spell a card value as text: the same spelling in the tables and in the selectors of the claims."""
+def as_text(value: object) -> str:
+    """Spell a value as text: the same spelling in the tables and in the selectors of the claims."""
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return ""
-    if isinstance(value, str):
-        return value
     if isinstance(value, bool):
         return "true" if value else "false"
-    if isinstance(value, int | float):
-        return f"{value:g}"
-    return json.dumps(value)
+    if isinstance(value, float):
+        short = f"{value:g}"
+        return short if float(short) == value else repr(value)
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(as_text, value))}]"
+    return str(value)
 
 
 def plain(value: Any) -> Any:
@@ -204,9 +161,9 @@ def plain(value: Any) -> Any:
     return value.item() if hasattr(value, "item") else value
 
 
-def as_card_value(column: str, value: Any) -> Any:
-    """Bring one card value to its column's type; None stays None for numbers and becomes empty text."""
-    kind = CARD[column]
+def as_column(kind: type, value: Any) -> Cell:
+    """Bring one value to its column's type; None stays None for numbers and becomes empty text."""
     if kind is str:
         return as_text(value)
-    return None if value is None else kind(value)
+    typed: Cell = None if value is None else kind(value)
+    return typed

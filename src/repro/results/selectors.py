@@ -1,13 +1,15 @@
 """From a selector to the settings it means; which settings may be compared; the anchors of a test set."""
 
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from repro.results.results import Results
-from repro.results.run_setting import Setting
+from repro.results.run_card import OPTIONS, spelled
+from repro.results.run_setting import RunSetting
 from repro.results.schema import CARD, TEST_SET, as_text, plain
 
 if TYPE_CHECKING:
@@ -27,23 +29,38 @@ class NotRunError(Exception):
     """No stored run, or no single setting, answers the question: the message says which was looked for."""
 
 
-def settings(results: Results, experiment: str | None, where: Where | None = None) -> list[Setting]:
-    """List the settings of an experiment (None: of all) whose card agrees with `where` (a list: any of it)."""
-    wanted = {column: _texts(value) for column, value in (where or {}).items()}
-    found = []
-    for setting in results.settings:
-        if experiment in (None, setting.runs[0]["experiment"]):
-            runs = tuple(run for run in setting.runs if all(as_text(run[c]) in texts for c, texts in wanted.items()))
-            if runs:
-                found.append(setting if len(runs) == len(setting.runs) else replace(setting, runs=runs))
-    return found
+def settings(results: Results, experiment: str | None, where: Where | None = None) -> list[RunSetting]:
+    """List the settings of an experiment (None: of all) that agree with `where`.
+
+    where  card column, or dotted key of the configuration -> value, or list of values of which any will do
+    """
+    return [
+        setting
+        for setting in results.settings
+        if experiment in (None, setting.runs[0]["experiment"]) and agrees(setting.text, where or {})
+    ]
 
 
-def one_setting(results: Results, experiment: str, where: Where) -> Setting:
+def agrees(text: Callable[[str], str], where: Where) -> bool:
+    """Whether the texts by name are those of a selector."""
+    return all(text(name) in _texts(value) for name, value in where.items())
+
+
+def find_loops(results: Results, experiment: str, where: Where) -> "pd.DataFrame":
+    """The closed loops of an experiment that agree with `where`: columns of `control`, or dotted keys."""
+    chosen = results.control[results.control["experiment"] == experiment]
+    configs: Mapping[str, str] = dict(zip(results.runs["run"], results.runs["config"], strict=True))
+    for name, value in where.items():
+        cells = [json.loads(configs[run]).get(name) for run in chosen["run"]] if "." in name else chosen[name]
+        chosen = chosen[np.array([as_text(plain(cell)) in _texts(value) for cell in cells], dtype=bool)]
+    return chosen
+
+
+def one_setting(results: Results, experiment: str, where: Where) -> RunSetting:
     """Find the one setting that a selector means, the paper's own protocol first. Raises NotRunError."""
     found = settings(results, experiment, where)
     if len(found) > 1:
-        found = [setting for setting in found if setting.literal] or found
+        found = [setting for setting in found if setting.as_printed] or found
     if not found:
         raise NotRunError(_why_not_run(results, experiment, where))
     if len(found) > 1:
@@ -51,17 +68,15 @@ def one_setting(results: Results, experiment: str, where: Where) -> Setting:
     return found[0]
 
 
-def like_for_like(results: Results, experiment: str, where: Where, against: Where) -> tuple[Setting, Setting]:
-    """Find the two settings to compare: they agree in every card column that neither selector names.
+def like_for_like(results: Results, experiment: str, where: Where, against: Where) -> tuple[RunSetting, RunSetting]:
+    """Find the two settings to compare: they are alike in all that neither selector names.
 
-    `literal` says how a run relates to the paper, not what was run, and need not agree. Of several pairs the one of the
-    longest budget is meant. Raises NotRunError.
+    Of several pairs the one of the longest budget is meant. Raises NotRunError.
     """
     ours, others = settings(results, experiment, where), settings(results, experiment, against)
     if not ours or not others:
         raise NotRunError(_why_not_run(results, experiment, where if not ours else against))
-    shared = [column for column in CARD if column not in {*where, *against, "literal"}]
-    pairs = [(a, b) for a in ours for b in others if all(_same(a, b, column) for column in shared)]
+    pairs = [(a, b) for a in ours for b in others if alike(a, b, named={*where, *against})]
     if not pairs:
         raise NotRunError(f"{experiment} has no like-for-like pair: the settings differ in {_varying(ours + others)}")
     longest = max(_budget(a) for a, _ in pairs)
@@ -72,7 +87,25 @@ def like_for_like(results: Results, experiment: str, where: Where, against: Wher
     return pairs[0]
 
 
-def paired_values(ours: Setting, other: Setting, metric: str) -> tuple[np.ndarray, np.ndarray]:
+def alike(a: RunSetting, b: RunSetting, named: Collection[str] = ()) -> bool:
+    """Whether two settings agree in every card column and in every option, those that are `named` aside.
+
+    `as_printed` says how a run relates to the paper, not what was run, and need not agree. Options of a group are
+    compared only where both runs chose the same of that group: the options of two optimisers have nothing in common.
+    """
+    if any(a.text(column) != b.text(column) for column in CARD if column not in {*named, OPTIONS, "as_printed"}):
+        return False
+    if OPTIONS in named:
+        return True
+    keys = {key for key in (*a.options, *b.options) if key not in named and _same_choice(a, b, key.partition(".")[0])}
+    return all(as_text(a.options.get(key)) == as_text(b.options.get(key)) for key in keys)
+
+
+def _same_choice(a: RunSetting, b: RunSetting, group: str) -> bool:
+    return all(a.text(f"{group}.{key}") == b.text(f"{group}.{key}") for key in ("kind", "name"))
+
+
+def paired_values(ours: RunSetting, other: RunSetting, metric: str) -> tuple[np.ndarray, np.ndarray]:
     """Return both settings' values, (pair,), for the seeds that they share."""
     first = dict(zip(ours.members, ours.values(metric), strict=False))
     second = dict(zip(other.members, other.values(metric), strict=False))
@@ -80,7 +113,7 @@ def paired_values(ours: Setting, other: Setting, metric: str) -> tuple[np.ndarra
     return np.array([first[seed] for seed in seeds]), np.array([second[seed] for seed in seeds])
 
 
-def anchor(results: Results, experiment: str, name: str, test_set: Mapping[str, Any]) -> Setting | None:
+def anchor(results: Results, experiment: str, name: str, test_set: Mapping[str, Any]) -> RunSetting | None:
     """Find an anchor judged on the same test set: of this experiment first, from clean labels first."""
     for place in (experiment, None):
         found = [s for s in settings(results, place, ANCHORS[name]) if test_set_of(s.card) == test_set]
@@ -94,59 +127,58 @@ def test_set_of(card: Mapping[str, Any]) -> dict[str, Any]:
     return {c: card[c] for c in TEST_SET if not (c == "episode_steps" and card["regime"] == "long")}
 
 
-def anchor_name(setting: Setting) -> str | None:
+def anchor_name(setting: RunSetting) -> str | None:
     """Say which anchor a setting is, if any."""
-    for name, where in ANCHORS.items():
-        if all(
-            setting.card[column] in (value if isinstance(value, list) else [value]) for column, value in where.items()
-        ):
-            return name
-    return None
+    return next((name for name, where in ANCHORS.items() if agrees(setting.text, where)), None)
 
 
-def varying_columns(found: Sequence[Setting]) -> list[str]:
+def varying_columns(found: Sequence[RunSetting]) -> list[str]:
     """List the card columns in which settings differ."""
-    return [column for column in CARD if len({as_text(setting.card[column]) for setting in found}) > 1]
+    return [column for column in CARD if len({setting.text(column) for setting in found}) > 1]
 
 
-def _runs_with(results: Results, experiment: str | None, where: Where) -> "pd.DataFrame":
-    chosen = results.runs[results.runs["setting"] != ""]
-    if experiment is not None:
-        chosen = chosen[chosen["experiment"] == experiment]
-    for column, wanted in where.items():
-        agrees = np.array([as_text(plain(value)) in _texts(wanted) for value in chosen[column]], dtype=bool)
-        chosen = chosen[agrees]
-    return chosen
+def with_varying_options(found: Sequence[RunSetting]) -> list[RunSetting]:
+    """The same settings, their column `options` without what all others with the same choice in a group have too."""
+    return [replace(each, card={**each.card, OPTIONS: _varying_options(each, found)}) for each in found]
 
 
-def _texts(wanted: Any) -> set[str]:
+def _varying_options(setting: RunSetting, found: Sequence[RunSetting]) -> str:
+    def varies(key: str) -> bool:
+        group = key.partition(".")[0]
+        return any(setting.text(key) != other.text(key) for other in found if _same_choice(setting, other, group))
+
+    own = {key: value for key, value in setting.options.items() if varies(key)}
+    return ", ".join(spelled(own, setting.settings))
+
+
+def _texts(wanted: object) -> set[str]:
     return {as_text(value) for value in (wanted if isinstance(wanted, list) else [wanted])}
 
 
 def _why_not_run(results: Results, experiment: str, where: Where) -> str:
-    died = _runs_with(results, experiment, where)
-    if len(died):
-        return f"{died['run'].iloc[0]} {died['outcome'].iloc[0]}: {died['error'].iloc[0]}"
+    runs = results.runs
+    unfinished = runs[(runs["experiment"] == experiment) & (runs["setting"] != "") & (runs["outcome"] != "ok")]
+    for cells in unfinished.to_dict("records"):
+        row = {str(name): plain(value) for name, value in cells.items()}
+        described = RunSetting(row, (row,), results.metrics)
+        if agrees(described.text, where):
+            return f"{row['run']} {row['outcome']}: {row['error']}"
     return f"no run of {experiment} with {_spelled(where)}"
 
 
-def _budget(setting: Setting) -> int:
+def _budget(setting: RunSetting) -> int:
     return setting.card["epochs"] or 0
 
 
-def _uncleanness(setting: Setting) -> tuple[bool, float, float, int]:
+def _uncleanness(setting: RunSetting) -> tuple[bool, float, float, int]:
     """Order by noise, and among equals the one that has learned from most comes first."""
     card = setting.card
     return card["labels"] != "exact", card["tau_noise"] or 0.0, card["qdd_noise"] or 0.0, -(card["n_train"] or 0)
 
 
-def _same(a: Setting, b: Setting, column: str) -> bool:
-    return as_text(a.card[column]) == as_text(b.card[column])
-
-
-def _varying(found: Sequence[Setting]) -> str:
+def _varying(found: Sequence[RunSetting]) -> str:
     parts = [
-        f"{column} ({', '.join(sorted({as_text(setting.card[column]) or 'none' for setting in found}))})"
+        f"{column} ({', '.join(sorted({setting.text(column) or 'none' for setting in found}))})"
         for column in varying_columns(found)
     ]
     return "; ".join(parts) or "their overrides"

@@ -1,13 +1,14 @@
 """What the store holds, read light: run.json and the experiments' lists, no table library."""
 
 import json
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from repro.errors import UserError
+from repro.results.run_card import RunCard
 
 Staleness = Callable[[Mapping[str, Any]], bool]
 
@@ -16,7 +17,7 @@ Staleness = Callable[[Mapping[str, Any]], bool]
 class StoredRun:
     """One run as one experiment lists it; `record` is its run.json, of the last failed attempt where there is no other.
 
-    `listed_card` is what the experiment's list says of the card: all that is known of a run that failed.
+    `listed` is the entry of the list, which describes a run that did not finish too.
     """
 
     id: str
@@ -24,9 +25,8 @@ class StoredRun:
     scale: str
     folder: Path
     record: Mapping[str, Any]
-    listed_card: Mapping[str, Any]
+    listed: Mapping[str, Any]
     command: str
-    overrides: tuple[str, ...]
     error: str
     stale: bool
 
@@ -36,18 +36,18 @@ class StoredRun:
         return str(self.record.get("outcome", "missing"))
 
     @property
-    def card(self) -> Mapping[str, Any]:
-        """The run card; empty where the run failed and nothing else tells it."""
-        return (self.record.get("summary") or {}).get("card") or self.listed_card
+    def summary(self) -> Mapping[str, Any]:
+        """What run.json holds of the run and its results."""
+        return self.record.get("summary") or {}
 
-    @property
-    def other_than_seeds(self) -> tuple[str, ...]:
-        """The overrides without the seeds: runs that agree in these and in the card are pooled."""
-        return tuple(sorted(o for o in self.overrides if not re.match(r"^[+~]*seeds=", o)))
+    @cached_property
+    def card(self) -> RunCard:
+        """The run card; empty where nothing describes the run. Raises TypeError or ValueError for a wrong one."""
+        return RunCard.of(self.summary if self.outcome == "ok" else self.listed)
 
 
 def never_stale(_record: Mapping[str, Any]) -> bool:
-    """Take every run as made by the present code: the answer where nobody judges."""
+    """Take every run as made by the present code: the default where staleness is not checked."""
     return False
 
 
@@ -110,9 +110,8 @@ def _stored(outputs: Path, job: Mapping[str, Any], experiment: str, scale: str, 
         scale=scale,
         folder=folder,
         record=record,
-        listed_card=job.get("card") or {},
+        listed=job,
         command=str(job.get("command") or (record.get("provenance") or {}).get("command") or ""),
-        overrides=tuple(str(override) for override in job.get("overrides") or ()),
         error=message if error else "",
         stale=bool(record) and stale(record),
     )

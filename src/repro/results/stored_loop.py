@@ -1,4 +1,4 @@
-"""One stored closed loop, taken out of the tables: what the figures and the animations of control are drawn from."""
+"""One stored closed loop, read from the tables: figures and animations of control are drawn from it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from repro.results.results import Results
-from repro.results.schema import as_text, plain
+from repro.results.schema import plain
+from repro.results.selectors import find_loops
 
 
 @dataclass(frozen=True)
@@ -40,12 +41,9 @@ class StoredLoop:
 
 def find_loop(results: Results, experiment: str, choices: Sequence[Mapping[str, Any]]) -> StoredLoop | None:
     """The first stored loop of the first choice that was run, a choice being columns of the control table."""
-    loops = results.control[results.control["experiment"] == experiment]
     for choice in choices:
-        fits = np.ones(len(loops), dtype=bool)
-        for column, value in choice.items():
-            fits &= np.array([as_text(plain(cell)) == as_text(value) for cell in loops[column]], dtype=bool)
-        for run in dict.fromkeys(loops[fits]["run"]):
+        loops = find_loops(results, experiment, choice)
+        for run in dict.fromkeys(loops["run"]):
             stored = results.closed_loops[results.closed_loops["run"] == run]
             if len(stored):
                 facts = {str(k): plain(v) for k, v in loops[loops["run"] == run].iloc[0].items()}

@@ -9,7 +9,7 @@ import numpy as np
 from repro.report.figures.figure import legend, small_multiples
 from repro.report.style import Role
 from repro.results.results import Results
-from repro.results.run_setting import Setting
+from repro.results.run_setting import RunSetting
 from repro.results.selectors import anchor_name
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ LOSS = Quantity("loss", "loss")
 
 def curve_panels(
     results: Results,
-    panels: Mapping[str, Sequence[tuple[str, Setting]]],
+    panels: Mapping[str, Sequence[tuple[str, RunSetting]]],
     roles: Mapping[str, Role],
     quantity: Quantity = LOSS,
 ) -> "Canvas | None":
@@ -60,7 +60,7 @@ def curve_panels(
     return canvas
 
 
-def with_curves(results: Results, candidates: Sequence[Setting], quantity: Quantity = LOSS) -> list[Setting]:
+def with_curves(results: Results, candidates: Sequence[RunSetting], quantity: Quantity = LOSS) -> list[RunSetting]:
     """Keep the settings whose curve of a quantity was stored; anchors fall out."""
     return [s for s in candidates if anchor_name(s) is None and not _curve(results, s, quantity).empty]
 
@@ -73,7 +73,7 @@ def _draw_members(axis: Any, table: "pd.DataFrame", role: Role) -> None:
     axis.plot(median.index, median, linewidth=1.8, **role.line_style)
 
 
-def _curve(results: Results, setting: Setting, quantity: Quantity) -> "pd.DataFrame":
+def _curve(results: Results, setting: RunSetting, quantity: Quantity) -> "pd.DataFrame":
     chosen = results.curves[results.curves["run"].isin(setting.run_ids) & (results.curves["name"] == quantity.name)]
     members = {(run, seed) for seed, (run, _) in setting.members.items()}
     table = chosen.pivot_table(index="step", columns=["run", "member"], values="value", dropna=False)

@@ -9,12 +9,12 @@ from repro.report import style
 from repro.report.figures.figure import legend, new_canvas
 from repro.report.style import TEXT_WIDTH, Role
 from repro.results.metric_names import metric_named
-from repro.results.run_setting import Setting
+from repro.results.run_setting import RunSetting
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
-Group = tuple[str, Sequence[tuple[Setting, Role]]]
+Group = tuple[str, Sequence[tuple[RunSetting, Role]]]
 
 
 def dot_plot(
@@ -63,7 +63,7 @@ def _dots(panel: Any, height: float, values: np.ndarray, role: Role) -> None:
         panel.plot(median, ends, color=role.colour, linewidth=2.2)
 
 
-def _count_failed(panel: Any, height: float, setting: Setting, role: Role) -> None:
+def _count_failed(panel: Any, height: float, setting: RunSetting, role: Role) -> None:
     panel.annotate(
         f"{setting.failed} of {setting.n} failed",
         (1.02, height),

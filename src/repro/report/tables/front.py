@@ -10,9 +10,9 @@ from repro.report.tables.models import anchor_title, counted, model_title
 from repro.report.tables.table import markdown_head, markdown_line
 from repro.results.metric_names import metric_named
 from repro.results.results import Results
-from repro.results.run_setting import Setting
+from repro.results.run_setting import RunSetting
 from repro.results.schema import as_text
-from repro.results.selectors import anchor_name, settings
+from repro.results.selectors import anchor_name, settings, with_varying_options
 
 
 @checked(frozen=True)
@@ -29,7 +29,8 @@ class FrontTable:
 def front_block(results: Results, table: FrontTable) -> str:
     """Return one line a model, worst first: medians of its metrics over the members."""
     shown = sorted(
-        settings(results, table.experiment, table.where), key=lambda setting: -setting.estimate("mae_tau").median
+        with_varying_options(settings(results, table.experiment, table.where)),
+        key=lambda setting: -setting.estimate("mae_tau").median,
     )
     lines = markdown_head(["model", *(metric_named(metric).label for metric in table.metrics), "members"])
     for setting in shown:
@@ -38,11 +39,11 @@ def front_block(results: Results, table: FrontTable) -> str:
     return "\n".join(lines)
 
 
-def _cell(setting: Setting, metric: str) -> str:
+def _cell(setting: RunSetting, metric: str) -> str:
     return counted(setting) if metric == "trapped" else writing.number(setting.estimate(metric).median)
 
 
-def _title(setting: Setting, table: FrontTable) -> str:
+def _title(setting: RunSetting, table: FrontTable) -> str:
     name = anchor_name(setting)
     if name is not None:
         return anchor_title(name, setting.card["basis"])

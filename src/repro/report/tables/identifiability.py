@@ -9,7 +9,7 @@ from repro.report import writing
 from repro.report.tables.table import Row, Table
 from repro.results.metric_names import metric_named, written
 from repro.results.results import Results
-from repro.results.run_setting import Setting
+from repro.results.run_setting import RunSetting
 from repro.results.schema import as_text
 from repro.results.selectors import settings
 
@@ -31,7 +31,7 @@ class IdentifiabilityTable:
     def make(self, results: Results) -> Table:
         """Make the table; of settings that differ in other columns alone, the first stands for all."""
         hidden = [setting.runs for setting in settings(results, self.experiment, self.leave_out)]
-        distinct: dict[tuple[str, ...], Setting] = {}
+        distinct: dict[tuple[str, ...], RunSetting] = {}
         for setting in settings(results, self.experiment):
             if setting.values("rank").size and setting.runs not in hidden:
                 distinct.setdefault(tuple(as_text(setting.card[column]) for column in self.columns), setting)
@@ -39,7 +39,7 @@ class IdentifiabilityTable:
         rows = tuple(self._row(results, setting) for setting in distinct.values())
         return Table(self.name, self.title, self.caption, titles, rows)
 
-    def _row(self, results: Results, setting: Setting) -> Row:
+    def _row(self, results: Results, setting: RunSetting) -> Row:
         directions = _directions(results, setting)
         unseen = [text for text in directions if text]
         medians = {metric: setting.estimate(metric).median for metric in METRICS}
@@ -53,7 +53,7 @@ class IdentifiabilityTable:
         return Row.of([setting], cells, {**card, "terms": len(directions), **medians, "not_seen": "; ".join(unseen)})
 
 
-def _directions(results: Results, setting: Setting) -> list[str]:
+def _directions(results: Results, setting: RunSetting) -> list[str]:
     """The first member's directions in the order of their singular values: in words where not seen, else ""."""
     seed, (run, _) = next(iter(setting.members.items()))
     rows = results.identifiability

@@ -11,7 +11,7 @@ from repro.report.tables.table import Row, Table
 from repro.report.writing import ABSENT, interval
 from repro.results.metric_names import metric_named, written
 from repro.results.results import Results
-from repro.results.run_setting import Setting
+from repro.results.run_setting import RunSetting
 from repro.results.schema import as_text
 from repro.results.selectors import (
     ANCHORS,
@@ -23,6 +23,7 @@ from repro.results.selectors import (
     settings,
     test_set_of,
     varying_columns,
+    with_varying_options,
 )
 
 # Never one error alone: force, acceleration (mean and median), energy, Lagrangian (raw, relative, canonical), inertia.
@@ -55,8 +56,9 @@ class ModelTable:
     def make(self, results: Results) -> Table:
         """Make the table; without runs it has no rows."""
         shown = [s for s in settings(results, self.experiment) if anchor_name(s) not in (TRIVIAL, DEGENERATE)]
+        shown = with_varying_options(shown)
         layout = _Layout(
-            card=[column for column in varying_columns(shown) if column not in ("literal", "model")],
+            card=[column for column in varying_columns(shown) if column not in ("as_printed", "model")],
             metrics=[m for m in (*self.metrics, *CORE) if any(setting.values(m).size for setting in shown)],
         )
         rows: list[Row] = []
@@ -85,12 +87,12 @@ def anchor_title(name: str, basis: str = "") -> str:
     return f"oracle (least squares on {written('basis', basis)})" if name == ORACLE and basis else ANCHOR_TITLES[name]
 
 
-def model_title(setting: Setting, *columns: str) -> str:
+def model_title(setting: RunSetting, *columns: str) -> str:
     """Name a setting by its basis, where it is a Lagrangian on one, else by its model, and by further card columns."""
     return setting.title("basis" if setting.card["model"] == "lagrangian" else "model", *columns)
 
 
-def counted(setting: Setting) -> str:
+def counted(setting: RunSetting) -> str:
     """Count the members that are trapped; a failed member counts as one."""
     values = setting.values("trapped")
     if not values.size:
@@ -112,7 +114,7 @@ class _Layout:
         metrics = (metric_named(metric).label for metric in self.metrics)
         return ("model", *card, *metrics, "members", "failed", "stale")
 
-    def row(self, setting: Setting, *, anchor_as: str = "") -> Row:
+    def row(self, setting: RunSetting, *, anchor_as: str = "") -> Row:
         # An anchor shows only its test set: it has no optimiser or width to compare.
         shown = test_set_of(setting.card) if anchor_as else self.card
         card = {column: as_text(setting.card[column]) if column in shown else "" for column in self.card}
@@ -136,7 +138,7 @@ class _Layout:
         return Row((title, *card.values(), *absent, "0", "0", ""), {"model": title, **card, "n": 0}, anchor=True)
 
 
-def _test_sets(shown: Sequence[Setting]) -> list[dict[str, Any]]:
+def _test_sets(shown: Sequence[RunSetting]) -> list[dict[str, Any]]:
     distinct: list[dict[str, Any]] = []
     for setting in shown:
         if test_set_of(setting.card) not in distinct:

@@ -10,9 +10,9 @@ from repro.report import writing
 from repro.report.tables.table import Row, Table
 from repro.results.metric_names import metric_named, written
 from repro.results.results import Results
-from repro.results.run_setting import Setting
-from repro.results.schema import CARD, as_text
-from repro.results.selectors import paired_values, settings
+from repro.results.run_setting import RunSetting
+from repro.results.schema import as_text
+from repro.results.selectors import alike, paired_values, settings
 from repro.results.statistics import paired_ratio
 
 Where = Mapping[str, Any]
@@ -54,7 +54,7 @@ class PairedTable:
         found = pairs(results, self.experiment, self.ours, self.other, self.apart, self.needs)
         return Table(self.name, self.title, self.caption, titles, tuple(self._row(*pair) for pair in found))
 
-    def _row(self, ours: Setting, other: Setting) -> Row:
+    def _row(self, ours: RunSetting, other: RunSetting) -> Row:
         values = {metric: paired_values(ours, other, metric) for metric in self.metrics}
         ratios = {metric: paired_ratio(*pair) for metric, pair in values.items()}
         n = next(iter(ratios.values())).n
@@ -82,20 +82,19 @@ def pairs(
     other: Where,
     apart: tuple[str, ...] = (),
     needs: tuple[str, ...] = (),
-) -> Iterator[tuple[Setting, Setting]]:
+) -> Iterator[tuple[RunSetting, RunSetting]]:
     """Pair every setting of `ours` with those of `other` that are alike otherwise and took as many epochs in all."""
-    shared = [column for column in CARD if column not in {*ours, *other, *apart, "literal"}]
+    named = {*ours, *other, *apart}
     others = settings(results, experiment, other)
     for one in settings(results, experiment, ours):
         if not all(one.card[column] for column in needs):
             continue
         for another in others:
-            alike = all(as_text(one.card[column]) == as_text(another.card[column]) for column in shared)
-            if alike and epochs_in_all(one) == epochs_in_all(another):
+            if alike(one, another, named) and epochs_in_all(one) == epochs_in_all(another):
                 yield one, another
 
 
-def epochs_in_all(setting: Setting) -> int:
+def epochs_in_all(setting: RunSetting) -> int:
     """Return the epochs of pretraining and training together."""
     return (setting.card["epochs"] or 0) + (setting.card["pretraining_epochs"] or 0)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from repro.report import writing
-from repro.results.run_setting import Setting
+from repro.results.run_setting import RunSetting
 from repro.tracking.files import write_text
 
 
@@ -24,7 +24,7 @@ class Row:
 
     @classmethod
     def of(
-        cls, settings: Sequence[Setting], cells: Sequence[str], data: Mapping[str, Any], *, anchor: bool = False
+        cls, settings: Sequence[RunSetting], cells: Sequence[str], data: Mapping[str, Any], *, anchor: bool = False
     ) -> Self:
         """Make a row from settings, whose runs and commands it then names."""
         runs = tuple(run for setting in settings for run in setting.run_ids)

@@ -1,19 +1,18 @@
-import json
-
 import pandas as pd
 import pytest
 
 from repro.errors import UserError
 from repro.results.gather import CURVE_STEPS, gather
+from repro.results.gathering import Gathering
 from repro.results.results import Results
 from repro.results.schema import TABLES
 from repro.results.selectors import settings
 
 
 def test_gathered_tables_have_the_fixed_columns_whatever_the_store_holds(store):
-    empty = gather(store.outputs, "paper")
+    empty = store.gathered()
     store.run("sip_basis", {"mae_tau": [0.1]})
-    filled = gather(store.outputs, "paper")
+    filled = store.gathered()
     for name, columns in TABLES.items():
         assert list(getattr(empty, name)) == list(columns)
         assert list(getattr(filled, name)) == list(columns)
@@ -22,41 +21,41 @@ def test_gathered_tables_have_the_fixed_columns_whatever_the_store_holds(store):
 
 def test_every_row_carries_the_card_the_seed_and_the_place(store):
     run = store.run("sip_basis", {"mae_tau": [0.1, 0.2]}, seeds=[7, 9], basis="t1", tau_noise=0.1)
-    rows = gather(store.outputs, "paper").metrics
+    rows = store.gathered().metrics
     assert rows[["run", "experiment", "scale", "basis"]].drop_duplicates().values.tolist() == [
         [run, "sip_basis", "paper", "t1"]
     ]
     assert rows["member"].tolist() == [7, 9]
     assert rows["tau_noise"].tolist() == [0.1, 0.1]
-    assert rows["damping"].tolist() == ["[0.0, 0.0]"] * 2
+    assert rows["damping"].tolist() == ["[0, 0]"] * 2
 
 
 def test_runs_that_differ_in_seeds_alone_are_one_setting(store):
     store.run("sip_basis", {"mae_tau": [1.0, 2.0]}, seeds=[0, 1])
     store.run("sip_basis", {"mae_tau": [3.0, 9.0]}, seeds=[2, 0])  # seed 0 again: counted once
     store.run("sip_basis", {"mae_tau": [50.0]}, seeds=[0], basis="t1")
-    pooled, other = settings(gather(store.outputs, "paper"), "sip_basis")
+    pooled, other = settings(store.gathered(), "sip_basis")
     assert pooled.values("mae_tau").tolist() == [1.0, 2.0, 3.0]
     assert other.values("mae_tau").tolist() == [50.0]
     assert len(pooled.command.split(" && ")) == 2
 
 
-def test_a_run_that_differs_in_an_override_outside_the_card_is_not_pooled(store):
+def test_a_run_that_differs_in_a_setting_without_a_column_is_not_pooled(store):
     store.run("sip_basis", {"mae_tau": [1.0]}, seeds=[0])
-    store.run("sip_basis", {"mae_tau": [2.0]}, seeds=[1], learning_rate=0.1)
-    assert len(settings(gather(store.outputs, "paper"), "sip_basis")) == 2
+    store.run("sip_basis", {"mae_tau": [2.0]}, seeds=[1], **{"optimiser.learning_rate": 0.1})
+    assert len(settings(store.gathered(), "sip_basis")) == 2
 
 
 def test_a_run_of_two_experiments_stands_in_both(store):
     run = store.run("sip_basis", {"mae_tau": [1.0]})
     store.list_job("sip_regimes", {"run": run, "command": "repro run", "overrides": []})
-    assert gather(store.outputs, "paper").metrics["experiment"].tolist() == ["sip_basis", "sip_regimes"]
+    assert store.gathered().metrics["experiment"].tolist() == ["sip_basis", "sip_regimes"]
 
 
 def test_what_no_experiment_lists_stays_out_such_as_a_run_of_older_code(store):
     listed = store.run("sip_basis", {"mae_tau": [1.0]})
     store.run("", {"mae_tau": [2.0]})
-    assert gather(store.outputs, "paper").runs["run"].tolist() == [listed]
+    assert store.gathered().runs["run"].tolist() == [listed]
 
 
 def test_runs_of_another_scale_stay_out(store):
@@ -67,24 +66,24 @@ def test_runs_of_another_scale_stay_out(store):
 def test_failed_and_missing_runs_are_rows_with_their_error(store):
     store.run("sip_basis", {}, seeds=[0, 1], outcome="failed")
     store.list_job("sip_basis", {"run": "never-made", "command": "repro run x", "overrides": []})
-    runs = gather(store.outputs, "paper").runs
+    runs = store.gathered().runs
     assert runs["outcome"].tolist() == ["failed", "missing"]
     assert runs["error"].tolist() == ["MemoryError: no room", ""]
-    assert settings(gather(store.outputs, "paper"), "sip_basis") == []
+    assert settings(store.gathered(), "sip_basis") == []
 
 
 def test_the_staleness_of_a_run_is_judged_from_its_record(store):
     store.run("sip_basis", {"mae_tau": [1.0]})
-    results = gather(store.outputs, "paper", stale=lambda record: record["identity"]["code"] == {"repro.models": "1"})
+    results = store.gathered(stale=lambda record: record["identity"]["code"] == {"repro.models": "1"})
     assert results.runs["stale"].tolist() == [True]
-    assert gather(store.outputs, "paper").runs["stale"].tolist() == [False]
+    assert store.gathered().runs["stale"].tolist() == [False]
 
 
 def test_long_curves_are_thinned_and_keep_both_ends(store):
     often = pd.DataFrame({"member": 0, "step": range(5000), "name": "loss", "value": 1.0})
     seldom = often[::10].assign(name="min_eig_M")
     store.run("sip_basis", {"mae_tau": [1.0]}, curves=pd.concat([often, seldom]))
-    curves = gather(store.outputs, "paper").curves
+    curves = store.gathered().curves
     for name, last in (("loss", 4999), ("min_eig_M", 4990)):
         steps = curves.loc[curves["name"] == name, "step"]
         assert len(steps) == CURVE_STEPS
@@ -95,7 +94,7 @@ def test_only_trajectories_that_a_figure_shows_are_kept(store):
     rows = [{"member": m, "name": "plant.xd", "t": 0.04 * k, "value": 1.0} for m in range(5) for k in range(400)]
     shown = store.run("sip_regimes", {"mae_tau": [1.0] * 5}, trajectories=pd.DataFrame(rows))
     store.run("sip_basis", {"mae_tau": [1.0] * 5}, trajectories=pd.DataFrame(rows))
-    kept = gather(store.outputs, "paper").trajectories
+    kept = store.gathered().trajectories
     assert set(kept["run"]) == {shown}
     assert kept.groupby("member").size().to_dict() == {0: 300, 1: 300, 2: 300}
 
@@ -103,7 +102,7 @@ def test_only_trajectories_that_a_figure_shows_are_kept(store):
 def test_results_survive_being_saved_and_loaded(store, tmp_path):
     store.run("sip_basis", {"mae_tau": [1.0, 2.0]}, seeds=[3, 4], status=["ok", "diverged at step 5"])
     store.bench([{"name": "forward_vs_inverse", "ratio_median": 1.5}])
-    results = gather(store.outputs, "paper")
+    results = store.gathered()
     results.save(tmp_path / "results")
     again = Results.load(tmp_path / "results")
     for name in TABLES:
@@ -115,10 +114,10 @@ def test_a_damaged_file_is_named(store):
     run = store.run("sip_basis", {"mae_tau": [1.0]})
     (store.outputs / "runs" / run / "metrics.parquet").write_bytes(b"no table")
     with pytest.raises(UserError, match=f"{run}/metrics.parquet cannot be read"):
-        gather(store.outputs, "paper")
+        store.gathered()
     (store.outputs / "runs" / run / "run.json").write_text("{", encoding="utf-8")
     with pytest.raises(UserError, match=r"run\.json cannot be read"):
-        gather(store.outputs, "paper")
+        store.gathered()
 
 
 def test_a_folder_without_results_is_an_error(tmp_path):
@@ -129,15 +128,11 @@ def test_a_folder_without_results_is_an_error(tmp_path):
 def test_a_card_of_the_wrong_type_is_named(store):
     run = store.run("sip_basis", {"mae_tau": [1.0]}, epochs="many")
     with pytest.raises(UserError, match=rf"{run}/run\.json has a run card of the wrong type"):
-        gather(store.outputs, "paper")
+        store.gathered()
 
 
-def test_an_old_card_without_some_columns_still_gathers(store):
-    run = store.run("sip_basis", {"mae_tau": [1.0]})
-    path = store.outputs / "runs" / run / "run.json"
-    record = json.loads(path.read_text(encoding="utf-8"))
-    record["summary"]["card"] = {"model": "lagrangian"}
-    path.write_text(json.dumps(record), encoding="utf-8")
-    (setting,) = settings(gather(store.outputs, "paper"), "sip_basis", {"model": "lagrangian"})
-    assert setting.values("mae_tau").tolist() == [1.0]
-    assert setting.literal is False
+def test_what_is_as_printed_is_judged_anew_at_each_gathering(store):
+    store.run("sip_basis", {"mae_tau": [1.0]}, tau_noise=0.1)
+    protocols = {"noisy": {"data.tau_noise": 0.1}, "another": {"data.tau_noise": 0.2}}
+    for paper, expected in ((Gathering(protocols), True), (Gathering({"another": protocols["another"]}), False)):
+        assert gather(store.outputs, "paper", paper=paper).runs["as_printed"].tolist() == [expected]

@@ -1,7 +1,5 @@
 import json
 
-from repro.results.gather import gather
-
 
 def test_a_run_is_followed_back_to_its_data(store):
     name = store.run("sip_basis", {"mae_tau": [0.2]})
@@ -15,7 +13,7 @@ def test_a_run_is_followed_back_to_its_data(store):
         (store.outputs / kind / id).mkdir(parents=True)
         (store.outputs / kind / id / "run.json").write_text(json.dumps(made), encoding="utf-8")
 
-    stages = gather(store.outputs, "paper").stages
+    stages = store.gathered().stages
 
     assert list(stages["stage"]) == ["data", "fit", "evaluation"]
     assert list(stages["id"]) == ["sip-data", "sip-fit", name]
@@ -30,4 +28,4 @@ def test_a_source_that_is_gone_is_left_out(store):
     record = json.loads(run.read_text(encoding="utf-8"))
     record["identity"]["upstream"] = {"data": "swept-away"}
     run.write_text(json.dumps(record), encoding="utf-8")
-    assert list(gather(store.outputs, "paper").stages["stage"]) == ["evaluation"]
+    assert list(store.gathered().stages["stage"]) == ["evaluation"]

@@ -1,0 +1,30 @@
+"""Which runs are what the paper prints: their settings agree with one of its protocols."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from repro.errors import UserError
+from repro.results.columns import Settings
+
+# Name -> dotted key -> value.
+Protocols = Mapping[str, Settings]
+
+
+def load_protocols(path: Path) -> Protocols:
+    """Read paper/as_printed.yaml. Raises UserError when it cannot be read or holds something else."""
+    import yaml
+
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))["protocols"]
+        return {str(name): {str(key): value for key, value in printed.items()} for name, printed in content.items()}
+    except (OSError, yaml.YAMLError, KeyError, TypeError, AttributeError) as error:
+        message = f"{path} must hold `protocols`, each a mapping of dotted keys of the configuration to values: {error}"
+        raise UserError(message) from error
+
+
+def is_as_printed(settings: Settings, protocols: Protocols) -> bool:
+    """Whether a run of these settings, at its scale, follows a protocol; settings that it does not name are free."""
+    missing = object()
+    return any(
+        all(settings.get(key, missing) == value for key, value in printed.items()) for printed in protocols.values()
+    )

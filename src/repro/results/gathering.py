@@ -1,0 +1,39 @@
+"""What a paper's folder says of its results: the protocols as printed, and whose motions are kept."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Self
+
+from repro.errors import UserError
+from repro.results.as_printed import Protocols, load_protocols
+
+
+@dataclass(frozen=True)
+class Gathering:
+    """How runs are gathered for one paper.
+
+    protocols        what counts as printed
+    trajectories_of  experiments whose trajectories are kept
+    closed_loops_of  experiments of whose closed loops the first of each run is kept
+    """
+
+    protocols: Protocols = field(default_factory=dict)
+    trajectories_of: tuple[str, ...] = ()
+    closed_loops_of: tuple[str, ...] = ()
+
+    @classmethod
+    def load(cls, paper: Path) -> Self:
+        """Read as_printed.yaml and motions.yaml in a paper's folder. Raises UserError for a damaged file."""
+        import yaml
+
+        path = paper / "motions.yaml"
+        try:
+            content = yaml.safe_load(path.read_text(encoding="utf-8"))
+            trajectories, closed_loops = (tuple(map(str, content[key])) for key in ("trajectories", "closed_loops"))
+        except (OSError, yaml.YAMLError, KeyError, TypeError) as error:
+            message = f"{path} must hold the lists `trajectories` and `closed_loops` of names of experiments: {error}"
+            raise UserError(message) from error
+        return cls(load_protocols(paper / "as_printed.yaml"), trajectories, closed_loops)
+
+
+NO_PAPER = Gathering()
