@@ -13,7 +13,7 @@ from repro.report.html.animations import copy_animations
 from repro.report.html.environment import ASSETS, rendered
 from repro.report.html.metric_rows import SPLITS
 from repro.report.html.rule import rule
-from repro.report.html.run_card import LOOP_COLUMNS, run_cards
+from repro.report.html.run_page import LOOP_COLUMNS, run_pages
 from repro.report.sections import Section
 from repro.report.tables.table import Table
 from repro.report.tables.verdicts import READING, mark, measured
@@ -29,7 +29,7 @@ def write_site(content: Content, folder: Path, paper: Path) -> None:
     `paper` is the checkout's paper folder, whose animations are copied.
     """
     shutil.copytree(ASSETS, folder / "assets", dirs_exist_ok=True, copy_function=shutil.copyfile)
-    cards = run_cards(content)
+    cards = run_pages(content)
     claims = {verdict.claim.name: verdict for verdict in content.verdicts}
     shared = {
         "paper": content.paper,

@@ -20,7 +20,7 @@ LOOP_COLUMNS = (
 
 
 @dataclass(frozen=True)
-class RunCard:
+class RunPage:
     """One run; `rows` are its listings, one an experiment. A bench has no listing and shows its comparisons."""
 
     id: str
@@ -39,7 +39,7 @@ class RunCard:
     references: References = field(default_factory=References)
 
 
-def run_cards(content: Content) -> list[RunCard]:
+def run_pages(content: Content) -> list[RunPage]:
     """Make the card of every stored run, in the order of the results; a run of several experiments has one."""
     referred = references(content)
     tried = content.results.sensitivity
@@ -49,7 +49,7 @@ def run_cards(content: Content) -> list[RunCard]:
     return cards + [card for card in others if card.id not in known]
 
 
-def _cards(content: Content, results: Results, referred: Mapping[str, References]) -> list[RunCard]:
+def _cards(content: Content, results: Results, referred: Mapping[str, References]) -> list[RunPage]:
     tables = _Tables(results)
     listed: dict[str, list[dict[str, Any]]] = {}
     for row in results.runs.to_dict("records"):
@@ -81,12 +81,12 @@ def _records(table: Any) -> dict[str, list[dict[str, Any]]]:
 
 def _card(
     id: str, rows: Sequence[Mapping[str, Any]], tables: _Tables, systems: Mapping[str, str], referred: References
-) -> RunCard:
+) -> RunPage:
     row = rows[0]
     statuses = list(row["member_status"])
     members = {int(seed): statuses[n] if n < len(statuses) else "ok" for n, seed in enumerate(row["seeds"])}
     texts = {column: as_text(plain(row[column])) for column in CARD}
-    return RunCard(
+    return RunPage(
         id=id,
         title=_title(texts, systems),
         experiments=tuple(dict.fromkeys(str(listing["experiment"]) for listing in rows)),
@@ -104,9 +104,9 @@ def _card(
     )
 
 
-def _bench(id: str, tables: _Tables, referred: References) -> RunCard:
+def _bench(id: str, tables: _Tables, referred: References) -> RunPage:
     rows = tables.benches[id]
-    return RunCard(
+    return RunPage(
         id=id,
         title="Paired timings",
         experiments=("timing",),
