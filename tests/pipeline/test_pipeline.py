@@ -150,9 +150,6 @@ class Interrupting:
             if fraction >= self.share:
                 raise KeyboardInterrupt
 
-    def notice(self, text):
-        pass
-
 
 @pytest.mark.parametrize("name", RESUMABLE)
 def test_ctrl_c_and_resume_give_the_same_bits(name, tmp_path, monkeypatch):
@@ -162,13 +159,13 @@ def test_ctrl_c_and_resume_give_the_same_bits(name, tmp_path, monkeypatch):
     whole = execute(pipeline(*overrides), Store(tmp_path / "whole"))
 
     broken = Store(tmp_path / "broken")
-    monkeypatch.setattr(progress, "_listener", Interrupting(0.6))
+    monkeypatch.setattr(progress, "_listener", progress._Listener(Interrupting(0.6).report))
     with pytest.raises(KeyboardInterrupt):
         execute(pipeline(*overrides), broken)
     working = tmp_path / "broken" / "fits" / ".work"
     assert list(working.glob("*/checkpoint*"))
     rest = Interrupting(2.0)
-    monkeypatch.setattr(progress, "_listener", rest)
+    monkeypatch.setattr(progress, "_listener", progress._Listener(rest.report))
     resumed = execute(pipeline(*overrides), broken)
 
     np.testing.assert_array_equal(weights(resumed), weights(whole))
