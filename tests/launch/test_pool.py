@@ -272,7 +272,7 @@ def test_an_edit_during_a_sweep_changes_no_job_of_it(root, start, tmp_path):
         from repro.tracking import code
         code.__name__ = "repro_edited.code"  # so that the toy counts as the package itself
         def look():
-            return [repro_edited.value, code.closure(("repro_edited",)).modules["repro_edited"]]
+            return [repro_edited.value, code.closure(("repro_edited",)).code["repro_edited"]]
     """
     told = output_of(
         start(
@@ -288,7 +288,7 @@ def test_an_edit_during_a_sweep_changes_no_job_of_it(root, start, tmp_path):
             time.sleep(0.02)
             Path({str(package)!r}).write_text("value = 2\\n")
             second = run_jobs(jobs, workers=1, preload=("toyjobs",))
-            new = code.closure(("repro_edited",)).modules["repro_edited"]
+            new = code.closure(("repro_edited",)).code["repro_edited"]
             print(json.dumps([first[0].value, second[0].value, new]))
             """,
             jobs,

@@ -4,13 +4,8 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from repro.errors import UserError
-
-if TYPE_CHECKING:
-    from repro.tracking.paths import Paths
-    from repro.tracking.record import Record
 
 ID = "the id, its beginning, or the digits at its end"
 
@@ -51,14 +46,3 @@ def filters(texts: Sequence[str]) -> dict[str, str]:
 def fits(card: Mapping[str, object], filters: Mapping[str, str]) -> bool:
     """Whether a run's card has all these values; upper and lower case are the same."""
     return all(str(card.get(key, "")).lower() == value.lower() for key, value in filters.items())
-
-
-def stored_record(paths: Paths, text: str) -> Record:
-    """The stage with this id, see `ID`; UserError for a damaged, missing or ambiguous one."""
-    from repro.tracking import ids, record
-
-    folder = ids.resolve(paths, text)
-    try:
-        return record.read(folder)
-    except record.Damage as damage:
-        raise UserError(f"{folder} is damaged ({damage}): run the command that made it again") from damage

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from repro.commands.arguments import ID, add_json, command_parser, stored_record
+from repro.commands.arguments import ID, add_json, command_parser
 from repro.tracking.text import short, table
 
 if TYPE_CHECKING:
@@ -28,12 +28,13 @@ def main(argv: Sequence[str]) -> int:
     parser.add_argument("after", help=ID)
     add_json(parser)
     arguments = parser.parse_args(argv)
+    from repro.tracking.load import load_record
     from repro.tracking.paths import Paths, outputs_root
     from repro.tracking.stage_difference import record_differences
     from repro.tracking.store import Store
 
     paths = Paths(outputs_root())
-    before, after = stored_record(paths, arguments.before), stored_record(paths, arguments.after)
+    before, after = load_record(paths, arguments.before), load_record(paths, arguments.after)
     differences = record_differences(Store(paths.root), before, after)
     if arguments.json:
         print(json.dumps([asdict(one) for one in differences], indent=1))

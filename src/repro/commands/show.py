@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from repro.commands.arguments import ID, add_json, command_parser, stored_record
+from repro.commands.arguments import ID, add_json, command_parser
 
 HELP = "one run in full"
 EXAMPLE = "9f3c2a81bd"
@@ -13,6 +13,7 @@ EXAMPLE = "9f3c2a81bd"
 
 def main(argv: Sequence[str]) -> int:
     """Print one stage: failure, origin, results, settings and files."""
+    from repro.tracking.load import load_record
     from repro.tracking.paths import RUN_FILE, Paths, outputs_root
     from repro.tracking.plain_data import flattened
     from repro.tracking.text import duration, short, size, table
@@ -22,7 +23,7 @@ def main(argv: Sequence[str]) -> int:
     parser.add_argument("id", help=ID)
     add_json(parser)
     arguments = parser.parse_args(argv)
-    entry = stored_record(Paths(outputs_root()), arguments.id)
+    entry = load_record(Paths(outputs_root()), arguments.id)
     if arguments.json:
         sys.stdout.write(entry.path(RUN_FILE).read_text())
         return 0

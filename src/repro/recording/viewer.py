@@ -49,8 +49,8 @@ def find_recording(run: str, root: Path) -> Path:
         listed = _listed(fitting)
         raise UserError(f"{run!r} fits the ids of {len(fitting)} recordings; type more of one of them:{listed}")
     if not names:
-        raise UserError(f"no recordings in {store.paths.kind(KIND)}; make some with: repro reproduce")
-    raise UserError(f"no recording of a run {run!r} in {store.paths.kind(KIND)}; there are:{_listed(list(names))}")
+        raise UserError(f"no recordings in {root / KIND}; make some with: repro reproduce")
+    raise UserError(f"no recording of a run {run!r} in {root / KIND}; there are:{_listed(list(names))}")
 
 
 def screenshot(path: Path, picture: Path, at: float | None = None, size: tuple[int, int] = (1600, 900)) -> None:

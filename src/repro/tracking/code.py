@@ -9,27 +9,19 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
 from repro.errors import UserError
 from repro.tracking import libraries, syntax
+from repro.tracking.record import Identity
 from repro.tracking.source_reader import READER
 
 
-@dataclass(frozen=True)
-class Code:
-    """The digests of the modules a stage reaches and the versions of the libraries these import."""
-
-    modules: dict[str, str]
-    libraries: dict[str, str]
-
-
 @cache
-def closure(entries: tuple[str, ...]) -> Code:
-    """Code reached from the entry modules (full dotted names).
+def closure(entries: tuple[str, ...]) -> Identity:
+    """The part of an identity that is code: what is reached from the entry modules (full dotted names).
 
     Raises UserError for a module that does not exist, for a syntax error, and for a file edited after this process
     loaded it.
@@ -49,7 +41,8 @@ def closure(entries: tuple[str, ...]) -> Code:
         names.update(source.libraries)
         waiting += [name for name in _reached(module, source.imports) if name not in modules]
     READER.save()
-    return Code(dict(sorted(modules.items())), {name: libraries.version(name) for name in sorted(names)})
+    versions = {name: libraries.version(name) for name in sorted(names)}
+    return Identity(code=dict(sorted(modules.items())), libraries=versions, modules=tuple(sorted(entries)))
 
 
 def remember_loaded() -> None:

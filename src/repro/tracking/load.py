@@ -57,11 +57,16 @@ class Run:
 
 def load_run(id: str, *, root: Path | None = None) -> Run:
     """The stage that an id, its start or the digits at its end name; raises UserError when none or several do."""
-    folder = ids.resolve(Paths(root or outputs_root()), id)
+    return Run(load_record(Paths(root or outputs_root()), id))
+
+
+def load_record(paths: Paths, id: str) -> Record:
+    """The record of the stage that an id names, see `load_run`; UserError when it is damaged too."""
+    folder = ids.resolve(paths, id)
     try:
-        return Run(record.read(folder))
+        return record.read(folder)
     except record.Damage as damage:
-        raise UserError(f"{folder} is damaged ({damage}); the command that made it makes it again") from damage
+        raise UserError(f"{folder} is damaged ({damage}): run the command that made it again") from damage
 
 
 def load_runs(*, root: Path | None = None, **filters: Any) -> pd.DataFrame:

@@ -32,10 +32,6 @@ class Paths:
 
     root: Path
 
-    def kind(self, kind: str) -> Path:
-        """Folder of all finished stages of one kind, e.g. outputs/fits."""
-        return self.root / kind
-
     def folder(self, kind: str, id: str) -> Path:
         """Folder of one finished stage."""
         return self.root / kind / id

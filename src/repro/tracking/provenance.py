@@ -8,7 +8,7 @@ import resource
 import socket
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -16,6 +16,7 @@ from typing import Any
 
 from repro.tracking import git
 from repro.tracking.files import file_digest
+from repro.tracking.plain_data import flattened
 from repro.tracking.record import Provenance
 from repro.tracking.stage import Stage
 
@@ -23,35 +24,30 @@ _THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS
 
 
 class Meter:
-    """Measures one stage: wall time, processor time, peak memory."""
+    """Measures one stage from here on: wall time, and processor time of this process and its children."""
 
     def __init__(self) -> None:
         self.started_at = datetime.now(UTC)
-        self._wall = time.perf_counter()
-        self._processor = _processor_seconds()
+        self._start = time.perf_counter(), _processor_seconds()
 
-    @property
-    def wall_s(self) -> float:
-        """Seconds since the start."""
-        return round(time.perf_counter() - self._wall, 4)
-
-    @property
-    def cpu_s(self) -> float:
-        """Processor seconds since the start, of this process and its children."""
-        return round(_processor_seconds() - self._processor, 4)
+    def seconds(self) -> tuple[float, float]:
+        """Wall and processor seconds since the start."""
+        wall, processor = self._start
+        return round(time.perf_counter() - wall, 4), round(_processor_seconds() - processor, 4)
 
 
 def describe(stage: Stage, overrides: Sequence[str], patches: Path, meter: Meter) -> Provenance:
     """Provenance of a stage that ends now; what cannot change within a process is looked up once."""
+    wall_s, cpu_s = meter.seconds()
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return Provenance(
         command=stage.command,
         overrides=tuple(overrides),
-        seeds=dict(_seeds(stage.config)),
+        seeds=_seeds(stage.config),
         started=meter.started_at.isoformat(timespec="milliseconds"),
         finished=datetime.now(UTC).isoformat(timespec="milliseconds"),
-        wall_s=meter.wall_s,
-        cpu_s=meter.cpu_s,
+        wall_s=wall_s,
+        cpu_s=cpu_s,
         peak_memory_mib=round(peak / (1024 if sys.platform != "darwin" else 1024**2), 1),
         git=_source(patches),
         machine=_machine(),
@@ -123,10 +119,7 @@ def _processor_seconds() -> float:
     return own.ru_utime + own.ru_stime + children.ru_utime + children.ru_stime
 
 
-def _seeds(config: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+def _seeds(config: Mapping[str, Any]) -> dict[str, Any]:
     """Every config entry called seed or seeds, by dotted key."""
-    for key, value in config.items():
-        if isinstance(value, Mapping):
-            yield from _seeds(value, f"{prefix}{key}.")
-        elif key in ("seed", "seeds"):
-            yield f"{prefix}{key}", value
+    entries = flattened(config).items()
+    return {key: value for key, value in entries if key.rpartition(".")[2] in ("seed", "seeds")}

@@ -107,17 +107,9 @@ class Record:
 
     def write(self) -> None:
         """Write run.json, the very last file of a stage, with a checksum of its own content."""
-        content = {
-            "id": self.id,
-            "kind": self.kind,
-            "name": self.name,
-            "outcome": self.outcome,
-            "identity": asdict(self.identity),
-            "summary": self.summary,
-            "provenance": asdict(self.provenance),
-            "files": {name: asdict(file) for name, file in self.files.items()},
-            "error": None if self.failure is None else asdict(self.failure),
-        }
+        content = asdict(self)
+        del content["folder"]
+        content["error"] = content.pop("failure")
         write_json(self.folder / RUN_FILE, {**content, "checksum": digest(content)})
 
     @classmethod

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -37,14 +37,7 @@ class Stage:
     @cached_property
     def identity(self) -> Identity:
         """Everything the result depends on."""
-        reached = code.closure(self.modules)
-        return Identity(
-            config=plain_copy(self.config),
-            upstream=dict(self.upstream),
-            code=reached.modules,
-            libraries=reached.libraries,
-            modules=tuple(sorted(self.modules)),
-        )
+        return replace(code.closure(self.modules), config=plain_copy(self.config), upstream=dict(self.upstream))
 
     @cached_property
     def id(self) -> str:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from repro.tracking.plain_data import flattened
 from repro.tracking.record import Identity, Record
 from repro.tracking.store import Store
 from repro.tracking.text import short
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _ORIGIN_KEYS = ("git.commit", "git.clean", "git.patch", "machine", "threads", "torch", "overrides", "command")
 _MOST_METRICS = 20
@@ -33,7 +36,7 @@ class Difference:
             if self.before is None or self.after is None:
                 return f"module {self.key} is {'reached now' if self.before is None else 'no longer reached'}"
             return f"module {self.key} changed"
-        word = {"libraries": "library", "upstream": "upstream"}.get(self.area, self.area)
+        word = "library" if self.area == "libraries" else self.area
         return f"{word} {self.key}: {short(self.before)} -> {short(self.after)}"
 
 
@@ -72,29 +75,25 @@ def _differences(area: str, before: Mapping[str, Any], after: Mapping[str, Any])
 
 
 def _origin(record: Record) -> dict[str, Any]:
-    provenance = asdict(record.provenance)
-    return flattened({key: _dig(provenance, key) for key in _ORIGIN_KEYS})
-
-
-def _dig(value: Any, dotted: str) -> Any:
-    for key in dotted.split("."):
-        value = value.get(key) if isinstance(value, Mapping) else None
-    return value
+    provenance = flattened(asdict(record.provenance))
+    return {key: value for key, value in provenance.items() if key.startswith(_ORIGIN_KEYS)}
 
 
 def _metric_differences(before: Record, after: Record) -> list[Difference]:
     """Mean over members of each metric of the test part that differs, the largest relative change first."""
+    import pandas as pd
+
     if "metrics.parquet" not in before.files or "metrics.parquet" not in after.files:
         return []
-    means = [_metric_means(record) for record in (before, after)]
-    keys = [key for key in means[0] if key in means[1] and means[0][key] != means[1][key]]
-    keys.sort(key=lambda key: -abs(means[0][key] - means[1][key]) / (abs(means[0][key]) + abs(means[1][key])))
-    return [Difference("metrics", key, means[0][key], means[1][key]) for key in keys[:_MOST_METRICS]]
+    means = pd.DataFrame({"old": _metric_means(before), "new": _metric_means(after)}).dropna()
+    changed = means[means["old"] != means["new"]]
+    order = (changed["old"] - changed["new"]).abs() / (changed["old"].abs() + changed["new"].abs())
+    largest = changed.loc[order.sort_values(ascending=False, kind="stable").index[:_MOST_METRICS]]
+    return [Difference("metrics", str(name), *values) for name, values in largest.T.to_dict("list").items()]
 
 
-def _metric_means(record: Record) -> dict[str, float]:
+def _metric_means(record: Record) -> pd.Series:
     import pandas as pd
 
     table = pd.read_parquet(record.path("metrics.parquet"))
-    means = table[table["split"] == "test"].groupby("metric")["value"].mean()
-    return {str(name): float(value) for name, value in means.items() if pd.notna(value)}
+    return table[table["split"] == "test"].groupby("metric")["value"].mean()

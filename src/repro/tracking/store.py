@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import traceback
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -46,21 +47,11 @@ class Store:
 
         Checks run.json and the sizes of the files; `verify` checks every byte.
         """
-        for candidate in [kind] if kind else self.paths.kinds():
-            try:
-                return record.read(self.paths.folder(candidate, id), verify)
-            except (FileNotFoundError, Damage):
-                continue
-        return None
+        return self._first(self.paths.folder, id, kind, verify)
 
     def failure(self, id: str, *, kind: str = "") -> Record | None:
         """The last failed attempt of an id, or None; a success replaces it."""
-        for candidate in [kind] if kind else self.paths.kinds():
-            try:
-                return record.read(self.paths.failed(candidate, id))
-            except (FileNotFoundError, Damage):
-                continue
-        return None
+        return self._first(self.paths.failed, id, kind)
 
     def records(self, kind: str) -> list[Record]:
         """All finished, undamaged stages of one kind, by id."""
@@ -96,6 +87,12 @@ class Store:
             except Damage:
                 with lock.held(self.paths.lock(kind, id), holder, id):
                     return self._move_aside_if_damaged(kind, id, verify=True)
+        return None
+
+    def _first(self, place: Callable[[str, str], Path], id: str, kind: str, verify: bool = False) -> Record | None:
+        for candidate in [kind] if kind else self.paths.kinds():
+            with suppress(FileNotFoundError, Damage):
+                return record.read(place(candidate, id), verify)
         return None
 
     def _move_aside_if_damaged(self, kind: str, id: str, *, verify: bool = False) -> Damage | None:

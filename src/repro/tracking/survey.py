@@ -6,11 +6,12 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import cache
 from typing import Any
 
 from repro.errors import UserError
 from repro.tracking import code, index, lock
-from repro.tracking.index import Entry, Index
+from repro.tracking.index import Index
 from repro.tracking.paths import HOLDER_FILE, Paths
 from repro.tracking.record import Identity, StageOutcome, read
 from repro.tracking.stage import Stage
@@ -72,9 +73,13 @@ def survey(
     present digest of its `settings`. `verify` reads every byte of every finished stage and moves damaged ones aside.
     """
     stored = index.load(paths)
-    changes = _Changes(stored)
+    changes = _changes(stored)
     listed = _listed(paths, settings)
-    items = {entry.id: changes.item(entry) for entry in stored.finished().values()}
+    items: dict[str, Item] = {}
+    for id, entry in stored.finished().items():
+        why = changes(id)
+        state = StageState.STALE if why else StageState.DONE
+        items[id] = Item(id, entry.kind, entry.name, state, why, entry.command)
     for entry in stored.entries:
         if entry.outcome is StageOutcome.DAMAGED or (entry.outcome is StageOutcome.FAILED and entry.id not in items):
             state = StageState(entry.outcome)
@@ -96,48 +101,31 @@ def survey(
     return sorted(items.values(), key=lambda item: (item.kind, STATES.index(item.state), item.id))
 
 
-class _Changes:
-    """What has changed in code, libraries and upstream stages since the finished stages were made."""
+def _changes(stored: Index) -> Callable[[str], tuple[str, ...]]:
+    """By id of a finished stage: what has changed in code, libraries and upstream stages since it was made."""
+    entries = stored.finished()
+    changed_code = cache(lambda key: _code_reasons(stored.codes[key]))
 
-    def __init__(self, stored: Index) -> None:
-        self.stored = stored
-        self.entries = stored.finished()
-        self.code_reasons: dict[str, tuple[str, ...]] = {}
-        self.reasons: dict[str, tuple[str, ...]] = {}
-
-    def item(self, entry: Entry) -> Item:
-        why = self.why(entry)
-        state = StageState.STALE if why else StageState.DONE
-        return Item(entry.id, entry.kind, entry.name, state, why, entry.command)
-
-    def why(self, entry: Entry) -> tuple[str, ...]:
-        if entry.id not in self.reasons:
-            self.reasons[entry.id] = self._changed_code(entry.code) + self._changed_upstream(entry)
-        return self.reasons[entry.id]
-
-    def _changed_upstream(self, entry: Entry) -> tuple[str, ...]:
+    @cache
+    def why(id: str) -> tuple[str, ...]:
         # An upstream stage that was removed is no reason: its id identifies it, and it can be made again.
-        reasons = {
-            reason if _UPSTREAM in reason else f"{reason}{_UPSTREAM}{role} {id})": None
-            for role, id in entry.upstream.items()
-            if id in self.entries
-            for reason in self.why(self.entries[id])
-        }
-        return tuple(reasons)
+        reasons = [
+            reason if _UPSTREAM in reason else f"{reason}{_UPSTREAM}{role} {source})"
+            for role, source in entries[id].upstream.items()
+            if source in entries
+            for reason in why(source)
+        ]
+        return (*changed_code(entries[id].code), *dict.fromkeys(reasons))
 
-    def _changed_code(self, key: str) -> tuple[str, ...]:
-        if key not in self.code_reasons:
-            self.code_reasons[key] = _code_reasons(self.stored.codes[key])
-        return self.code_reasons[key]
+    return why
 
 
 def _code_reasons(stored: Mapping[str, Any]) -> tuple[str, ...]:
     before = Identity(code=stored["code"], libraries=stored["libraries"])
     try:
-        reached = code.closure(tuple(stored["modules"]))
+        after = code.closure(tuple(stored["modules"]))
     except UserError as error:
         return (str(error),)
-    after = Identity(code=reached.modules, libraries=reached.libraries)
     return tuple(str(difference) for difference in identity_differences(before, after))
 
 
