@@ -1,12 +1,15 @@
 """Online re-identification: a Kalman filter of a model's weights on its momentum balance, with the fit as prior."""
 
-from dataclasses import dataclass, field
+import time
+from dataclasses import dataclass, field, replace
 
 import casadi as ca
 import numpy as np
 
 from repro.codegen.array_evaluation import evaluate
+from repro.control.controller import ControlStep
 from repro.control.momentum_balance import MomentumBalance, forces, friction_jacobian, information, momenta
+from repro.control.predictive_controller import PredictiveController
 from repro.models.model import Model
 
 POSITIONS = 64  # positions at which the mass matrix must stay positive definite
@@ -128,3 +131,24 @@ class Identification:
     def _least_eigenvalue(self, weights: np.ndarray) -> float:
         matrices = evaluate(self._mass, self._positions, weights)
         return float(np.linalg.eigvalsh(matrices).min())
+
+
+class AdaptiveController:
+    """A predictive controller whose weights are re-identified after every step; the time of that counts too."""
+
+    def __init__(self, controller: PredictiveController, identification: Identification) -> None:
+        self.controller, self.identification = controller, identification
+        self._seconds = 0.0
+
+    def decide(self, state: np.ndarray) -> ControlStep:
+        """The force by the latest weights, at a measured state (2 n_q,)."""
+        step = self.controller.decide(state)
+        seconds, self._seconds = self._seconds, 0.0
+        return replace(step, seconds=step.seconds + seconds)
+
+    def observe(self, samples: np.ndarray, forces: np.ndarray) -> None:
+        """Update the weights from the step."""
+        started = time.thread_time()
+        self.identification.update(samples, forces)
+        self.controller.weights = self.identification.weights
+        self._seconds = time.thread_time() - started

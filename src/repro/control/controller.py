@@ -6,8 +6,6 @@ from typing import Protocol
 
 import numpy as np
 
-NO_PLAN = np.zeros((0, 0))
-
 
 @dataclass(frozen=True)
 class ControlStep:
@@ -27,7 +25,7 @@ class ControlStep:
     iterations: int = 0
     seconds: float = 0.0
     killed: int = 0
-    plan: np.ndarray = field(default_factory=lambda: NO_PLAN)
+    plan: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
 
 
 class Controller(Protocol):

@@ -7,7 +7,6 @@ import casadi as ca
 
 from repro.control.geometry import distances_squared
 from repro.control.matrix_network import is_wide
-from repro.control.node import Node
 from repro.control.optimal_control_problem import NodeWeights, OptimalControlProblem
 from repro.control.predictive_model import PredictiveModel
 
@@ -35,11 +34,6 @@ class HorizonCost:
         state, force = kind.sym("x", 2 * self.model.n_q), kind.sym("f")
         return state, force, kind.sym("p", 1 + self.model.model.n_parameters), kind.sym("d", 2)
 
-    @property
-    def has_middle(self) -> bool:
-        """Whether the obstacle counts at the middle of intervals."""
-        return self.problem.obstacle is not None and self.problem.obstacle.midpoints
-
     def start(self) -> ca.Function:
         """(x, f, p, d) -> cost of an interval except for its middle, and margins at its start."""
         state, force, parameters, data = self.symbols(self.kind)
@@ -47,27 +41,18 @@ class HorizonCost:
         penalty, margins = self._obstacle(state)
         return ca.Function("node", [state, force, parameters, data], [cost + data[1] * penalty, margins])
 
-    def middle(self) -> ca.Function:
-        """x at the middle of an interval -> penalty and margins."""
-        state = ca.SX.sym("x", 2 * self.model.n_q)
-        return ca.Function("middle", [state], [*self._obstacle(state)])
+    def middle(self, state: Expression) -> tuple[Expression, Expression]:
+        """Penalty and margins of the state at the middle of an interval, where the obstacle counts there."""
+        if self.problem.obstacle is None or not self.problem.obstacle.midpoints:
+            return type(state)(0), type(state)(0, 1)
+        scalar = ca.SX.sym("x", 2 * self.model.n_q)
+        penalty, margins = ca.Function("middle", [scalar], [*self._obstacle(scalar)])(state)
+        return penalty, margins
 
     def end(self, state: Expression, parameters: Expression) -> tuple[Expression, Expression]:
         """Cost and margins of the last node."""
         penalty, margins = self._obstacle(state)
         return self._cost(self.problem.terminal_cost, state, self.kind(0), parameters) + penalty, margins
-
-    def nodes(self) -> tuple[Node, Node, Node]:
-        """The start of an interval with its force, the middle of one, and the end of the horizon; scalar models."""
-        state, force, shared, data = self.symbols(ca.SX)
-        last, _, last_shared, last_data = self.symbols(ca.SX)
-        variables: Any = ca.vertcat(state, force)
-        at_middle = self._obstacle(state) if self.has_middle else (ca.SX(0), ca.SX(0, 1))
-        return (
-            Node("start", variables, shared, data, *self.start()(state, force, shared, data)),
-            Node("middle", state, shared, data, *at_middle),
-            Node("end", last, last_shared, last_data, *self.end(last, last_shared)),
-        )
 
     def _cost(self, weights: NodeWeights, state: Expression, force: Expression, parameters: Expression) -> Expression:
         n_q = self.model.n_q

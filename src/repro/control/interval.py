@@ -69,10 +69,9 @@ def interval(
         case other:
             assert_never(other)
     cost, margins = costs.start()(state, force, parameters, data)
-    if costs.has_middle:
-        penalty, further = costs.middle()(motion.middle)
-        cost += penalty
-        margins = ca.vertcat(margins, further)
+    penalty, further = costs.middle(motion.middle)
+    cost += penalty
+    margins = ca.vertcat(margins, further)
     return Interval(
         state,
         ca.vertcat(force, *motion.inner),

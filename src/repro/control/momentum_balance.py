@@ -67,38 +67,34 @@ class MomentumBalance:
 
 def information(model: Model, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Mean of J'J over samples (sample, n_q), J = d tau_hat / d weights: their information (n_w, n_w)."""
-    tau = _inverse(model)
-    symbols = tau.sx_in()
-    derivative = ca.densify(ca.jacobian(tau(*symbols), symbols[-1]))
-    function = ca.Function("jacobian", symbols, [derivative], {"cse": True})
-    jacobian = evaluate(function, q, qd, qdd, weights).reshape(-1, model.n_parameters)
+    symbols = _symbols(model, "q", "qd", "qdd")
+    derivative = ca.jacobian(model.inverse_dynamics(*symbols), symbols[-1])
+    jacobian = _at_samples(derivative, symbols, q, qd, qdd, weights).reshape(-1, model.n_parameters)
     return np.asarray(jacobian.T @ jacobian / len(q))
 
 
 def friction_jacobian(model: Model, q: np.ndarray, qd: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """d friction / d weights of samples (sample, n_q): (sample, n_q, n_w)."""
-    symbols = _state(model)
-    derivative = ca.densify(ca.jacobian(model.friction(*symbols), symbols[-1]))
-    jacobian = evaluate(ca.Function("jacobian", symbols, [derivative], {"cse": True}), q, qd, weights)
+    symbols = _symbols(model, "q", "qd")
+    jacobian = _at_samples(ca.jacobian(model.friction(*symbols), symbols[-1]), symbols, q, qd, weights)
     return jacobian.reshape(*q.shape, model.n_parameters)
 
 
 def momenta(model: Model, q: np.ndarray, qd: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """p = dL/dqd at samples (sample, n_q): (sample, n_q)."""
-    symbols = _state(model)
-    return evaluate(ca.Function("p", symbols, [ca.densify(model.momentum(*symbols))], {"cse": True}), q, qd, weights)
+    symbols = _symbols(model, "q", "qd")
+    return _at_samples(model.momentum(*symbols), symbols, q, qd, weights)
 
 
 def forces(model: Model, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """tau_hat at samples (sample, n_q): (sample, n_q)."""
-    return evaluate(_inverse(model), q, qd, qdd, weights)
+    symbols = _symbols(model, "q", "qd", "qdd")
+    return _at_samples(model.inverse_dynamics(*symbols), symbols, q, qd, qdd, weights)
 
 
-def _inverse(model: Model) -> ca.Function:
-    q, qd, qdd = (ca.SX.sym(name, model.n_q) for name in ("q", "qd", "qdd"))
-    w = ca.SX.sym("w", model.n_parameters)
-    return ca.Function("tau", [q, qd, qdd, w], [ca.densify(model.inverse_dynamics(q, qd, qdd, w))])
+def _symbols(model: Model, *names: str) -> list[ca.SX]:
+    return [*(ca.SX.sym(name, model.n_q) for name in names), ca.SX.sym("w", model.n_parameters)]
 
 
-def _state(model: Model) -> list[ca.SX]:
-    return [*(ca.SX.sym(name, model.n_q) for name in ("q", "qd")), ca.SX.sym("w", model.n_parameters)]
+def _at_samples(expression: ca.SX, symbols: list[ca.SX], *arrays: np.ndarray) -> np.ndarray:
+    return evaluate(ca.Function("at_samples", symbols, [ca.densify(expression)], {"cse": True}), *arrays)

@@ -86,7 +86,7 @@ def programme(of: Transcription) -> Programme:
     end_hessian = end.hessian(last, shared, ca.DM.zeros(2), lam_f, lam_g[n_x + n * n_rows :])
     offsets = np.arange(n) * n_w
     places = [_placed(each.hessian_pattern, offsets, offsets), _placed(end.hessian_pattern, [n * n_w], [n * n_w])]
-    hess_l = _matrix((of.n_variables,) * 2, _joined(places), ca.vertcat(ca.vec(hessian), end_hessian))
+    hess_l = _matrix((of.n_variables,) * 2, np.hstack(places), ca.vertcat(ca.vec(hessian), end_hessian))
     grad_l = lam_f * grad_f + ca.mtimes(jac_g.T, lam_g)
     return Programme(x, p, lam_f, lam_g, ca.sum2(cost) + end_cost, g, grad_f, jac_g, grad_l, hess_l)
 
@@ -136,7 +136,7 @@ def _jacobian_places(of: Transcription, each: _StageFunctions, end: _StageFuncti
     columns = np.arange(n) * n_w
     starts = np.arange(n) * n_rows + n_x * (np.arange(n) > 0)
     identity = ca.Sparsity.diag(n_x)
-    return _joined(
+    return np.hstack(
         [
             _placed(each.jacobian_pattern, starts, columns),
             _placed(end.jacobian_pattern, [n * n_rows + n_x], [n * n_w]),
@@ -154,10 +154,6 @@ def _placed(
     return np.stack(
         [np.add.outer(np.asarray(row_offsets), rows).ravel(), np.add.outer(np.asarray(column_offsets), columns).ravel()]
     )
-
-
-def _joined(places: Sequence[np.ndarray]) -> np.ndarray:
-    return np.concatenate(places, axis=1)
 
 
 def _matrix(shape: tuple[int, int], places: np.ndarray, values: ca.MX) -> ca.MX:

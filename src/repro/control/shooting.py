@@ -13,23 +13,28 @@ import numpy as np
 from repro.codegen.c_source import c_source
 from repro.codegen.lanes import FUNCTIONS, TYPE, vector_function
 from repro.control.horizon_cost import HorizonCost
-from repro.control.rate import Rate
+from repro.control.rate import Rate, column_function
 from repro.control.transcription import Transcription
 
 
 def shooting_code(of: Transcription) -> str:
     """C source of the functions that fatrop looks up in a library, for a transcription by shooting."""
     rate = Rate(of.model)
-    nodes = HorizonCost(of.model, of.problem).nodes()
+    costs = HorizonCost(of.model, of.problem)
+    state, force, shared, data = costs.symbols(ca.SX)
+    nodes = {
+        "start": (ca.vertcat(state, force), *costs.start()(state, force, shared, data)),
+        "middle": (state, *costs.middle(state)),
+        "end": (state, *costs.end(state, shared)),
+    }
     kernels = [
         vector_function(rate.value, ("z", "weights")),
         vector_function(rate.jacobian, ("z", "weights")),
         vector_function(rate.hessian, ("z", "weights", "jacobian", "multipliers")),
     ]
-    for node in nodes:
-        kernels += [vector_function(function, ("z", "shared", "data")) for function in (node.value, node.jacobian)]
-        kernels.append(vector_function(node.hessian, ("z", "shared", "data", "multipliers")))
-    start, middle, end = (node.margins.numel() for node in nodes)
+    for name, (variables, cost, margins) in nodes.items():
+        kernels += _node_kernels(name, [variables, shared, data], cost, margins)
+    start, middle, end = (margins.numel() for _, _, margins in nodes.values())
     sizes = {
         "N": of.n_intervals,
         "N_Q": of.model.n_q,
@@ -49,6 +54,27 @@ def shooting_code(of: Transcription) -> str:
     assembled = [c_source(__file__, name) for name in ("shooting", "fatrop_interface")]
     types = [TYPE, "typedef long long int casadi_int;"]
     return "\n".join([*definitions, *types, FUNCTIONS, *tables, *kernels, *assembled])
+
+
+def _node_kernels(name: str, inputs: list[ca.SX], cost: ca.SX, margins: ca.SX) -> list[str]:
+    """The functions of a node of the horizon in z (n_z,), parameters shared by all nodes, and data of its interval.
+
+    NAME_value     (z, shared, data) -> [cost | margins]
+    NAME_jacobian  (z, shared, data) -> [cost | margins | d cost/dz | d margins/dz by rows]
+    NAME_hessian   (z, shared, data, multipliers) -> d2(multipliers . [cost | margins])/dz2, all n_z^2 entries
+    """
+    z, both = inputs[0], ca.vertcat(cost, margins)
+    multipliers = ca.SX.sym("lambda", both.numel())
+    slopes = [ca.gradient(cost, z), ca.vec(ca.jacobian(margins, z).T)]
+    hessian = ca.hessian(ca.dot(multipliers, both), z)[0]
+    names = ("z", "shared", "data")
+    return [
+        vector_function(column_function(f"{name}_value", inputs, [both]), names),
+        vector_function(column_function(f"{name}_jacobian", inputs, [both, *slopes]), names),
+        vector_function(
+            column_function(f"{name}_hessian", [*inputs, multipliers], [ca.vec(hessian)]), (*names, "multipliers")
+        ),
+    ]
 
 
 def _jacobian(of: Transcription) -> ca.Sparsity:

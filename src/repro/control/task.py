@@ -13,6 +13,7 @@ from repro.plugins.options import Count, Natural, NotNegative
 
 # m: V-A (one link), V-B (two links)
 RADIUS_ONE_LINK, RADIUS_MORE_LINKS = 0.3, 0.1
+DISTURBANCES = ("mismatch", "mismatch_kind", "noise", "disturbance", "delay")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,11 +69,6 @@ class Task(Conditions):
         """Its columns in the table of closed loops."""
         return {
             "task": self.name,
-            "seconds": self.seconds,
-            "mismatch": self.mismatch,
-            "mismatch_kind": self.mismatch_kind,
-            "noise": self.noise,
-            "disturbance": self.disturbance,
-            "delay": self.delay,
+            **{name: getattr(self, name) for name in ("seconds", *DISTURBANCES)},
             "friction": "-".join(f"{coefficient:g}" for coefficient in self.damping),
         }

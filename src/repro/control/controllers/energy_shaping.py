@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import casadi as ca
@@ -24,6 +24,10 @@ if TYPE_CHECKING:
     from repro.control.controller import MakeController, Samples
     from repro.control.geometry import Disc
     from repro.control.predictive_model import PredictiveModel
+
+ENERGY_GAIN, POSITION_GAIN, SPEED_GAIN = 10.0, 4.0, 3.0  # of the swing-up
+STATE_COST, FORCE_COST = (10.0, 10.0, 1.0, 1.0), 1.0  # of the LQR
+LQR_ANGLE, LQR_RATE = 0.4, 3.0  # it takes over within this of upright, in rad and rad/s
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,22 +47,6 @@ def build(options: Options, model: PredictiveModel, disc: Disc | None, samples: 
     yield lambda weights, x_des: EnergyShaping(model.system, x_des, options.force_limit, options.time_step)
 
 
-@dataclass(frozen=True)
-class Gains:
-    """Gains of the swing-up (energy, position, speed), and the LQR's weights of the state and of the force.
-
-    The LQR takes over within `angle` rad of upright at less than `rate` rad/s.
-    """
-
-    energy: float = 10.0
-    position: float = 4.0
-    speed: float = 3.0
-    state: tuple[float, ...] = (10.0, 10.0, 1.0, 1.0)
-    force: float = 1.0
-    angle: float = 0.4
-    rate: float = 3.0
-
-
 @dataclass
 class EnergyShaping:
     """Swings up one link and holds it at x_des, m; UserError for a system with more links."""
@@ -67,13 +55,12 @@ class EnergyShaping:
     x_des: float
     force_limit: float = 4.0
     time_step: float = 0.04
-    gains: Gains = field(default_factory=Gains)
 
     def __post_init__(self) -> None:
         if self.system.n_q != 2:
             raise UserError(f"energy shaping drives {Options.drives}; {self.system.name} has {self.system.n_q - 1}")
         self._dynamics = dynamics_of(self.system)
-        self._feedback = lqr(self.system, self.gains, self.time_step)
+        self._feedback = lqr(self.system, self.time_step)
         at_rest = np.zeros(2)
         self._energy_up = float(self._dynamics.potential(self.system.upright, at_rest, []))
 
@@ -82,7 +69,7 @@ class EnergyShaping:
         error = state - np.concatenate([self.system.upright, np.zeros(2)])
         error[0] -= self.x_des
         error[1] = (error[1] + np.pi) % (2 * np.pi) - np.pi
-        if abs(error[1]) < self.gains.angle and abs(error[3]) < self.gains.rate:
+        if abs(error[1]) < LQR_ANGLE and abs(error[3]) < LQR_RATE:
             force = -float(self._feedback @ error)
         else:
             force = self._swing(state, error)
@@ -96,14 +83,14 @@ class EnergyShaping:
         mass = np.asarray(self._dynamics.mass_matrix(q, qd, []))
         energy = 0.5 * mass[1, 1] * qd[1] ** 2 + float(self._dynamics.potential(q, qd, [])) - self._energy_up
         # the cart's acceleration does the work -M_12 xdd thd on the link
-        pumping = self.gains.energy * energy * np.sign(mass[0, 1]) * abs(np.cos(q[1])) * qd[1]
-        cart = pumping - self.gains.position * error[0] - self.gains.speed * error[2]
+        pumping = ENERGY_GAIN * energy * np.sign(mass[0, 1]) * abs(np.cos(q[1])) * qd[1]
+        cart = pumping - POSITION_GAIN * error[0] - SPEED_GAIN * error[2]
         free = np.asarray(self._dynamics.inverse(q, qd, [cart, 0.0], [])).ravel()
         turning = -free[1] / mass[1, 1]
         return float(np.asarray(self._dynamics.inverse(q, qd, [cart, turning], [])).ravel()[0])
 
 
-def lqr(system: System, gains: Gains, time_step: float) -> np.ndarray:
+def lqr(system: System, time_step: float) -> np.ndarray:
     """Feedback gain (2 n_q,) of the linear-quadratic regulator at upright, for a force held over each time step, s."""
     from scipy.linalg import expm, solve_discrete_are
 
@@ -115,6 +102,5 @@ def lqr(system: System, gains: Gains, time_step: float) -> np.ndarray:
     a, b = (np.asarray(part) for part in linear(np.concatenate([system.upright, np.zeros(n_q)]), 0.0))
     held = expm(np.block([[a, b], [np.zeros((1, 2 * n_q + 1))]]) * time_step)
     a, b = held[:-1, :-1], held[:-1, -1:]
-    cost = np.diag(np.asarray(gains.state, dtype=float))
-    value = solve_discrete_are(a, b, cost, np.array([[gains.force]]))
-    return np.asarray(np.linalg.solve(gains.force + b.T @ value @ b, b.T @ value @ a)[0])
+    value = solve_discrete_are(a, b, np.diag(STATE_COST), np.array([[FORCE_COST]]))
+    return np.asarray(np.linalg.solve(FORCE_COST + b.T @ value @ b, b.T @ value @ a)[0])

@@ -100,8 +100,7 @@ class Options(ControllerOptions):
 @contextmanager
 def build(options: Options, model: PredictiveModel, disc: Disc | None, samples: Samples) -> Iterator[MakeController]:
     """Makes predictive controllers that share one problem and one solver."""
-    from repro.control.adaptation import Identification, Prior
-    from repro.control.adaptive_controller import AdaptiveController
+    from repro.control.adaptation import AdaptiveController, Identification, Prior
     from repro.control.closed_loop import SUBSTEPS
     from repro.control.momentum_balance import MomentumBalance
     from repro.control.predictive_controller import PredictiveController
