@@ -57,13 +57,13 @@ def test_light_commands_load_nothing_heavy(tmp_path, arguments):
 def test_help_lists_the_commands_with_examples(capsys):
     assert cli.main([]) == 0
     text = capsys.readouterr().out
-    for name, command in cli.commands().items():
-        assert f"  {name} " in text and f"repro {name} {command.EXAMPLE}".rstrip() in text
+    for name, (_, example) in cli.COMMANDS.items():
+        assert f"  {name} " in text and f"repro {name} {example}".rstrip() in text
     assert "repro status --why" in text
     assert all(len(line) < 120 for line in text.splitlines())
 
 
-@pytest.mark.parametrize("command", cli.commands())
+@pytest.mark.parametrize("command", cli.COMMANDS)
 def test_each_command_explains_itself(command, capsys):
     with pytest.raises(SystemExit) as stop:
         cli.main([command, "--help"])

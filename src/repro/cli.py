@@ -1,50 +1,30 @@
 """The entry point `repro`: finds the command, runs it, and turns the errors of a user into one line."""
 
-from __future__ import annotations
-
 import difflib
 import os
 import shlex
 import sys
 from collections.abc import Sequence
-from typing import Protocol
+from importlib import import_module
 
 from repro.errors import UserError
 
-
-class Command(Protocol):
-    """A module of `repro.commands`: a help line, an example of its arguments, and a function of them."""
-
-    __name__: str
-    HELP: str
-    EXAMPLE: str
-
-    def main(self, argv: Sequence[str], /) -> int:
-        """Run the command and return its exit code."""
-
-
-def commands() -> dict[str, Command]:
-    """The commands by name, in the order of the help. Their modules import heavy libraries only in `main`."""
-    from repro.commands import (
-        bench,
-        clean,
-        diff,
-        export,
-        identify,
-        mlflow,
-        report,
-        reproduce,
-        run,
-        runs,
-        sensitivity,
-        show,
-        status,
-        view,
-    )
-
-    results: tuple[Command, ...] = (reproduce, run, sensitivity, status, runs, show, diff, report)
-    others: tuple[Command, ...] = (identify, view, export, mlflow, bench, clean)
-    return {module.__name__.rpartition(".")[2]: module for module in (*results, *others)}
+COMMANDS = {  # by name: a line of help, and an example of the arguments
+    "reproduce": ("run every experiment and make the report", "scale=quick"),
+    "run": ("run one configuration, or many with -m", "-m basis=t1,t2"),
+    "sensitivity": ("change one assumption at a time", "data_start"),
+    "status": ("what is done, stale, failed, missing", "--why 9f3c2a81bd"),
+    "runs": ("list stored runs", "basis=t2"),
+    "show": ("one run in full", "9f3c2a81bd"),
+    "diff": ("how two runs differ", "9f3c2a81bd 04be7d1f6a"),
+    "report": ("make tables, figures and verdicts from stored runs", ""),
+    "identify": ("which terms of a linear basis data determine", "system=dip basis=fxf"),
+    "view": ("open a run's recording, or several in one", "9f3c2a81bd 04be7d1f6a"),
+    "export": ("a learned model for CasADi, C and torch", "9f3c2a81bd exported"),
+    "mlflow": ("copy finished runs to an MLflow tracking store", "sqlite:///mlflow.db basis=t2"),
+    "bench": ("time this project against others", ""),
+    "clean": ("remove leftovers, never a current result", "--yes"),
+}
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -77,16 +57,17 @@ def _dispatch(arguments: Sequence[str]) -> int:
         print(version("repro"))
         return 0
     name, *rest = arguments
-    available = commands()
-    if name not in available:
-        near = difflib.get_close_matches(name, available, n=1)
+    if name not in COMMANDS:
+        near = difflib.get_close_matches(name, COMMANDS, n=1)
         guess = f" Did you mean {near[0]}?" if near else ""
-        raise UserError(f"no command {name}.{guess} There are: {', '.join(available)}")
-    return available[name].main(rest)
+        raise UserError(f"no command {name}.{guess} There are: {', '.join(COMMANDS)}")
+    # imported only now, so that no command waits for the libraries of another
+    code: int = import_module(f"repro.commands.{name}").main(rest)
+    return code
 
 
 def _help() -> str:
-    lines = [f"  {name:<11} {one.HELP:<50} repro {name} {one.EXAMPLE}".rstrip() for name, one in commands().items()]
+    lines = [f"  {name:<11} {text:<50} repro {name} {words}".rstrip() for name, (text, words) in COMMANDS.items()]
     note = "`repro COMMAND --help` lists its options. Results are in ./outputs, or in the folder $REPRO_OUTPUTS."
     return "\n".join(["usage: repro COMMAND ...", "", *lines, "", note])
 

@@ -1,7 +1,5 @@
 """What several commands read from their command line."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Mapping, Sequence
 

@@ -2,16 +2,18 @@
 
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
+import pandas as pd
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from repro.bench.stored_bench import FILE, run
 from repro.commands.arguments import command_parser
+from repro.tracking.paths import Paths, outputs_root
+from repro.tracking.store import StageFailed
 
-if TYPE_CHECKING:
-    import pandas as pd
-    from rich.table import Table
-
-HELP = "time this project against others"
-EXAMPLE = ""
 EXAMPLES = """examples:
   repro bench                  half a minute; nothing else should run on the machine
   repro bench --scale paper    larger networks, more pairs
@@ -26,14 +28,6 @@ def main(argv: Sequence[str]) -> int:
     parser = command_parser("bench", description, EXAMPLES)
     parser.add_argument("--scale", default="quick", choices=("smoke", "quick", "paper"), help="how much (quick)")
     scale = parser.parse_args(argv).scale
-
-    import pandas as pd
-    from rich.console import Console
-
-    from repro.bench.stored_bench import FILE, run
-    from repro.tracking.paths import Paths, outputs_root
-    from repro.tracking.store import StageFailed
-
     root = outputs_root()
     try:
         id = run(root, scale)
@@ -48,12 +42,8 @@ def main(argv: Sequence[str]) -> int:
     return 0
 
 
-def _table(name: str, rows: "pd.DataFrame", *, wide: bool) -> "Table":
+def _table(name: str, rows: pd.DataFrame, *, wide: bool) -> Table:
     """One comparison, without the times where the terminal is narrow."""
-    from rich import box
-    from rich.table import Table
-    from rich.text import Text
-
     table = Table(box=box.SIMPLE_HEAD, title=name, title_justify="left")
     for title in ("size", "ours", "other"):
         table.add_column(title)

@@ -1,22 +1,16 @@
 """`repro clean`: removes leftovers, never a current result."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from repro.commands.arguments import command_parser
 from repro.errors import UserError
-
-HELP = "remove leftovers, never a current result"
-EXAMPLE = "--yes"
+from repro.tracking import leftovers
+from repro.tracking.paths import Paths, outputs_root
+from repro.tracking.text import size
 
 
 def main(argv: Sequence[str]) -> int:
     """List the leftovers; remove them with --yes."""
-    from repro.tracking import leftovers
-    from repro.tracking.paths import Paths, outputs_root
-    from repro.tracking.text import size
-
     description = "List what can be removed without losing a current result; with --yes, remove it."
     parser = command_parser("clean", description, "example: repro clean stale --yes")
     sorts = ", ".join(leftovers.SORTS)

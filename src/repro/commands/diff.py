@@ -1,21 +1,15 @@
 """`repro diff`: how two stored stages differ."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING
 
 from repro.commands.arguments import ID, add_json, command_parser
+from repro.tracking.load import load_record
+from repro.tracking.paths import Paths, outputs_root
+from repro.tracking.stage_difference import Difference, record_differences
+from repro.tracking.store import Store
 from repro.tracking.text import short, table
-
-if TYPE_CHECKING:
-    from repro.tracking.stage_difference import Difference
-
-
-HELP = "how two runs differ"
-EXAMPLE = "9f3c2a81bd 04be7d1f6a"
 
 _LINE = 100  # characters of a difference whose two sides are printed on one line
 
@@ -23,16 +17,11 @@ _LINE = 100  # characters of a difference whose two sides are printed on one lin
 def main(argv: Sequence[str]) -> int:
     """Print the differences of two stored stages, by area."""
     description = "How two stored stages differ: settings, code, libraries, origin, results, and those of their inputs."
-    parser = command_parser("diff", description, f"example: repro diff {EXAMPLE}")
+    parser = command_parser("diff", description, "example: repro diff 9f3c2a81bd 04be7d1f6a")
     parser.add_argument("before", help=ID)
     parser.add_argument("after", help=ID)
     add_json(parser)
     arguments = parser.parse_args(argv)
-    from repro.tracking.load import load_record
-    from repro.tracking.paths import Paths, outputs_root
-    from repro.tracking.stage_difference import record_differences
-    from repro.tracking.store import Store
-
     paths = Paths(outputs_root())
     before, after = load_record(paths, arguments.before), load_record(paths, arguments.after)
     differences = record_differences(Store(paths.root), before, after)

@@ -2,32 +2,25 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from repro.commands.arguments import ID, command_parser
 from repro.errors import UserError
+from repro.export.member import LearnedMember, write
+from repro.pipeline.finished_run import OpenedRun, open_run
 
-if TYPE_CHECKING:
-    from repro.pipeline.finished_run import OpenedRun
-
-HELP = "a learned model for CasADi, C and torch"
-EXAMPLE = "9f3c2a81bd exported"
 DESCRIPTION = """Write one member's T, V, L, H, p, M, inverse and forward dynamics as CasADi functions, C source and
 a torch module. The files need CasADi or torch, and nothing of this project."""
 
 
 def main(argv: Sequence[str]) -> int:
     """Write the learned functions of one member and print the names of the files."""
-    parser = command_parser("export", DESCRIPTION, f"example: repro export {EXAMPLE}")
+    parser = command_parser("export", DESCRIPTION, "example: repro export 9f3c2a81bd exported")
     parser.add_argument("run", help=ID)
     parser.add_argument("folder", type=Path, help="a new or empty folder")
     parser.add_argument(
         "--member", type=int, metavar="SEED", help="the seed of the member (default: the first that did not diverge)"
     )
     arguments = parser.parse_args(argv)
-    from repro.export.member import LearnedMember, write
-    from repro.pipeline.finished_run import OpenedRun, open_run
-
     run = open_run(arguments.run)
     if not isinstance(run, OpenedRun):
         raise UserError(f"{run.id} is no run but one of {run.record.kind}: `repro runs` lists the runs")
@@ -47,7 +40,7 @@ def main(argv: Sequence[str]) -> int:
     return 0
 
 
-def _member(run: "OpenedRun", seed: int | None) -> int:
+def _member(run: OpenedRun, seed: int | None) -> int:
     if seed is None:
         return next((i for i, status in enumerate(run.card["member_status"]) if status == "ok"), 0)
     if seed not in run.seeds:

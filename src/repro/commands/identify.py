@@ -2,16 +2,17 @@
 
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 from repro.commands.arguments import command_parser
+from repro.config.compose import compose
+from repro.config.rules import linear
 from repro.errors import UserError
+from repro.evaluation.identifiability import Identifiability
+from repro.pipeline.plan import Pipeline
+from repro.pipeline.work import Work
+from repro.tracking.paths import outputs_root
+from repro.tracking.store import Store
 
-if TYPE_CHECKING:
-    from repro.evaluation.identifiability import Identifiability
-
-HELP = "which terms of a linear basis data determine"
-EXAMPLE = "system=dip basis=fxf"
 EXAMPLES = """examples:
   repro identify system=dip basis=fxf sequence=pretrain_only        what force-free motion of known energy determines
   repro identify system=dip basis=fxf_gauge sequence=joint sequence.energy_form=sum
@@ -35,7 +36,7 @@ def main(argv: Sequence[str]) -> int:
     return 0
 
 
-def report(phase: str, members: Sequence["Identifiability"]) -> str:
+def report(phase: str, members: Sequence[Identifiability]) -> str:
     """One phase: the first member in full, and the ranks of the others where they differ."""
     one = members[0]
     ranks = sorted({other.rank for other in members})
@@ -50,14 +51,7 @@ def report(phase: str, members: Sequence["Identifiability"]) -> str:
     return "\n".join([*lines, *(f"    {words}" for words in one.words)])
 
 
-def _examined(overrides: Sequence[str]) -> dict[str, list["Identifiability"]]:
-    from repro.config.compose import compose
-    from repro.config.rules import linear
-    from repro.pipeline.plan import Pipeline
-    from repro.pipeline.work import Work
-    from repro.tracking.paths import outputs_root
-    from repro.tracking.store import Store
-
+def _examined(overrides: Sequence[str]) -> dict[str, list[Identifiability]]:
     composed = compose(overrides)
     config = composed.config
     if not linear(config) or config.objective.kind != "inverse":
@@ -70,6 +64,6 @@ def _examined(overrides: Sequence[str]) -> dict[str, list["Identifiability"]]:
     return work.identified()
 
 
-def _value(one: "Identifiability", order: int) -> str:
+def _value(one: Identifiability, order: int) -> str:
     inside = 0 <= order < len(one.singular_values)
     return f"{one.singular_values[order]:.2g}" if inside else "none"

@@ -3,26 +3,21 @@
 from collections.abc import Sequence
 
 from repro.commands.arguments import add_filters, command_parser, filters, fits
-
-HELP = "copy finished runs to an MLflow tracking store"
-EXAMPLE = "sqlite:///mlflow.db basis=t2"
+from repro.export.mlflow_runs import copy_runs
+from repro.tracking import index, record
+from repro.tracking.paths import Paths, outputs_root
 
 
 def main(argv: Sequence[str]) -> int:
     """Copy the runs with these values on their card."""
     description = "Copy finished runs to an MLflow tracking store: card, medians and tables. Copies there are kept."
-    parser = command_parser(
-        "mlflow", description, "example: repro mlflow sqlite:///mlflow.db model=lagrangian basis=t2"
-    )
+    example = "example: repro mlflow sqlite:///mlflow.db model=lagrangian basis=t2"
+    parser = command_parser("mlflow", description, example)
     parser.add_argument("uri", help="where MLflow keeps its runs: sqlite:///mlflow.db, http://host:5000, ...")
     add_filters(parser)
     parser.add_argument("--experiment", default="repro", help="experiment of MLflow that takes the runs")
     arguments = parser.parse_args(argv)
     values = filters(arguments.filters)
-    from repro.export.mlflow_runs import copy_runs
-    from repro.tracking import index, record
-    from repro.tracking.paths import Paths, outputs_root
-
     paths = Paths(outputs_root())
     entries = [entry for entry in index.load(paths).finished().values() if entry.kind == "runs"]
     runs = (record.read(paths.folder("runs", entry.id)) for entry in entries if fits(entry.card, values))

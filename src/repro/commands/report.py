@@ -5,9 +5,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from repro.commands.arguments import command_parser
+from repro.recording.viewer import find_recording
+from repro.report import build, terminal
+from repro.results.results import Results
+from repro.results.staleness import judged_by_tracking
+from repro.tracking.paths import outputs_root, project_folder
 
-HELP = "make tables, figures and verdicts from stored runs"
-EXAMPLE = ""
 EXAMPLES = """examples:
   repro report                          the report of the last quick runs, under outputs/report/quick
   repro report --scale paper --open     the full one, opened in the browser
@@ -20,16 +23,11 @@ EXAMPLES = """examples:
 def main(argv: Sequence[str]) -> int:
     """Run `repro report`. Raises UserError for a mistake of the user."""
     arguments = _parser().parse_args(argv)
-    from repro.report import build, terminal
-    from repro.tracking.paths import outputs_root
-
     outputs = outputs_root()
-    recordings = _recordings(arguments.interactive, outputs)
+    recordings = [find_recording(run, outputs) for run in arguments.interactive]
     if arguments.source is not None:
         summary = build.redraw(arguments.source, outputs / "report" / "redrawn")
     else:
-        from repro.results.staleness import judged_by_tracking
-
         summary = build.build(outputs, arguments.scale, stale=judged_by_tracking(outputs))
     terminal.show(summary)
     page = summary.page
@@ -40,8 +38,6 @@ def main(argv: Sequence[str]) -> int:
         print(page)
     if arguments.publish:
         from repro.report.publish import publish
-        from repro.results.results import Results
-        from repro.tracking.paths import project_folder
 
         publish(Results.load(arguments.source or summary.results), project_folder())
         print("published: paper/results, paper/tables, paper/figures, README.md; look at them, then commit")
@@ -50,14 +46,6 @@ def main(argv: Sequence[str]) -> int:
 
         webbrowser.open(page.absolute().as_uri())
     return 0
-
-
-def _recordings(runs: Sequence[str], outputs: Path) -> list[Path]:
-    if not runs:
-        return []
-    from repro.recording.viewer import find_recording
-
-    return [find_recording(run, outputs) for run in runs]
 
 
 def _parser() -> argparse.ArgumentParser:

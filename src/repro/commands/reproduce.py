@@ -1,16 +1,18 @@
 """`repro reproduce`: every experiment, then the report."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from repro.commands.arguments import add_workers, command_parser
+from repro.config.overrides import expand, experiments
 from repro.errors import UserError
+from repro.launch.pool import start_server
+from repro.report import drawing
+from repro.sweep.listing import list_jobs
+from repro.sweep.missing import PRELOAD, run_missing
+from repro.sweep.planned_job import plan_jobs
+from repro.tracking.paths import Paths, outputs_root
+from repro.tracking.store import StageFailed
 
-if TYPE_CHECKING:
-    from repro.tracking.paths import Paths
-
-HELP = "run every experiment and make the report"
-EXAMPLE = "scale=quick"
 DESCRIPTION = """Run every experiment, then make the report.
 An experiment whose file lists other scales under reproduced_at runs only by name."""
 EPILOGUE = "example: repro reproduce scale=smoke experiment=sip_basis,sip_energies"
@@ -18,14 +20,6 @@ EPILOGUE = "example: repro reproduce scale=smoke experiment=sip_basis,sip_energi
 
 def main(argv: Sequence[str]) -> int:
     """Run every experiment, then make the report; 1 when a job failed."""
-    from repro.config.overrides import expand, experiments
-    from repro.launch.pool import start_server
-    from repro.report import drawing
-    from repro.sweep.listing import list_jobs
-    from repro.sweep.missing import PRELOAD, run_missing
-    from repro.sweep.planned_job import plan_jobs
-    from repro.tracking.paths import Paths, outputs_root
-
     parser = command_parser("reproduce", DESCRIPTION, EPILOGUE)
     parser.add_argument("overrides", nargs="*", help="scale=smoke|quick|paper, experiment=NAME,NAME for some")
     add_workers(parser)
@@ -41,14 +35,16 @@ def main(argv: Sequence[str]) -> int:
     list_jobs(paths, jobs)
     results = run_missing(jobs, paths, options.workers)
     timed = "experiment" in chosen or _time(paths, scale)
-    _report(paths, scale)
+    from repro.report import build, terminal  # after the runs: their start must not wait for it
+    from repro.results.staleness import judged_by_tracking
+
+    terminal.show(build.build(paths.root, scale, stale=judged_by_tracking(paths.root)))
     return 0 if timed and all(result.ok for result in results) else 1
 
 
-def _time(paths: "Paths", scale: str) -> bool:
+def _time(paths: Paths, scale: str) -> bool:
     """Run the benchmark, alone on the machine, so after all jobs; whether it went well."""
     from repro.bench.stored_bench import run as bench
-    from repro.tracking.store import StageFailed
 
     try:
         bench(paths.root, scale)
@@ -56,10 +52,3 @@ def _time(paths: "Paths", scale: str) -> bool:
         print(failure)
         return False
     return True
-
-
-def _report(paths: "Paths", scale: str) -> None:
-    from repro.report import build, terminal
-    from repro.results.staleness import judged_by_tracking
-
-    terminal.show(build.build(paths.root, scale, stale=judged_by_tracking(paths.root)))

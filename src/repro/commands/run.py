@@ -2,17 +2,23 @@
 
 import argparse
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+
+import yaml
 
 from repro.commands.arguments import add_workers, command_parser
+from repro.config.compose import plan
+from repro.config.overrides import belongs, expand, experiment_of, setting
+from repro.config.registry import choices_text
 from repro.errors import UserError
+from repro.launch import cluster
+from repro.launch.pool import start_server
+from repro.sweep.listing import list_jobs
+from repro.sweep.missing import PRELOAD, run_missing
+from repro.sweep.planned_job import PlannedJob, plan_jobs, total
+from repro.tracking.paths import Paths, outputs_root
+from repro.tracking.store import Store
+from repro.tracking.text import duration
 
-if TYPE_CHECKING:
-    from repro.sweep.planned_job import PlannedJob
-    from repro.tracking.paths import Paths
-
-HELP = "run one configuration, or many with -m"
-EXAMPLE = "-m basis=t1,t2"
 EPILOGUE = """examples:
   repro run basis=t1 optimiser=least_squares
   repro run -m basis=t1,t2 objective=forward,inverse
@@ -28,14 +34,6 @@ choices:
 
 def main(argv: Sequence[str]) -> int:
     """Run one configuration, or with -m every one that the lists and the experiment make; 1 when a job failed."""
-    from repro.launch import cluster
-    from repro.launch.pool import start_server
-    from repro.sweep.listing import list_jobs
-    from repro.sweep.missing import PRELOAD, run_missing
-    from repro.sweep.planned_job import plan_jobs
-    from repro.tracking.paths import Paths, outputs_root
-    from repro.tracking.store import Store
-
     options = _run_parser().parse_intermixed_args(argv)
     if options.cfg not in (None, "job"):
         options.overrides.insert(0, options.cfg)  # --cfg basis=t2: what follows is an override
@@ -61,8 +59,6 @@ def main(argv: Sequence[str]) -> int:
 
 def _jobs(overrides: Sequence[str], paired: bool, sweep: bool) -> list[tuple[str, ...]]:
     """The jobs of a command line; without `sweep` there must be one."""
-    from repro.config.overrides import belongs, expand, experiment_of, setting
-
     if sweep:
         return expand(overrides, paired=paired)
     jobs = expand(overrides, paired=paired, lines=False)
@@ -73,10 +69,7 @@ def _jobs(overrides: Sequence[str], paired: bool, sweep: bool) -> list[tuple[str
     return jobs
 
 
-def _print_plan(jobs: Sequence["PlannedJob"]) -> int:
-    from repro.sweep.planned_job import total
-    from repro.tracking.text import duration
-
+def _print_plan(jobs: Sequence[PlannedJob]) -> int:
     for job in jobs:
         state = "done" if job.record else f"to run, about {duration(job.expected_seconds)}"
         print(f"{job.run}  {state}\n  {job.composed.command}")
@@ -84,9 +77,7 @@ def _print_plan(jobs: Sequence["PlannedJob"]) -> int:
     return 0
 
 
-def _print_outcome(jobs: Sequence["PlannedJob"], paths: "Paths") -> None:
-    from repro.tracking.store import Store
-
+def _print_outcome(jobs: Sequence[PlannedJob], paths: Paths) -> None:
     store = Store(paths.root)
     for job in jobs:
         record = job.pipeline.finished(store)
@@ -98,10 +89,6 @@ def _print_outcome(jobs: Sequence["PlannedJob"], paths: "Paths") -> None:
 
 
 def _print_configuration(jobs: Sequence[tuple[str, ...]]) -> int:
-    import yaml
-
-    from repro.config.compose import plan
-
     for composed in plan(jobs):
         content = composed.config.model_dump(exclude={"sweep"})
         print(yaml.safe_dump(content, sort_keys=False, default_flow_style=None), end="")
@@ -109,8 +96,6 @@ def _print_configuration(jobs: Sequence[tuple[str, ...]]) -> int:
 
 
 def _run_parser() -> argparse.ArgumentParser:
-    from repro.config.registry import choices_text
-
     description = "Run one configuration, or many. Overrides are Hydra's: group=option, group.key=value."
     parser = command_parser("run", description, EPILOGUE + choices_text())
     parser.add_argument("overrides", nargs="*", metavar="key=value")

@@ -1,18 +1,14 @@
 """`repro runs`: lists stored runs with the settings in which they differ."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from repro.commands.arguments import add_filters, add_json, command_parser, filters, fits
-
-if TYPE_CHECKING:
-    from repro.tracking.index import Entry
-
-HELP = "list stored runs"
-EXAMPLE = "basis=t2"
+from repro.tracking import index
+from repro.tracking.ids import digits
+from repro.tracking.index import Entry
+from repro.tracking.paths import Paths, outputs_root
+from repro.tracking.text import duration, table, terminal_width
 
 _MOST_COLUMNS = 6
 _RESULTS = ("mae_tau", "mae_qdd", "success")
@@ -22,9 +18,6 @@ Card = Mapping[str, object]
 
 def main(argv: Sequence[str]) -> int:
     """List stored stages, newest last."""
-    from repro.tracking import index
-    from repro.tracking.paths import Paths, outputs_root
-
     description = "List stored runs, newest last, with the settings in which they differ."
     parser = command_parser("runs", description, "example: repro runs model=lagrangian basis=t2")
     add_filters(parser)
@@ -45,9 +38,6 @@ def main(argv: Sequence[str]) -> int:
 
 def _runs_table(runs: Sequence[tuple[Entry, Card]]) -> str:
     """One row per run. A terminal shows the digits at the end of each id, which every command takes, and what fits."""
-    from repro.tracking.ids import digits
-    from repro.tracking.text import duration, table, terminal_width
-
     width = terminal_width()
     columns = _differing([card for _, card in runs])
     medians = [entry.medians for entry, _ in runs]

@@ -1,20 +1,21 @@
 """`repro sensitivity`: each assumption changed by itself, on few members, to see which verdicts it moves."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
+from repro.claims.assumption_effects import assumption_effects, gather_sensitivity
+from repro.claims.assumptions import Assumption, load_assumptions
+from repro.claims.claims import Claim, load_claims
 from repro.commands.arguments import add_workers, command_parser
 from repro.errors import UserError
+from repro.launch.pool import start_server
+from repro.results.gathering import Gathering
+from repro.results.results import SENSITIVITY
+from repro.results.stored import stored_runs
+from repro.sweep.assumption_runs import MEMBERS, SCALE, list_cases, plan_cases
+from repro.sweep.missing import PRELOAD, run_missing
+from repro.sweep.planned_job import total
+from repro.tracking.paths import Paths, outputs_root, project_folder
 
-if TYPE_CHECKING:
-    from repro.claims.assumptions import Assumption
-    from repro.claims.claims import Claim
-    from repro.results.results import Case
-    from repro.sweep.planned_job import PlannedJob
-    from repro.tracking.paths import Paths
-
-HELP = "change one assumption at a time"
-EXAMPLE = "data_start"
 EPILOGUE = """examples:
   repro sensitivity                     every assumption; what is finished is not repeated
   repro sensitivity data_start gravity  some of them
@@ -25,13 +26,6 @@ paper/assumptions.yaml lists what is tried for an assumption; `repro report` sho
 
 def main(argv: Sequence[str]) -> int:
     """Run what the assumptions' trials need, and list it for the report; 1 when a job failed."""
-    from repro.claims.assumptions import load_assumptions
-    from repro.claims.claims import load_claims
-    from repro.launch.pool import start_server
-    from repro.sweep.assumption_runs import MEMBERS, SCALE, list_cases, plan_cases
-    from repro.sweep.missing import PRELOAD, run_missing
-    from repro.tracking.paths import Paths, outputs_root, project_folder
-
     description = f"Change one assumption at a time, at scale {SCALE} with {MEMBERS} members."
     parser = command_parser("sensitivity", description, EPILOGUE)
     parser.add_argument("assumptions", nargs="*", metavar="assumption", help="ids of paper/assumptions.yaml (all)")
@@ -45,20 +39,17 @@ def main(argv: Sequence[str]) -> int:
         start_server(PRELOAD)
     cases, jobs = plan_cases(chosen, claims, paths)
     if options.dry_run:
-        return _print_plan(cases, jobs)
+        print("\n".join(dict.fromkeys(f"{case.assumption}, {case.claim}: {case.alternative}" for case in cases)))
+        print(total(jobs))
+        return 0
     list_cases(paths, cases, jobs, tried={row.id for row in chosen})
     results = run_missing(jobs, paths, options.workers)
     _show(paths, claims, [row.id for row in chosen])
     return 1 if any(not result.ok for result in results) else 0
 
 
-def _show(paths: "Paths", claims: Sequence["Claim"], tried: Sequence[str]) -> None:
-    from repro.claims.assumption_effects import assumption_effects, gather_sensitivity
-    from repro.report.terminal import show_sensitivity
-    from repro.results.gathering import Gathering
-    from repro.results.results import SENSITIVITY
-    from repro.results.stored import stored_runs
-    from repro.tracking.paths import project_folder
+def _show(paths: Paths, claims: Sequence[Claim], tried: Sequence[str]) -> None:
+    from repro.report.terminal import show_sensitivity  # after the runs: their start must not wait for it
 
     lists = sorted((paths.experiments / SENSITIVITY).glob("*.json"))
     paper = Gathering.load(project_folder() / "paper")
@@ -68,16 +59,8 @@ def _show(paths: "Paths", claims: Sequence["Claim"], tried: Sequence[str]) -> No
         show_sensitivity(sorted(effects, key=lambda effect: tried.index(effect.assumption)))
 
 
-def _chosen(ledger: Sequence["Assumption"], names: Sequence[str]) -> list["Assumption"]:
+def _chosen(ledger: Sequence[Assumption], names: Sequence[str]) -> list[Assumption]:
     ids = [row.id for row in ledger]
     if unknown := [name for name in names if name not in ids]:
         raise UserError(f"no assumption is called {', '.join(unknown)}; there are {', '.join(ids)}")
     return [row for row in ledger if not names or row.id in names]
-
-
-def _print_plan(cases: Sequence["Case"], jobs: Sequence["PlannedJob"]) -> int:
-    from repro.sweep.planned_job import total
-
-    print("\n".join(dict.fromkeys(f"{case.assumption}, {case.claim}: {case.alternative}" for case in cases)))
-    print(total(jobs))
-    return 0

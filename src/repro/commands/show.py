@@ -1,25 +1,20 @@
 """`repro show`: one stored stage in full."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
+from textwrap import indent
 
 from repro.commands.arguments import ID, add_json, command_parser
-
-HELP = "one run in full"
-EXAMPLE = "9f3c2a81bd"
+from repro.tracking.load import load_record
+from repro.tracking.paths import RUN_FILE, Paths, outputs_root
+from repro.tracking.plain_data import flattened
+from repro.tracking.text import duration, short, size, table
 
 
 def main(argv: Sequence[str]) -> int:
     """Print one stage: failure, origin, results, settings and files."""
-    from repro.tracking.load import load_record
-    from repro.tracking.paths import RUN_FILE, Paths, outputs_root
-    from repro.tracking.plain_data import flattened
-    from repro.tracking.text import duration, short, size, table
-
     description = "Show one stored stage: settings, results, where it comes from, its files, its failure."
-    parser = command_parser("show", description, f"example: repro show {EXAMPLE}")
+    parser = command_parser("show", description, "example: repro show 9f3c2a81bd")
     parser.add_argument("id", help=ID)
     add_json(parser)
     arguments = parser.parse_args(argv)
@@ -30,7 +25,7 @@ def main(argv: Sequence[str]) -> int:
     origin = entry.provenance
     print(f"{entry.id}  ({entry.kind}, {entry.outcome})\n  {entry.folder}")
     if entry.failure:
-        print(f"\nfailed\n{_indented(entry.failure.trace)}")
+        print(f"\nfailed\n{indent(entry.failure.trace.rstrip(), '  ', lambda line: True)}")
         print(f"  log: {entry.failure.log}" if entry.failure.log else "  log: printed to the terminal")
     print("\nmade by" + (f"\n  {origin.command}" if origin.command else ""))
     print(f"  {origin.finished}, took {duration(origin.wall_s)}, at most {origin.peak_memory_mib} MiB")
@@ -49,7 +44,3 @@ def main(argv: Sequence[str]) -> int:
         if content:
             print(f"\n{title}\n" + table([f"  {key}", short(value)] for key, value in content.items()))
     return 0
-
-
-def _indented(text: str) -> str:
-    return "\n".join(f"  {line}" for line in text.rstrip().splitlines())

@@ -1,31 +1,24 @@
 """`repro status`: what is done, stale, failed or missing, and why."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING
 
 from repro.commands.arguments import ID, add_json, command_parser
+from repro.config.places import digest
 from repro.errors import UserError
-
-if TYPE_CHECKING:
-    from repro.tracking.paths import Paths
-    from repro.tracking.stage import Stage
-    from repro.tracking.survey import Item
-
-HELP = "what is done, stale, failed, missing"
-EXAMPLE = "--why 9f3c2a81bd"
+from repro.tracking.ids import matching
+from repro.tracking.paths import Paths, outputs_root
+from repro.tracking.stage import Stage
+from repro.tracking.survey import STATES, Item, survey
+from repro.tracking.text import short, table
 
 _MOST_LINES = 15
 
 
 def main(argv: Sequence[str]) -> int:
     """Print the state of every stage, or with --why ID what changed in the inputs of one."""
-    from repro.tracking.paths import Paths, outputs_root
-
     description = "What is done, stale (code, libraries or defaults changed), failed, missing, running, interrupted."
     parser = command_parser("status", description, "example: repro status --why sip-lagrangian-t2-9f3c2a81bd")
     parser.add_argument("--why", metavar="ID", help=f"name every input of this stage that changed; {ID}")
@@ -34,7 +27,7 @@ def main(argv: Sequence[str]) -> int:
     parser.add_argument("--verify", action="store_true", help="read every byte of every result; set damaged ones aside")
     arguments = parser.parse_args(argv)
     paths = Paths(outputs_root())
-    items = _survey(paths, arguments.verify)
+    items = survey(paths, verify=arguments.verify, expected=_expected, settings=digest)
     if arguments.why:
         items = _chosen(items, arguments.why)
     if arguments.json:
@@ -48,22 +41,14 @@ def main(argv: Sequence[str]) -> int:
     return 0
 
 
-def _survey(paths: Paths, verify: bool) -> list[Item]:
-    """All stages; jobs are composed again, which is slow, only for experiments whose settings have changed."""
-    from repro.config.places import digest
-    from repro.tracking.survey import survey
+def _expected(overrides: Sequence[str]) -> Sequence[Stage]:
+    """The stages of a job, composed again: slow, so done only for experiments whose settings have changed."""
+    from repro.sweep.missing import expected_stages
 
-    def expected(overrides: Sequence[str]) -> Sequence[Stage]:
-        from repro.sweep.missing import expected_stages
-
-        return list(expected_stages(overrides))
-
-    return survey(paths, verify=verify, expected=expected, settings=digest)
+    return list(expected_stages(overrides))
 
 
 def _chosen(items: Sequence[Item], text: str) -> list[Item]:
-    from repro.tracking.ids import matching
-
     fitting = matching([item.id for item in items], text)
     if not fitting:
         raise UserError(f"no stage {text} is stored or listed; `repro status --all` names them")
@@ -71,9 +56,6 @@ def _chosen(items: Sequence[Item], text: str) -> list[Item]:
 
 
 def _print_status(items: Sequence[Item], paths: Paths, everything: bool) -> None:
-    from repro.tracking.survey import STATES
-    from repro.tracking.text import short, table
-
     if not items:
         print(f"Nothing in {paths.root} yet; `repro reproduce` fills it.")
         return

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from repro.commands.arguments import command_parser
+from repro.recording import viewer
+from repro.tracking.paths import outputs_root
 
-HELP = "open a run's recording, or several in one"
-EXAMPLE = "9f3c2a81bd 04be7d1f6a"
 EXAMPLES = """examples:
   repro view 9f3c2a81bd --web
   repro view 9f3c2a81bd 04be7d1f6a --screenshot both.png"""
@@ -14,8 +14,6 @@ EXAMPLES = """examples:
 
 def main(argv: Sequence[str]) -> int:
     """Run `repro view`; raises UserError when the recording is missing, ambiguous or cannot be shown here."""
-    from repro.recording import viewer
-
     description = "Open the recording of a run; of several runs, their models beside the plant they were tested on."
     parser = command_parser("view", description, EXAMPLES)
     parser.add_argument(
@@ -36,10 +34,7 @@ def main(argv: Sequence[str]) -> int:
 
 def _recording(runs: Sequence[str]) -> Path:
     if len(runs) == 1:
-        from repro.recording.viewer import find_recording
-        from repro.tracking.paths import outputs_root
-
-        return find_recording(runs[0], outputs_root())
+        return viewer.find_recording(runs[0], outputs_root())
     from repro.pipeline.side_by_side import compared
 
     return compared(runs)
