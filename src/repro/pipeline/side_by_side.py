@@ -6,7 +6,8 @@ from typing import Any
 
 from repro.errors import UserError
 from repro.pipeline.finished_run import OpenedRun, open_run
-from repro.recording.viewer import FILENAME, KIND
+from repro.recording.contents import FILENAME
+from repro.recording.viewer import KIND
 from repro.results.metric_names import written
 from repro.results.schema import as_text
 from repro.tracking.ids import digits

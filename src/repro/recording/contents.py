@@ -9,6 +9,7 @@ import numpy as np
 
 from repro.recording.chart import part
 
+FILENAME = "recording.rrd"
 PLANT = "plant"
 
 

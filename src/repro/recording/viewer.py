@@ -1,4 +1,4 @@
-"""Finds the recording of a run and opens it: in a window, in a browser, or as a picture."""
+"""Finds the recording of a run and opens it: in a window, in a browser, as a picture, or in a page of its own."""
 
 from __future__ import annotations
 
@@ -7,20 +7,22 @@ import socket
 import subprocess
 import sys
 import time
+import urllib.request
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import TypeVar
 
 from repro.errors import UserError
+from repro.recording.contents import FILENAME
 from repro.tracking.ids import matching
 from repro.tracking.store import Store
 
 Answer = TypeVar("Answer")
 
 KIND = "recordings"
-FILENAME = "recording.rrd"
 LOCAL = "127.0.0.1"
 WEB_PORT, DATA_PORT = 9090, 9876
 START_SECONDS = 30.0
@@ -67,9 +69,9 @@ def screenshot(path: Path, picture: Path, at: float | None = None, size: tuple[i
     moment = times[0][len(times[0]) // 2] if at is None else at
     port = free_port(DATA_PORT)
     window = ["--headless", "--window-size", f"{size[0]}x{size[1]}", "--port", str(port)]
-    with running_viewer(*window, quiet=True) as process:
+    with _viewer(*window, quiet=True) as process:
         url = f"rerun+http://{LOCAL}:{port}/proxy"
-        client = answer(process, lambda: ViewerClient(url), f"the viewer did not start: {GRAPHICS_HELP}")
+        client = _answer(process, lambda: ViewerClient(url), f"the viewer did not start: {GRAPHICS_HELP}")
         client.open([str(path.absolute())])
         client.set_time(TIMELINE, duration=float(moment), play_state="paused")
         time.sleep(SETTLE_SECONDS)
@@ -106,7 +108,7 @@ def open_window(path: Path) -> int:
             f"no display here to open a window on; add --web to see it in a browser, --screenshot FILE for a picture, "
             f"or copy {path} to a machine with a display and type: rerun {path.name}"
         )
-    with running_viewer("--port", "auto", str(path)) as process:
+    with _viewer("--port", "auto", str(path)) as process:
         return _wait(process)
 
 
@@ -114,15 +116,43 @@ def serve(path: Path) -> int:
     """Serve a recording to a browser until Ctrl-C."""
     web, data = free_port(WEB_PORT), free_port(DATA_PORT)
     ports = ["--web-viewer-port", str(web), "--port", str(data)]
-    with running_viewer("--serve-web", *ports, str(path)) as process:
+    with _viewer("--serve-web", *ports, str(path)) as process:
         print(f"http://{LOCAL}:{web}/?url=rerun%2Bhttp%3A%2F%2F{LOCAL}%3A{data}%2Fproxy")
         print(f"from another machine, first: ssh -L {web}:{LOCAL}:{web} -L {data}:{LOCAL}:{data} HOST")
         print("Ctrl-C stops it", flush=True)
         return _wait(process)
 
 
+@dataclass(frozen=True)
+class WebViewer:
+    """What a browser needs to show a recording without a server: the viewer's own script and WebAssembly."""
+
+    script: str
+    program: bytes
+
+
+def web_viewer() -> WebViewer:
+    """Fetch both files from the viewer, which serves those of its version on this machine for a moment.
+
+    Raises UserError when it does not start.
+    """
+    web, data = free_port(WEB_PORT), free_port(DATA_PORT)
+    failure = "the viewer did not serve its web pages; is rerun-sdk installed as pinned in constraints.txt?"
+    with _viewer("--serve-web", "--web-viewer-port", str(web), "--port", str(data), quiet=True) as process:
+
+        def fetched(name: str) -> bytes:
+            return _answer(process, lambda: _content(f"http://{LOCAL}:{web}/{name}"), failure)
+
+        return WebViewer(fetched("re_viewer.js").decode(), fetched("re_viewer_bg.wasm"))
+
+
+def _content(url: str) -> bytes:
+    with urllib.request.urlopen(url, timeout=START_SECONDS) as response:
+        return bytes(response.read())
+
+
 @contextmanager
-def running_viewer(*arguments: str, quiet: bool = False) -> Iterator[subprocess.Popen[bytes]]:
+def _viewer(*arguments: str, quiet: bool = False) -> Iterator[subprocess.Popen[bytes]]:
     """A viewer that ends with the block; a quiet one prints nothing and opens no browser.
 
     Without a display its libraries complain about the missing desktop.
@@ -138,7 +168,7 @@ def running_viewer(*arguments: str, quiet: bool = False) -> Iterator[subprocess.
         process.wait()
 
 
-def answer(process: subprocess.Popen[bytes], request: Callable[[], Answer], failure: str) -> Answer:
+def _answer(process: subprocess.Popen[bytes], request: Callable[[], Answer], failure: str) -> Answer:
     """The answer to a request that fails until the viewer has started; UserError(failure) when it does not start."""
     deadline = time.monotonic() + START_SECONDS
     while time.monotonic() < deadline and process.poll() is None:

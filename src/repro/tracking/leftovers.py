@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import nullcontext, suppress
 from pathlib import Path
 
 from filelock import FileLock, Timeout
@@ -39,17 +40,11 @@ def removable(paths: Paths, sorts: Sequence[str]) -> list[Path]:
 def remove(paths: Paths, folders: Sequence[Path]) -> Iterator[Path]:
     """Remove folders and yield each; a stage that a living process is making is left alone."""
     for folder in folders:
-        kind = folder.parent.parent.name
-        lock = FileLock(paths.lock(kind, folder.name)) if folder.parent.name == ".work" else None
-        try:
-            if lock is not None:
-                lock.acquire(timeout=0)
-        except Timeout:
-            continue
-        shutil.rmtree(folder)
-        if lock is not None:
-            lock.release()
-        yield folder
+        being_made = folder.parent.name == ".work"
+        lock = FileLock(paths.lock(folder.parent.parent.name, folder.name), timeout=0) if being_made else nullcontext()
+        with suppress(Timeout), lock:
+            shutil.rmtree(folder)
+            yield folder
 
 
 def size_of(folder: Path) -> int:

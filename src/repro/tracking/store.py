@@ -140,11 +140,9 @@ class Store:
             name = path.relative_to(folder).as_posix()
             files[name] = StoredFile(sha256=file_digest(path), bytes=path.stat().st_size)
         place = self.paths.folder(stage.kind, stage.id)
-        self._record(stage, folder, StageOutcome.OK, meter, summary=summary, files=files).write()
-        folder.rename(place)
-        sync(place.parent)
+        finished = self._put(stage, folder, place, StageOutcome.OK, meter, summary=summary, files=files)
         shutil.rmtree(self.paths.failed(stage.kind, stage.id), ignore_errors=True)
-        return record.read(place)
+        return finished
 
     def _keep_failure(self, stage: Stage, folder: Path, meter: provenance.Meter, error: Exception) -> Record:
         place = self.paths.failed(stage.kind, stage.id)
@@ -153,24 +151,17 @@ class Store:
         (folder / HOLDER_FILE).unlink(missing_ok=True)
         trace = "".join(traceback.format_exception(error))
         failure = Failure(type(error).__name__, str(error), trace, progress.log_path(), stage.command)
-        self._record(stage, folder, StageOutcome.FAILED, meter, failure=failure).write()
+        return self._put(stage, folder, place, StageOutcome.FAILED, meter, failure=failure)
+
+    def _put(
+        self, stage: Stage, folder: Path, place: Path, outcome: StageOutcome, meter: provenance.Meter, **content: Any
+    ) -> Record:
+        """Write run.json in the working folder, and move the folder to its place."""
+        origin = provenance.describe(stage, self.overrides, self.paths.patches, meter)
+        Record(stage.id, stage.kind, stage.name, outcome, folder, stage.identity, provenance=origin, **content).write()
         folder.rename(place)
         sync(place.parent)
         return record.read(place)
-
-    def _record(
-        self, stage: Stage, folder: Path, outcome: StageOutcome, meter: provenance.Meter, **content: Any
-    ) -> Record:
-        return Record(
-            id=stage.id,
-            kind=stage.kind,
-            name=stage.name,
-            outcome=outcome,
-            folder=folder,
-            identity=stage.identity,
-            provenance=provenance.describe(stage, self.overrides, self.paths.patches, meter),
-            **content,
-        )
 
 
 def _drop(folder: Path, unwanted: Callable[[str], bool]) -> None:

@@ -117,7 +117,7 @@ def test_the_recording_shows_motion_solver_and_clearance(tmp_path, data):
     with np.load(tmp_path / control.FIRST) as stored:
         loop_recording.record(tmp_path, "run", "title", {"setting": "sip"}, dict(stored), load("sip"))
         states = stored["states"]
-    tracks = read_recording(tmp_path / loop_recording.FILE)
+    tracks = read_recording(tmp_path / "recording.rrd")
     np.testing.assert_allclose(tracks["state/theta"].values[:, 0], states[::8, 1])
     assert {"further/solver_time", "further/iterations", "further/clearance", "force"} <= set(tracks)
     supplied, stored_power, _ = tracks["power"].values.T

@@ -11,8 +11,8 @@ from repro.mechanics.system import System
 from repro.models.link_chain import ChainLink
 from repro.models.model import Model
 from repro.recording.chain_writer import ChainMotion, ChainRecording, write_chain_recording
+from repro.recording.contents import FILENAME
 
-FILE = "recording.rrd"
 SPACING = 1.0  # m from mass to mass at rest, in the picture
 
 
@@ -33,7 +33,7 @@ def record(
     learned = simulate_chain(ChainLink.learned(model, parameters[0].double().numpy()), start)
     time = np.arange(len(plant.energy)) * KEPT * TIME_STEP
     models = {f"seed {seeds[0]}": _drawn(learned)}
-    write_chain_recording(folder / FILE, ChainRecording(run, title, card, time, _drawn(plant), models))
+    write_chain_recording(folder / FILENAME, ChainRecording(run, title, card, time, _drawn(plant), models))
     return {"member": int(seeds[0]), "links": links}
 
 

@@ -10,10 +10,9 @@ from repro.control.loop_tables import energies
 from repro.evaluation.power_balance import power_balance
 from repro.mechanics.system import System
 from repro.pipeline.stages.drawn_motion import driven_forces, world_points
-from repro.recording.contents import DrawnMotion, RunRecording
+from repro.recording.contents import FILENAME, DrawnMotion, RunRecording
 from repro.recording.writer import write_recording
 
-FILE = "recording.rrd"
 FALLBACKS = "fallback (1 second try, 2 last plan, 3 none)"
 
 
@@ -48,7 +47,7 @@ def record(
         predicted=world_points(system, predicted)[:, :, -1],
         charts={name: (unit, np.asarray(values, dtype=float)) for name, (unit, values) in charts.items()},
     )
-    write_recording(folder / FILE, recording)
+    write_recording(folder / FILENAME, recording)
     return {"steps": steps}
 
 

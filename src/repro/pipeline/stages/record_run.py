@@ -9,10 +9,9 @@ import pandas as pd
 from repro.evaluation.power_balance import power_balance
 from repro.mechanics.system import System
 from repro.pipeline.stages.drawn_motion import driven_forces, world_points
-from repro.recording.contents import DrawnMotion, LearningCurve, RunRecording
+from repro.recording.contents import FILENAME, DrawnMotion, LearningCurve, RunRecording
 from repro.recording.writer import write_recording
 
-FILE = "recording.rrd"
 SHOWN = 3  # members: more make the picture crowded
 
 
@@ -29,7 +28,7 @@ def record(
     members = sorted(trajectories["member"].unique())[:SHOWN]
     tested = {f"seed {members[0]}": tested_by(trajectories, members[0])}
     learned = {f"seed {member}": curves[curves["member"] == member] for member in members}
-    write_recording(folder / FILE, recording_of(run, title, card, tested, learned, system))
+    write_recording(folder / FILENAME, recording_of(run, title, card, tested, learned, system))
     return {"member": int(members[0])}
 
 

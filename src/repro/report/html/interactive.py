@@ -29,7 +29,7 @@ def write_interactive(recordings: Sequence[Path], folder: Path) -> Path:
 
     Raises UserError when the viewer gives no web pages. About 19 MB, plus 4/3 of the recordings.
     """
-    from repro.recording.web_viewer import web_viewer
+    from repro.recording.viewer import web_viewer
 
     viewer = web_viewer()
     text = rendered(
