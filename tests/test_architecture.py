@@ -19,7 +19,7 @@ DRAWING = runpy.run_path(str(ROOT / "docs" / "architecture.py"))  # reads the im
 NAMED_BY_THEIR_FOLDER = ("commands", "figures", "tables", "bases", "systems", "kinds", "optimisers")
 REPEATED = ("Options",)  # of a plugin, one class in each of its files
 # Names that still mean two things. This list may only become shorter.
-STILL_REPEATED = {"schema", "options", "Row", "Section", "System", "Objective"}
+STILL_REPEATED = {"schema", "Row", "Section"}
 
 SCIENCE = ("codegen", "plugins", "mechanics", "models", "data", "learning", "control", "evaluation")
 STORED = ("tracking", "results", "claims")

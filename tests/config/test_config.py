@@ -41,7 +41,7 @@ MISTAKES = {
     "record=perhaps": "record = 'perhaps': should be a valid boolean",
     "+foo=1": "unknown key 'foo'; allowed are basis",
     "+data.foo=1": "keys cannot be added",
-    "~data.samples": "data.samples: a value is needed",
+    "~data.samples": "keys cannot be removed; give another value",
     "basis": "basis: not understood",
     "reading=physical,printed": "this makes 2 jobs: add -m to run them all",
     "experiment=sip_basics": "did you mean sip_basis?",

@@ -133,7 +133,7 @@ def test_a_run_opens_to_its_model_data_and_tables(outputs):
     assert run.seeds == [4, 7]
     assert run.data.q.shape == (2, 300, 2)
     assert run.parameters.shape == (2, run.model.n_parameters)
-    assert run.settings["basis"] == "t2"
+    assert run.settings.basis == "t2"
     metrics = run.table("metrics")
     test = run.data.test
     error = predict(run.model, run.parameters, test.q, test.qd, test.qdd, test.tau).tau - test.tau
@@ -148,6 +148,6 @@ def test_a_run_opens_to_its_model_data_and_tables(outputs):
 
 def test_weights_of_older_code_are_refused(outputs, monkeypatch):
     record = made(outputs, "t1")
-    monkeypatch.setattr("repro.pipeline.stages.fit.load_parameters", lambda folder: torch.zeros(2, 9))
+    monkeypatch.setattr("repro.pipeline.stages.stored_fit.load_parameters", lambda folder: torch.zeros(2, 9))
     with pytest.raises(UserError, match="has 9 weights a member, its model now takes 4"):
         _ = repro.load_run(record.id, root=outputs).parameters

@@ -9,7 +9,8 @@ import torch
 
 from repro.codegen.array_evaluation import evaluate
 from repro.learning.native import native
-from repro.learning.objective import Equation, Objective
+from repro.learning.objective import Objective
+from repro.learning.objective_options import Equation
 from repro.learning.symbolic import residual, symbols
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem

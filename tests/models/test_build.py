@@ -19,7 +19,7 @@ from repro.models.bases import t2
 from repro.models.context import Context
 from repro.models.kinds import lagrangian, structured, trivial
 from repro.models.kinds.degenerate import Options, build
-from repro.pipeline.stages.fit import build_model
+from repro.pipeline.stages.stored_fit import build_model
 
 CONF = Path(__file__).parents[2] / "conf" / "model"
 SYSTEM = load("sip")

@@ -11,7 +11,7 @@ from torch import Tensor
 
 from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
-from repro.learning import objective
+from repro.learning import objective_options
 from repro.learning.objective import Objective
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
@@ -41,7 +41,7 @@ class TrainingCase:
 
     def problem(self, equation: Equation) -> TrainingProblem:
         """The training problem of this engine."""
-        task = make_task(self.model, self.dataset, Objective(objective.Equation(equation)))
+        task = make_task(self.model, self.dataset, Objective(objective_options.Equation(equation)))
         return TrainingProblem(self.model, [task], range(self.members))
 
     def measured(self, name: str) -> Tensor:

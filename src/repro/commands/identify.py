@@ -8,8 +8,13 @@ from repro.config.compose import compose
 from repro.config.rules import linear
 from repro.errors import UserError
 from repro.evaluation.identifiability import Identifiability
+from repro.learning.objective_options import Equation
 from repro.pipeline.plan import Pipeline
-from repro.pipeline.work import Work
+from repro.pipeline.stages import data
+from repro.pipeline.stages.examine import identified
+from repro.pipeline.stages.fit import training_data
+from repro.pipeline.stages.stored_fit import model_of
+from repro.tracking.load import Run
 from repro.tracking.paths import outputs_root
 from repro.tracking.store import Store
 
@@ -54,14 +59,17 @@ def report(phase: str, members: Sequence[Identifiability]) -> str:
 def _examined(overrides: Sequence[str]) -> dict[str, list[Identifiability]]:
     composed = compose(overrides)
     config = composed.config
-    if not linear(config) or config.objective.kind != "inverse":
+    if not linear(config) or config.objective.kind is not Equation.INVERSE:
         chosen = f"model={config.model.kind}, basis={config.basis.name}, objective={config.objective.kind}"
         raise UserError(f"identify is for model=lagrangian with a linear basis and objective=inverse, not {chosen}")
     pipeline, store = Pipeline.of(config, composed.command), Store(outputs_root())
-    work = Work(pipeline, store)
-    for role, stage in pipeline.data_stages.items():
-        store.compute(stage, partial(work.make_data, role=role))
-    return work.identified()
+    upstream = {
+        role: Run(store.compute(stage, partial(data.make, options=pipeline.data_options[role])))
+        for role, stage in pipeline.data_stages.items()
+    }
+    options = pipeline.fit_options
+    model = model_of(options, upstream)
+    return identified(model, config.objective, config.sequence, training_data(options, upstream))
 
 
 def _value(one: Identifiability, order: int) -> str:

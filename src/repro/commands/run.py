@@ -90,7 +90,7 @@ def _print_outcome(jobs: Sequence[PlannedJob], paths: Paths) -> None:
 
 def _print_configuration(jobs: Sequence[tuple[str, ...]]) -> int:
     for composed in plan(jobs):
-        content = composed.config.model_dump(exclude={"sweep"})
+        content = composed.config.model_dump(mode="json", exclude={"sweep"})
         print(yaml.safe_dump(content, sort_keys=False, default_flow_style=None), end="")
     return 0
 

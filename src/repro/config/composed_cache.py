@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any, Self
 
 from repro.config.places import code_digest, digest
-from repro.config.schema import Config, RandomForce
+from repro.config.schema import Config
+from repro.data.data_options import RandomForce
 from repro.tracking.files import write_text
 
 
@@ -56,7 +57,7 @@ class Cache:
         """Take a job that was composed and accepted; one that reads a file is checked each time, as the file is."""
         self.composed[_key(job)] = raw
         if isinstance(config.data, RandomForce):
-            self.accepted[_key(job)] = config.model_dump()
+            self.accepted[_key(job)] = config.model_dump(mode="json")
         self.changed = True
 
     def save(self) -> None:

@@ -13,7 +13,7 @@ CHOICE = ("name", "kind", "source")  # the keys by which the options of a group 
 
 def defaults_of(config: Config) -> Config:
     """The same option of every group (conf/GROUP/OPTION.yaml), and nothing else set."""
-    chosen = config.model_dump()
+    chosen = config.model_dump(mode="json")
     outside = {key: value for key, value in read_yaml(CONF / "config.yaml").items() if key != "defaults"}
     options = {group: _nearest(group, chosen[group]) for group in groups()}
     return Config.model_validate({**outside, **options})

@@ -131,6 +131,8 @@ def check(overrides: Sequence[str]) -> None:
             raise UserError(f"{override}: unknown key {head!r}{nearest(head, top)}; allowed are {', '.join(top)}")
         if key in groups and value not in groups[key] and not override.startswith("~"):
             raise UserError(f"{override}: allowed are {', '.join(groups[key])}{nearest(value, groups[key])}")
+        if override.startswith("~") and "." in key:
+            raise UserError(f"{override}: keys cannot be removed; give another value")
         if override.startswith("+") and "." in key:
             raise UserError(f"{override}: keys cannot be added; leave out the + and use a key that the schema has")
         if "." in key and head in groups:

@@ -9,7 +9,7 @@ SOURCE = Path(__file__).resolve().parents[1]
 ROOT = SOURCE.parents[1]
 CONF, EXPERIMENTS = ROOT / "conf", ROOT / "experiments"
 READERS = ("config", "pipeline")  # rooms whose code makes stages of the settings
-DECLARERS = ("mechanics", "models", "learning", "control")
+DECLARERS = ("plugins", "mechanics", "models", "data", "learning", "control")
 
 
 def digest(experiment: str = "") -> str:

@@ -8,7 +8,8 @@ from pydantic import PlainSerializer, PlainValidator, TypeAdapter, ValidationErr
 
 from repro.config.error_lines import lines
 from repro.errors import UserError
-from repro.models.options import ModelOptions
+from repro.learning.optimiser_options import OptimiserOptions
+from repro.models.model_options import ModelOptions
 from repro.plugins.options import PluginOptions
 from repro.plugins.plugin import not_allowed, plugin, plugin_names
 
@@ -44,13 +45,24 @@ def checked(group: str, folder: str, raw: Any) -> PluginOptions:
 
 
 def model_options(raw: Any) -> ModelOptions:
-    """The options of a stored model; UserError where its kind does not exist any more, or has other options."""
-    try:
-        options = checked("model", MODELS, raw)
-    except OptionsError as error:
-        raise UserError(str(error)) from None
+    """The options of a model from plain data; UserError names what is allowed."""
+    options = _stored("model", MODELS, raw)
     assert isinstance(options, ModelOptions)
     return options
+
+
+def optimiser_options(raw: Any) -> OptimiserOptions:
+    """The options of an optimiser from plain data; UserError names what is allowed."""
+    options = _stored("optimiser", OPTIMISERS, raw)
+    assert isinstance(options, OptimiserOptions)
+    return options
+
+
+def _stored(group: str, folder: str, raw: Any) -> PluginOptions:
+    try:
+        return checked(group, folder, raw)
+    except OptionsError as error:
+        raise UserError(str(error)) from None
 
 
 @cache

@@ -6,15 +6,17 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 from repro.config.plugin_options import MODELS
-from repro.config.schema import Config, File
+from repro.config.schema import Config
 from repro.control.controller_options import ControllerOptions
+from repro.data.data_options import RecordingFile
 from repro.errors import UserError
+from repro.learning.objective_options import Equation
+from repro.learning.sequence_options import SequenceKind
 from repro.plugins.plugin import not_allowed, plugin, plugin_names
 
 if TYPE_CHECKING:
     from repro.mechanics.system import System
 
-FREE_MOTION = ("pretrain_only", "pretrain", "joint")
 BASES = "models.bases"
 
 
@@ -71,7 +73,7 @@ def _closed_form(config: Config) -> Iterator[str]:
     if not config.model.is_linear(_features(config.basis.name).LINEAR):
         basis, suited = config.basis.name, ", ".join(name for name in plugin_names(BASES) if _features(name).LINEAR)
         yield f"optimiser = {name}: needs model=lagrangian and a linear basis ({suited}), not {kind}, {basis}"
-    if objective.kind != "inverse":
+    if objective.kind is not Equation.INVERSE:
         yield f"optimiser = {name}: is linear in tau only, so it needs objective=inverse, not {objective.kind}"
     if objective.momentum_weight:
         yield f"objective.momentum_weight = {objective.momentum_weight}: optimiser={name} fits linear terms only"
@@ -81,16 +83,16 @@ def _without_energies(config: Config) -> Iterator[str]:
     if config.model.energetic:
         return
     choice = f"model={config.model.kind}"
-    if config.objective.kind == "inverse":
+    if config.objective.kind is Equation.INVERSE:
         yield f"objective.kind = 'inverse': {choice} predicts accelerations only; use objective=forward"
-    if config.sequence.kind != "main":
-        yield f"sequence.kind = {config.sequence.kind!r}: {choice} has no energies; use sequence=main"
+    if config.sequence.kind is not SequenceKind.MAIN:
+        yield f"sequence.kind = '{config.sequence.kind}': {choice} has no energies; use sequence=main"
     if config.energies.gauge != "raw":
         yield f"energies.gauge = {config.energies.gauge!r}: {choice} has no energies; use energies=raw"
 
 
 def _port(config: Config) -> Iterator[str]:
-    if config.objective.kind == "port" and not config.model.port_form:
+    if config.objective.kind is Equation.PORT and not config.model.port_form:
         suited = ", ".join(_models_with("port_form"))
         yield f"objective.kind = 'port': the rows of eq. (12b) need model={suited}, not model={config.model.kind}"
 
@@ -125,7 +127,7 @@ def _l1(config: Config) -> Iterator[str]:
 
 
 def _free_motion_keeps_its_energy(config: Config) -> Iterator[str]:
-    if config.model.fitted and config.sequence.kind in FREE_MOTION and any(config.system.damping):
+    if config.model.fitted and config.sequence.kind.uses_free_motion and any(config.system.damping):
         yield f"system.damping = {config.system.damping}: D_H keeps its energy only without damping"
 
 
@@ -133,7 +135,7 @@ def _pretraining_epochs(config: Config) -> Iterator[str]:
     epochs, kind = config.sequence.pretraining_epochs, config.sequence.kind
     if epochs is None or not config.model.fitted:
         return
-    if kind not in ("pretrain_only", "pretrain"):
+    if not kind.begins_with_free_motion:
         yield f"sequence.pretraining_epochs = {epochs}: sequence={kind} has no phase on D_H alone; leave it at null"
     if config.optimiser.unit != "epochs":
         name = config.optimiser.name
@@ -157,12 +159,12 @@ def _chain(config: Config) -> Iterator[str]:
     if config.chain and (config.system.name != "link" or not config.model.joinable):
         suited = ", ".join(_models_with("joinable"))
         yield f"chain = {config.chain}: joins copies of a link; use system=link and one of model={suited}"
-    if config.whole_chain and (config.system.name != "link" or isinstance(config.data, File)):
+    if config.whole_chain and (config.system.name != "link" or isinstance(config.data, RecordingFile)):
         yield f"whole_chain = {config.whole_chain}: is sampled from the true chain; use system=link, not data=file"
 
 
 def _recording(config: Config) -> Iterator[str]:
-    if not isinstance(config.data, File):
+    if not isinstance(config.data, RecordingFile):
         return
     if config.data.path == "???":
         yield "data.path: a value is needed: your CSV or Parquet file"
@@ -170,8 +172,8 @@ def _recording(config: Config) -> Iterator[str]:
         yield f"data.path = {config.data.path!r}: no such file; give a CSV or Parquet file"
     if config.model.from_true_system:
         yield f"model.kind = {config.model.kind!r}: is made from the true system, which data=file does not include"
-    if config.sequence.kind != "main":
-        yield f"sequence.kind = {config.sequence.kind!r}: needs simulated data; data=file goes with sequence=main"
+    if config.sequence.kind is not SequenceKind.MAIN:
+        yield f"sequence.kind = '{config.sequence.kind}': needs simulated data; data=file goes with sequence=main"
     if config.curriculum.episodes:
         yield "curriculum.episodes: needs simulated data; data=file goes with curriculum=none"
 
@@ -181,7 +183,7 @@ def _closed_loop(config: Config) -> Iterator[str]:
     if not isinstance(control, ControllerOptions) or [*_system(config)]:
         return
     choice = f"control = {control.name!r}"
-    if isinstance(config.data, File):
+    if isinstance(config.data, RecordingFile):
         yield f"{choice}: drives the true system, which data=file does not include; use control=none"
     if not config.model.controllable:
         yield f"{choice}: needs a model with energies and an invertible mass matrix, not model={config.model.kind}"
@@ -235,17 +237,9 @@ def _models_with(capability: str) -> list[str]:
 
 def true_system(config: Config) -> "System":
     """The system that the configuration describes; UserError for constants that it cannot have."""
-    from repro.mechanics.system import load
+    from repro.mechanics.system import load_system
 
-    system = config.system
-    return load(
-        system.name,
-        config.reading.name,
-        system.damping,
-        system.damping_frame,
-        system.damping_growth,
-        **system.constants,
-    )
+    return load_system(config.system_options)
 
 
 def _features(basis: str) -> ModuleType:

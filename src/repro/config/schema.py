@@ -6,15 +6,19 @@ from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field, field_validator
 
-from repro.config.base import Count, NotNegative, Positive, Section, Share
+from repro.config.base import Count, NotNegative, Positive, Section
 from repro.config.plugin_options import MODELS, OPTIMISERS, chosen
 from repro.control.controller_options import CONTROLLERS, ControlOptions
 from repro.control.task import Task
+from repro.data.data_options import RandomForce, RecordingFile
+from repro.learning.objective_options import ObjectiveOptions
 from repro.learning.optimiser_options import OptimiserOptions
-from repro.models.options import ModelOptions
+from repro.learning.sequence_options import SequenceOptions
+from repro.mechanics.system_options import SystemOptions
+from repro.models.model_options import ModelOptions
 
 
-class System(Section):
+class SystemSection(Section):
     """The true system (conf/system); further keys are constants of the system, which knows their names."""
 
     model_config = ConfigDict(extra="allow", frozen=True)
@@ -30,53 +34,16 @@ class System(Section):
         """The constants by name."""
         return dict(self.__pydantic_extra__)
 
+    def options(self, reading: "Reading") -> SystemOptions:
+        """The system in a reading of the paper's conventions."""
+        damping = tuple(self.damping)
+        return SystemOptions(self.name, reading.name, damping, self.damping_frame, self.damping_growth, self.constants)
+
 
 class Reading(Section):
     """Which reading of the paper's conventions (conf/reading)."""
 
     name: Literal["physical", "printed"]
-
-
-class RandomForce(Section):
-    """Simulated data D (conf/data)."""
-
-    source: Literal["random_force"]
-    regime: Literal["episodes", "long"]
-    episode_steps: Count
-    samples: Annotated[int, Field(ge=10)]
-    train_fraction: Share
-    train_samples: Count | None
-    time_step: Positive
-    force_limit: Positive
-    start: Literal["upright", "hanging"]
-    reset: Literal["start", "random"]
-    labels: Literal["exact", "differenced"]
-    tau_noise: NotNegative
-    qdd_noise: NotNegative
-    q_noise: NotNegative
-    qd_noise: NotNegative
-    common: bool
-
-
-class Columns(Section):
-    """Names of the columns of a recording."""
-
-    q: list[str]
-    qd: list[str]
-    tau: list[str]
-    qdd: list[str] = Field(default_factory=list)
-    time: list[str] = Field(default_factory=list)
-    episode: list[str] = Field(default_factory=list)
-
-
-class File(Section):
-    """One's own recording (conf/data/file)."""
-
-    source: Literal["file"]
-    path: str
-    columns: Columns
-    time_step: Positive | None
-    train_fraction: Share
 
 
 class Curriculum(Section):
@@ -90,30 +57,6 @@ class Basis(Section):
     """Features of T and V (conf/basis): a file of repro/models/bases."""
 
     name: str
-
-
-class Objective(Section):
-    """The loss (conf/objective)."""
-
-    kind: Literal["inverse", "forward", "port"]
-    momentum_weight: NotNegative
-    l1_kinetic: NotNegative
-    l1_potential: NotNegative
-    error_scale: Positive | None
-    equal_weight_share: Annotated[float, Field(ge=0, le=1)]
-    passivity_states: Annotated[int, Field(ge=0)]
-
-
-class Sequence(Section):
-    """Which data in which order (conf/sequence)."""
-
-    kind: Literal["main", "anchored", "pretrain_only", "pretrain", "joint"]
-    energy_weight: Positive
-    energy_form: Literal["legendre", "sum"]
-    initial_angles: Annotated[int, Field(ge=2)]
-    grid: Literal["product", "diagonal"]
-    steps: Annotated[int, Field(ge=1)]
-    pretraining_epochs: Count | None
 
 
 class Energies(Section):
@@ -145,15 +88,15 @@ Control = Annotated[ControlOptions, *chosen("control", CONTROLLERS)]
 class Config(Section):
     """One run. The options of `model`, `optimiser` and `control` are those that the module of their `kind` declares."""
 
-    system: System
+    system: SystemSection
     reading: Reading
-    data: Annotated[RandomForce | File, Field(discriminator="source")]
+    data: Annotated[RandomForce | RecordingFile, Field(discriminator="source")]
     curriculum: Curriculum
     model: Model
     basis: Basis
-    objective: Objective
+    objective: ObjectiveOptions
     optimiser: Optimiser
-    sequence: Sequence
+    sequence: SequenceOptions
     energies: Energies
     control: Control
     task: Task
@@ -178,8 +121,13 @@ class Config(Section):
         return value
 
     @property
+    def system_options(self) -> SystemOptions:
+        """The true system."""
+        return self.system.options(self.reading)
+
+    @property
     def members(self) -> list[int]:
-        """The seeds, one a member."""
+        """The seeds, one per member."""
         count = self.scale.seeds if self.seeds is None else self.seeds
         return list(range(count)) if isinstance(count, int) else list(count)
 
@@ -194,13 +142,13 @@ def scaled(config: Config) -> Config:
     updates["energies"] = config.energies.model_copy(update={"horizons": horizons})
     updates |= {name: _up_to(scale.links, getattr(config, name)) for name in ("chain", "whole_chain")}
     if isinstance(config.data, RandomForce):
-        updates["data"] = config.data.model_copy(update={"samples": min(config.data.samples, scale.samples)})
-        shorter = min(config.curriculum.samples, scale.samples)
-        sequence: dict[str, Any] = {"initial_angles": min(config.sequence.initial_angles, scale.initial_angles)}
-        if config.sequence.pretraining_epochs is not None:
-            sequence["pretraining_epochs"] = max(1, math.ceil(config.sequence.pretraining_epochs * scale.epochs))
-        updates["sequence"] = config.sequence.model_copy(update=sequence)
-        updates["curriculum"] = config.curriculum.model_copy(update={"samples": shorter})
+        sequence, epochs = config.sequence, config.sequence.pretraining_epochs
+        shorter = None if epochs is None else max(1, math.ceil(epochs * scale.epochs))
+        angles = min(sequence.initial_angles, scale.initial_angles)
+        updates["data"] = replace(config.data, samples=min(config.data.samples, scale.samples))
+        updates["sequence"] = replace(sequence, initial_angles=angles, pretraining_epochs=shorter)
+        samples = min(config.curriculum.samples, scale.samples)
+        updates["curriculum"] = config.curriculum.model_copy(update={"samples": samples})
     return config.model_copy(update=updates)
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from repro.learning.objective import Equation
+from repro.learning.objective_options import EnergyForm, Equation
 from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.models.lagrangian import Lagrangian
 
@@ -50,7 +50,7 @@ def affine_rows(model: Lagrangian, task: TrainingTask) -> AffineRows:
         parts.append((torch.zeros_like(measured["tau"]), w, u, -force, measured["tau"]))
     if objective.energy_weight:
         scale, along = objective.energy_weight**0.5, (measured["qd"].unsqueeze(2) @ u)
-        sign, slope = (1.0, torch.zeros_like(z)) if objective.energy_form == "sum" else (-1.0, along)
+        sign, slope = (1.0, torch.zeros_like(z)) if objective.energy_form == EnergyForm.SUM else (-1.0, along)
         known = measured["energy"].unsqueeze(-1)
         value = torch.full_like(known, sign)
         parts.append((scale * value, scale * slope, torch.zeros_like(z), scale * energy, scale * known))

@@ -1,36 +1,28 @@
 """Losses (7a), (8) and l_H as rows of residuals: the loss of a sample is the weighted sum of its squared rows."""
 
 from dataclasses import dataclass
-from enum import StrEnum
-from typing import Literal, assert_never
+from typing import assert_never
 
 import torch
 from torch import Tensor
 
+from repro.learning.objective_options import EnergyForm, Equation
 from repro.models.terms import Terms
-
-
-class Equation(StrEnum):
-    """The equation whose residual is minimised: tau (PLNN), qdd (LNN), or both rows of eq. (12b)."""
-
-    INVERSE = "inverse"
-    FORWARD = "forward"
-    PORT = "port"
 
 
 @dataclass(frozen=True)
 class Objective:
-    """What is asked of the model on one dataset.
+    """What is minimised on one dataset.
 
-    equation: `inverse` asks for tau (PLNN), `forward` for qdd (LNN), `port` for both rows of eq. (12b), None for none
-    of them. momentum_weight: of Omega_tran, eq. (8). energy_weight: of the squared energy error where the energy is
-    known (III-A.1), with H_hat the `legendre` transform p.qd - L or the printed `sum` T + V.
+    equation: None has no row of an equation of motion. momentum_weight: of Omega_tran, eq. (8). energy_weight: of the
+    squared energy error where the energy is known (III-A.1), with H_hat the `legendre` transform p.qd - L or the
+    printed `sum` T + V.
     """
 
     equation: Equation | None = Equation.INVERSE
     momentum_weight: float = 0.0
     energy_weight: float = 0.0
-    energy_form: Literal["legendre", "sum"] = "legendre"
+    energy_form: EnergyForm = EnergyForm.LEGENDRE
 
     @property
     def mass(self) -> bool:
@@ -41,19 +33,19 @@ class Objective:
         """Weighted residual rows (member, sample, row); measured: qd, qdd, tau (member, sample, n_q) and energy."""
         rows = []
         match self.equation:
+            case None:
+                pass
             case Equation.INVERSE:
                 rows.append(terms.tau - measured["tau"])
             case Equation.FORWARD:
                 rows.append(terms.acceleration_error(measured["qdd"], measured["tau"]))
             case Equation.PORT:
                 rows.append(terms.port_error)
-            case None:
-                pass
             case _:
                 assert_never(self.equation)
         if self.momentum_weight:
             rows.append(self.momentum_weight**0.5 * (terms.transformed_momentum - terms.momentum))
         if self.energy_weight:
-            energy = terms.energy_sum if self.energy_form == "sum" else terms.hamiltonian(measured["qd"])
+            energy = terms.energy_sum if self.energy_form == EnergyForm.SUM else terms.hamiltonian(measured["qd"])
             rows.append(self.energy_weight**0.5 * (energy - measured["energy"]).unsqueeze(-1))
         return torch.cat(rows, dim=-1)

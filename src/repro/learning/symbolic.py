@@ -5,7 +5,8 @@ from typing import assert_never
 
 import casadi
 
-from repro.learning.objective import Equation, Objective
+from repro.learning.objective import Objective
+from repro.learning.objective_options import EnergyForm, Equation
 from repro.mechanics.derive import solve_symmetric
 from repro.models.model import Model
 
@@ -64,6 +65,6 @@ def residual(model: Model, objective: Objective, s: Symbols) -> casadi.SX:
         rows.append(objective.momentum_weight**0.5 * (transformed - momentum))
     if objective.energy_weight:
         legendre = casadi.dot(momentum, s.qd) - lagrangian
-        energy = energies.kinetic + energies.potential if objective.energy_form == "sum" else legendre
+        energy = energies.kinetic + energies.potential if objective.energy_form == EnergyForm.SUM else legendre
         rows.append(objective.energy_weight**0.5 * (energy - s.energy))
     return casadi.sqrt(s.weight) * casadi.vertcat(*rows)

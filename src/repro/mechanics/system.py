@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from repro.errors import UserError
+from repro.mechanics.system_options import SystemOptions
 from repro.plugins.plugin import plugin, plugin_names
 
 READINGS = ("physical", "printed")
@@ -158,6 +159,18 @@ def load(
     joints = tuple(damping or ())
     return found(
         reading=reading, damping=joints, damping_frame=damping_frame, damping_growth=damping_growth, **constants
+    )
+
+
+def load_system(options: SystemOptions) -> System:
+    """The true system that options describe; UserError for what is not allowed."""
+    return load(
+        options.name,
+        options.reading,
+        options.damping,
+        options.damping_frame,
+        options.damping_growth,
+        **options.constants,
     )
 
 

@@ -8,8 +8,8 @@ from torch import Tensor
 
 from repro.models.features import FeatureMap
 from repro.models.model import EnergyExpressions, Model, Prepared
+from repro.models.model_options import Activation
 from repro.models.network import Network
-from repro.models.options import Activation
 from repro.models.position import PositionFeatures, cart_with_links
 from repro.models.terms import Terms
 

@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from repro.models.model import EnergyExpressions, Model, Prepared
-from repro.models.options import Damping
+from repro.models.model_options import Damping
 from repro.models.terms import Terms
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from repro.models.options import Activation
+from repro.models.model_options import Activation
 
 
 @dataclass(frozen=True)

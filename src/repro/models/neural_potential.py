@@ -7,8 +7,8 @@ import numpy as np
 
 from repro.models.expression import ExpressionModel
 from repro.models.model import EnergyExpressions
+from repro.models.model_options import Activation
 from repro.models.network import Network
-from repro.models.options import Activation
 
 
 class NeuralPotential(ExpressionModel):

@@ -8,8 +8,8 @@ import numpy as np
 from repro.models.expression import ExpressionModel
 from repro.models.features import FeatureMap
 from repro.models.model import EnergyExpressions, Model, PortForm
+from repro.models.model_options import Dissipation, Structure
 from repro.models.momentum import MomentumTransform
-from repro.models.options import Dissipation, Structure
 from repro.models.port_matrices import Factored, Skew
 from repro.models.position import PositionFeatures, cart_with_links
 

@@ -1,1 +1,1 @@
-"""One run: its stages (plan), the work of each (work), and their execution (run)."""
+"""One run: its stages (plan), the work of each (stages), and their execution (run)."""

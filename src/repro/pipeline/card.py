@@ -5,8 +5,9 @@ from dataclasses import replace
 from typing import Any
 
 from repro.config.defaults import defaults_of
-from repro.config.rules import FREE_MOTION, linear
+from repro.config.rules import linear
 from repro.config.schema import Config, scaled
+from repro.learning.sequence_options import SequenceKind
 from repro.results.run_card import RunCard
 from repro.tracking.plain_data import flattened
 
@@ -67,9 +68,9 @@ def _unused(flat: Mapping[str, Any], config: Config) -> list[str]:
         unused.append("basis.")
     if linear(config):
         unused.append("model.hidden")
-    if not fitted or sequence not in FREE_MOTION:
+    if not fitted or not sequence.uses_free_motion:
         unused += ["sequence.grid", "sequence.initial_angles", "sequence.steps"]
-    if not fitted or sequence != "pretrain":
+    if not fitted or sequence is not SequenceKind.PRETRAIN:
         unused.append("sequence.pretraining_epochs")
     if flat.get("data.regime") == "long":
         unused.append("data.episode_steps")

@@ -1,12 +1,11 @@
 """A finished run, opened: what was chosen, its data, its model and the learned weights."""
 
-from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from repro.errors import UserError
-from repro.pipeline.submodels import model_of
+from repro.pipeline.stored_options import stored_options
 from repro.tracking.load import Run, load_run
 
 if TYPE_CHECKING:
@@ -15,6 +14,7 @@ if TYPE_CHECKING:
     from repro.data.dataset import Dataset
     from repro.mechanics.system import System
     from repro.models.model import Model
+    from repro.pipeline.stage_options import FitOptions
 
 
 class OpenedRun(Run):
@@ -34,36 +34,36 @@ class OpenedRun(Run):
         """The seed of each member."""
         return list(self.card["seeds"])
 
-    @property
-    def settings(self) -> Mapping[str, Any]:
-        """What the fit was asked for: system, model, basis, objective, optimiser, sequence."""
-        return self._fit.config
+    @cached_property
+    def settings(self) -> "FitOptions":
+        """What the fit depends on: system, model, basis, objective, optimiser, sequence."""
+        return stored_options(self._fit)
 
     @cached_property
     def data(self) -> "Dataset":
         """The dataset D, training part first."""
-        from repro.data.dataset import Dataset
+        from repro.pipeline.stages.stored_fit import dataset
 
-        return Dataset.load(self.upstream["data"].record.folder)
+        return dataset(self.upstream["data"])
 
     @cached_property
     def system(self) -> "System | None":
         """The true system; None for one's own recordings."""
-        from repro.pipeline.stages.data import true_system
+        from repro.mechanics.system import load_system
 
-        if self.upstream["data"].config["source"] == "file":
-            return None
-        return true_system(self.settings["system"], self.settings["convention"])
+        return load_system(self.settings.system) if self.settings.simulated else None
 
     @cached_property
     def model(self) -> "Model":
         """The model; its weights are `parameters`."""
-        return model_of(self._fit)
+        from repro.pipeline.stages.stored_fit import model_of
+
+        return model_of(self.settings, self._fit.upstream)
 
     @cached_property
     def parameters(self) -> "Tensor":
         """The learned weights (member, n_parameters); UserError when the model's code no longer fits them."""
-        from repro.pipeline.stages.fit import load_parameters
+        from repro.pipeline.stages.stored_fit import load_parameters
 
         weights = load_parameters(self._fit.record.folder)
         if weights.shape[1] != self.model.n_parameters:

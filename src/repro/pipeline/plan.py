@@ -1,26 +1,37 @@
-"""One run from its configuration: the only place that knows the order of the stages."""
+"""What one run consists of: its stages in their order, each with its options, the stages upstream, and its code."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
-from repro.config.rules import FREE_MOTION
-from repro.config.schema import Config, File, RandomForce, scaled
+from repro.config.schema import Config, scaled
 from repro.control.controller_options import CONTROLLERS, ControllerOptions
-from repro.pipeline.submodels import fit_of, is_settings, model_modules, settings_of
+from repro.data.data_options import FreeMotionOptions, RandomForce, RecordingFile
+from repro.learning.sequence_options import SequenceKind, SequenceOptions
+from repro.pipeline.stage_options import (
+    DataOptions,
+    FitOptions,
+    LoopOptions,
+    RecordingOptions,
+    RunOptions,
+    Training,
+)
+from repro.pipeline.stored_options import check_seeds, stored_options
+from repro.pipeline.submodels import fit_of, is_settings, settings_of
+from repro.plugins.options import Options
 from repro.plugins.plugin import plugin_module
 from repro.tracking.record import Record
 from repro.tracking.stage import Stage
 from repro.tracking.store import Store
 
+UNUSED_BASIS = "raw"  # of models without weights, which have no features
 LONGEST_SHOWN = 30  # links of a chain in a recording: more are only dots
 
 
 @dataclass(frozen=True)
 class Pipeline:
-    """The stages of one run. Their ids follow from configuration and code alone; asking for them computes nothing."""
+    """The stages of one run. Their ids follow from configuration and code alone, without computing anything."""
 
     config: Config  # at its scale
     command: str
@@ -31,136 +42,148 @@ class Pipeline:
         return cls(scaled(config), command)
 
     @cached_property
-    def data_stages(self) -> dict[str, Stage]:
-        """Every dataset by its role: data, stage 1, stage 2, ... of the curriculum, and free (D_H)."""
-        config = self.config
-        stages = {}
+    def data_options(self) -> dict[str, DataOptions]:
+        """Every dataset by its role: data; stage_1, stage_2, ... of the curriculum, in front of it; free (D_H)."""
+        config, sequence = self.config, self.config.sequence
+        datasets = {}
         if isinstance(config.data, RandomForce):
             for number, steps in enumerate(config.curriculum.episodes, start=1):
-                shorter = {"regime": "episodes", "episode_steps": steps, "samples": config.curriculum.samples}
-                stages[f"stage_{number}"] = self._data_stage(config.data.model_copy(update=shorter))
-        stages["data"] = self._data_stage(config.data)
-        if config.sequence.kind in FREE_MOTION and not self._without_fit:
-            free = config.sequence.model_dump(include={"initial_angles", "grid", "steps"}) | {
-                "time_step": _time_step(config)
-            }
-            stages["free"] = self._stage(
-                "data",
-                f"{config.system.name}-free",
-                {"source": "free_motion", **free},
-                {},
-                ("repro.pipeline.stages.data", self._system_module),
+                shorter = replace(
+                    config.data, regime="episodes", episode_steps=steps, samples=config.curriculum.samples
+                )
+                datasets[f"stage_{number}"] = self._data_options(shorter)
+        datasets["data"] = self._data_options(config.data)
+        if sequence.kind.uses_free_motion and config.model.fitted:
+            step = config.data.time_step if isinstance(config.data, RandomForce) else FreeMotionOptions.time_step
+            motion = FreeMotionOptions(
+                initial_angles=sequence.initial_angles, grid=sequence.grid, steps=sequence.steps, time_step=step
             )
-        return stages
+            datasets["free"] = self._data_options(motion)
+        return datasets
+
+    @cached_property
+    def data_stages(self) -> dict[str, Stage]:
+        """The stage of every dataset by its role."""
+        system = plugin_module("mechanics.systems", self.config.system.name)
+        return {
+            role: self._stage("data", f"{self.config.system.name}-{_label(options)}", options, {}, "data", [system])
+            for role, options in self.data_options.items()
+        }
+
+    @cached_property
+    def fit_options(self) -> FitOptions:
+        """What the ensemble depends on."""
+        config = self.config
+        parts = tuple(options for options, _ in self._parts)
+        simulated = isinstance(config.data, RandomForce)
+        seeds, system = tuple(config.members), config.system_options
+        if not config.model.fitted:
+            return FitOptions(system, seeds, simulated, config.model, UNUSED_BASIS, None, parts)
+        main = config.sequence.kind is SequenceKind.MAIN
+        training = Training(
+            config.objective,
+            SequenceOptions() if main else config.sequence,
+            replace(config.optimiser, name=""),
+            config.device,
+        )
+        return FitOptions(system, seeds, simulated, config.model, config.basis.name, training, parts)
 
     @cached_property
     def fit_stage(self) -> Stage:
         """The ensemble."""
-        config = self.config
-        parts: dict[str, Any] = {"model": config.model.plain(), "basis": config.basis.name}
-        modules = ["repro.pipeline.stages.fit", self._model_module, plugin_module("models.bases", config.basis.name)]
-        if self._without_fit:
-            parts.pop("basis")
-            modules.pop()
-        else:
-            settings = {key: value for key, value in config.optimiser.plain().items() if key != "name"}
-            parts |= {
-                "objective": config.objective.model_dump(),
-                "optimiser": settings,
-                "sequence": config.sequence.model_dump() if config.sequence.kind != "main" else {"kind": "main"},
-            }
-            modules.append(plugin_module("learning.optimisers", config.optimiser.kind))
-            if config.device != "cpu":
-                parts["device"] = config.device
-                modules.append("repro.learning.device.device_adam")
         upstream = {role: stage.id for role, stage in self.data_stages.items()}
-        for number, (fit, of_model) in enumerate(self._part_fits, start=1):
-            upstream[f"part_{number}"] = fit
-            modules += of_model
-        return self._stage("fits", self.model_name, parts, upstream, (*modules, self._system_module))
+        upstream |= {f"part_{number}": id for number, (_, id) in enumerate(self._parts, start=1)}
+        code = _code_of(self.fit_options)
+        if (training := self.fit_options.training) is not None:
+            code.append(plugin_module("learning.optimisers", training.optimiser.kind))
+            if training.device != "cpu":
+                code.append(plugin_module("learning.device", "device_adam"))
+        return self._stage("fits", self.model_name, self.fit_options, upstream, "fit", code)
 
     @cached_property
     def part_pipelines(self) -> list["Pipeline"]:
         """The pipelines of the sub-models that the model is made of, where their settings are given."""
-        return [Pipeline.of(settings_of(part, self.config), self.command) for part in self._parts if is_settings(part)]
+        parts = [part for part in self.config.model.sub_models if is_settings(part)]
+        return [Pipeline.of(settings_of(part, self.config), self.command) for part in parts]
 
-    @property
-    def _parts(self) -> list[str]:
-        return list(self.config.model.sub_models)
-
-    @property
-    def _part_fits(self) -> Iterator[tuple[str, list[str]]]:
-        """The id of the fit of every sub-model, in order, and the modules of its model."""
-        made = iter(self.part_pipelines)
-        for part in self._parts:
+    @cached_property
+    def _parts(self) -> list[tuple[FitOptions, str]]:
+        """Options and id of the fit of every sub-model, in order."""
+        planned = iter(self.part_pipelines)
+        parts = []
+        for part in self.config.model.sub_models:
             if is_settings(part):
-                stage = next(made).fit_stage
-                yield stage.id, [name for name in stage.modules if name.startswith("repro.models.")]
+                pipeline = next(planned)
+                parts.append((pipeline.fit_options, pipeline.fit_stage.id))
             else:
                 fit = fit_of(part)
-                yield fit.id, model_modules(fit)
+                options = stored_options(fit)
+                check_seeds(fit, options, self.config.members)
+                parts.append((options, fit.id))
+        return parts
+
+    @cached_property
+    def run_options(self) -> RunOptions:
+        """What the measurements depend on."""
+        config = self.config
+        noise = config.data.tau_noise if config.whole_chain and isinstance(config.data, RandomForce) else 0.0
+        chains = tuple(config.chain), tuple(config.whole_chain)
+        return RunOptions(self.fit_options, config.energies.gauge, tuple(config.energies.horizons), *chains, noise)
 
     @cached_property
     def run_stage(self) -> Stage:
-        """The evaluation: what is called a run."""
+        """The measurements: what is called a run."""
         roles = [role for role in ("data", "free") if role in self.data_stages]
         upstream = {role: self.data_stages[role].id for role in roles} | {"fit": self.fit_stage.id}
-        parts: dict[str, Any] = {"reading": self.config.energies.gauge}
-        if self.config.energies.horizons:
-            parts["horizons"] = self.config.energies.horizons
-        if self.config.chain:
-            parts["chain"] = self.config.chain
-        if self.config.whole_chain:
-            parts["whole_chain"] = self.config.whole_chain
         if self.control_stage is not None:
             upstream["control"] = self.control_stage.id
-        stages = ("repro.pipeline.stages.evaluate", "repro.pipeline.stages.examine")
-        modules = [*stages, self._model_module, self._system_module]
-        if self.config.chain:
-            modules.append("repro.evaluation.chains")
-        if self.config.whole_chain:
-            modules.append("repro.evaluation.whole_chain")
-        return self._stage("runs", self.name, parts, upstream, modules)
+        code = _code_of(self.fit_options)
+        code += [plugin_module("evaluation", "chains")] if self.config.chain else []
+        code += [plugin_module("evaluation", "whole_chain")] if self.config.whole_chain else []
+        return self._stage("runs", self.name, self.run_options, upstream, "evaluate", code)
+
+    @cached_property
+    def loop_options(self) -> LoopOptions:
+        """What the closed loops depend on."""
+        config = self.config
+        canonical = config.energies.gauge.startswith("canonical")
+        assert isinstance(config.control, ControllerOptions)
+        return LoopOptions(self.fit_options, config.control, config.task, config.scale.loops, canonical)
 
     @cached_property
     def control_stage(self) -> Stage | None:
         """The closed loops on the true plant, where a controller is chosen."""
-        config = self.config
-        if not isinstance(config.control, ControllerOptions):
+        if not isinstance(self.config.control, ControllerOptions):
             return None
-        parts = {
-            "control": config.control.plain(),
-            "task": config.task.plain(),
-            "loops": config.scale.loops,
-            "canonical": config.energies.gauge.startswith("canonical"),
-        }
         upstream = {"data": self.data_stages["data"].id, "fit": self.fit_stage.id}
-        controller = plugin_module(CONTROLLERS, config.control.kind)
-        modules = ("repro.pipeline.stages.close_loops", controller, self._model_module, self._system_module)
-        return self._stage("control", self.name, parts, upstream, modules)
+        code = [plugin_module(CONTROLLERS, self.config.control.kind), *_code_of(self.fit_options)]
+        return self._stage("control", self.name, self.loop_options, upstream, "close_loops", code)
+
+    @cached_property
+    def recording_options(self) -> RecordingOptions:
+        """What the recording shows."""
+        links = max((links for links in self.config.chain if links <= LONGEST_SHOWN), default=None)
+        return RecordingOptions(self.fit_options, self.name.replace("-", " "), links)
 
     @cached_property
     def recording_stage(self) -> Stage:
         """The rerun recording of the run."""
-        if self.control_stage is not None:
-            module = "repro.pipeline.stages.record_loop"
-        else:
-            module = (
-                "repro.pipeline.stages.record_run"
-                if self.recorded_chain is None
-                else "repro.pipeline.stages.record_chain"
-            )
-        return self._stage("recordings", self.name, {}, {"run": self.run_stage.id}, (module, self._system_module))
+        upstream = {"run": self.run_stage.id}
+        code = _code_of(self.fit_options)
+        return self._stage("recordings", self.name, self.recording_options, upstream, self.recording_kind, code)
 
     @property
-    def recorded_chain(self) -> int | None:
-        """The number of links of the chain that the recording shows, if any."""
-        return max((links for links in self.config.chain if links <= LONGEST_SHOWN), default=None)
+    def recording_kind(self) -> str:
+        """Name of the stage that records: a closed loop, a chain, or one run."""
+        if self.control_stage is not None:
+            return "record_loop"
+        return "record_run" if self.recording_options.links is None else "record_chain"
 
     @property
     def name(self) -> str:
         """A readable name: what sets this run apart."""
-        driven = [] if self.config.control.kind == "none" else [self.config.control.name]
+        control = self.config.control
+        driven = [control.name] if isinstance(control, ControllerOptions) else []
         return "-".join([self.model_name, *driven])
 
     @property
@@ -168,11 +191,11 @@ class Pipeline:
         """What sets its model apart."""
         config = self.config
         words = [config.system.name, config.model.kind]
-        if not self._without_fit:
+        if config.model.fitted:
             if config.model.has_coefficients:
                 words.append(config.basis.name)
             words += [config.objective.kind, config.optimiser.name]
-            if config.sequence.kind != "main":
+            if config.sequence.kind is not SequenceKind.MAIN:
                 words.append(config.sequence.kind)
         return "-".join(words)
 
@@ -183,57 +206,55 @@ class Pipeline:
         return [*self.data_stages.values(), self.fit_stage, *closed, self.run_stage]
 
     def finished(self, store: Store) -> Record | None:
-        """The stored run, when all that this run should leave is there."""
+        """The stored run, when everything that this run leaves exists."""
         run = store.find(self.run_stage.id, kind="runs")
         if run is None or (self.is_recorded(run) and store.find(self.recording_stage.id, kind="recordings") is None):
             return None
         return run
 
-    @property
-    def _without_fit(self) -> bool:
-        return not self.config.model.fitted
-
     def is_recorded(self, run: Record) -> bool:
-        """Whether a recording is wanted, and has motion and energy to show: a simulated model of a known system."""
+        """Whether a recording is chosen, and has motion and energy to show: a simulated model of a known system."""
         config = self.config
         if self.control_stage is not None:
             return config.record
         shows = config.model.fitted and config.model.energetic and isinstance(config.data, RandomForce)
         return config.record and shows and bool(run.summary.get("simulated"))
 
-    @property
-    def _system_module(self) -> str:
-        return plugin_module("mechanics.systems", self.config.system.name)
-
-    @property
-    def _model_module(self) -> str:
-        return plugin_module("models.kinds", self.config.model.kind)
-
-    def _data_stage(self, data: RandomForce | File) -> Stage:
-        options = data.model_dump()
-        if isinstance(data, File):
+    def _data_options(self, source: RandomForce | FreeMotionOptions | RecordingFile) -> DataOptions:
+        sha256 = ""
+        if isinstance(source, RecordingFile):
             from repro.tracking.files import file_digest
 
-            options["sha256"] = file_digest(Path(data.path))
-            name = Path(data.path).stem
-        else:
-            if data.regime == "long":
-                options.pop("episode_steps")
-            name = "long" if data.regime == "long" else f"episodes{data.episode_steps}"
-        modules = ("repro.pipeline.stages.data", self._system_module)
-        return self._stage("data", f"{self.config.system.name}-{name}", options, {}, modules)
+            sha256 = file_digest(Path(source.path))
+        elif isinstance(source, RandomForce) and source.regime == "long":
+            source = replace(source, episode_steps=RandomForce.episode_steps)  # has no effect
+        return DataOptions(self.config.system_options, tuple(self.config.members), source, sha256)
 
     def _stage(
-        self, kind: str, name: str, parts: Mapping[str, Any], upstream: Mapping[str, str], modules: Sequence[str]
+        self,
+        kind: str,
+        name: str,
+        options: Options,
+        upstream: Mapping[str, str],
+        stage: str,
+        code: Sequence[str],
     ) -> Stage:
-        config = {
-            "system": self.config.system.model_dump(),
-            "convention": self.config.reading.name,
-            "seeds": self.config.members,
-            **parts,
-        }
-        return Stage(kind, name, config, dict(upstream), tuple(modules), self.command)
+        work = plugin_module("pipeline.stages", stage)
+        return Stage(kind, name, options.plain(), dict(upstream), (work, *dict.fromkeys(code)), self.command)
 
 
-def _time_step(config: Config) -> float:
-    return config.data.time_step if isinstance(config.data, RandomForce) else 0.04
+def _code_of(fit: FitOptions) -> list[str]:
+    """The modules of a fit's system, and those that build its model and the models of its parts."""
+    chosen = {"mechanics.systems": fit.system.name, "models.kinds": fit.model.kind, "models.bases": fit.basis}
+    modules = [plugin_module(folder, name) for folder, name in chosen.items()]
+    return modules + [module for part in fit.parts for module in _code_of(part)]
+
+
+def _label(options: DataOptions) -> str:
+    """A word for a dataset."""
+    source = options.source
+    if isinstance(source, RecordingFile):
+        return Path(source.path).stem
+    if isinstance(source, FreeMotionOptions):
+        return "free"
+    return "long" if source.regime == "long" else f"episodes{source.episode_steps}"

@@ -6,29 +6,46 @@ from pathlib import Path
 from typing import Any
 
 from repro.config.schema import Config
+from repro.pipeline.card import summary_of
 from repro.pipeline.plan import Pipeline
-from repro.pipeline.work import Work
+from repro.pipeline.stages import close_loops, data, evaluate, fit
+from repro.plugins.plugin import plugin
 from repro.tracking import progress
+from repro.tracking.load import Run, load_run
 from repro.tracking.record import Record
 from repro.tracking.store import Store
 
 
 def execute(pipeline: Pipeline, store: Store) -> Record:
-    """Make whatever is not there yet, and return the run's record; StageFailed when a stage fails."""
+    """Make whatever is not stored yet, and return the run's record; StageFailed when a stage fails.
+
+    The work of a stage is handed its options, which are part of its identity, and the stages upstream, nothing else.
+    """
     for part in pipeline.part_pipelines:
         execute(part, store)
-    work = Work(pipeline, store)
+    parts = {role: id for role, id in pipeline.fit_stage.upstream.items() if role not in pipeline.data_stages}
+    upstream = {role: load_run(id, root=store.paths.root) for role, id in parts.items()}
     for role, stage in pipeline.data_stages.items():
         progress.report(0.0, f"data: {role}")
-        store.compute(stage, partial(work.make_data, role=role))
-    fit = store.compute(pipeline.fit_stage, work.make_fit)
-    closed = None
+        upstream[role] = Run(store.compute(stage, partial(data.make, options=pipeline.data_options[role])))
+    fitted = store.compute(pipeline.fit_stage, partial(fit.make, options=pipeline.fit_options, upstream=upstream))
+    inputs = {"fit": Run(fitted)}
     if pipeline.control_stage is not None:
-        closed = store.compute(pipeline.control_stage, lambda folder: work.make_control(folder, fit))
+        work = partial(close_loops.make, options=pipeline.loop_options, upstream=inputs)
+        inputs["control"] = Run(store.compute(pipeline.control_stage, work))
     progress.report(0.95, "evaluation")
-    run = store.compute(pipeline.run_stage, lambda folder: work.make_run(folder, fit, closed))
+
+    def measured(folder: Path) -> dict[str, Any]:
+        summary = evaluate.make(folder, pipeline.run_options, inputs)
+        n_train = upstream["data"].record.summary["n_train"]
+        counted = {name: fitted.summary[name] for name in ("n_parameters", "status", "notes")}
+        return summary | summary_of(pipeline.config, n_train=n_train, **counted)
+
+    run = store.compute(pipeline.run_stage, measured)
     if pipeline.is_recorded(run):
-        store.compute(pipeline.recording_stage, lambda folder: work.make_recording(folder, run))
+        record = plugin("pipeline.stages", pipeline.recording_kind).make
+        work = partial(record, options=pipeline.recording_options, run=Run(run), command=pipeline.command)
+        store.compute(pipeline.recording_stage, work)
     return run
 
 

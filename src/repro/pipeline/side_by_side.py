@@ -6,6 +6,7 @@ from typing import Any
 
 from repro.errors import UserError
 from repro.pipeline.finished_run import OpenedRun, open_run
+from repro.plugins.plugin import plugin_module
 from repro.recording.contents import FILENAME
 from repro.recording.viewer import KIND
 from repro.results.metric_names import written
@@ -38,13 +39,14 @@ def compared(ids: Sequence[str], root: Path | None = None) -> Path:
     common = set.intersection(*(set(run.seeds) for run in runs))
     if not common:
         raise UserError("these runs have no seed in common, so there is no motion that all were tested on")
+    system = runs[0].settings.system
     labels = _labels({run.id: run.card for run in runs})
     stage = Stage(
         KIND,
-        f"comparison-{runs[0].card['system']}",
+        f"comparison-{system.name}",
         {"labels": labels, "member": min(common)},
         {f"run_{number}": run.id for number, run in enumerate(runs, start=1)},
-        ("repro.pipeline.stages.record_run", f"repro.mechanics.systems.{runs[0].card['system']}"),
+        (plugin_module("pipeline.stages", "record_run"), plugin_module("mechanics.systems", system.name)),
         f"repro view {' '.join(labels)}",
     )
     record = Store(where).compute(stage, lambda folder: _record(folder, stage, runs, labels))

@@ -1,7 +1,8 @@
 """Base of the options that are chosen in settings: frozen dataclasses with typed and bounded fields."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, fields
+from enum import StrEnum
 from typing import Annotated, Any, ClassVar
 
 from annotated_types import Ge, Gt, Lt
@@ -20,8 +21,8 @@ class Options:
     __pydantic_config__: ClassVar[Mapping[str, Any]] = {"extra": "forbid", "allow_inf_nan": False}
 
     def plain(self) -> dict[str, Any]:
-        """All options as plain data: what a digest is taken of."""
-        return asdict(self)
+        """All options as plain data, inner groups too: what a digest is taken of."""
+        return {field.name: plain(getattr(self, field.name)) for field in fields(self)}
 
 
 @dataclass(frozen=True)
@@ -36,3 +37,12 @@ class PluginOptions(Options):
     def plain(self) -> dict[str, Any]:
         """The kind and all options as plain data."""
         return {"kind": self.kind, **super().plain()}
+
+
+def plain(value: Any) -> Any:
+    """Options as dictionaries, sequences as lists, words of an enumeration as text; anything else unchanged."""
+    if isinstance(value, Options):
+        return value.plain()
+    if isinstance(value, tuple | list):
+        return [plain(item) for item in value]
+    return str(value) if isinstance(value, StrEnum) else value

@@ -117,7 +117,7 @@ _ABSENT = object()
 
 def _value(job: PlannedJob, key: str) -> object:
     """The value of a dotted key in the configuration of a job."""
-    section: object = job.composed.config.model_dump()
+    section: object = job.composed.config.model_dump(mode="json")
     for part in key.split("."):
         if not isinstance(section, dict) or part not in section:
             return _ABSENT

@@ -48,7 +48,7 @@ def run_missing(
             name=job.label,
             target=RUN_JOB,
             arguments={
-                "resolved": job.composed.config.model_dump(),
+                "resolved": job.composed.config.model_dump(mode="json"),
                 "outputs": str(paths.root),
                 "command": job.composed.command,
                 "overrides": job.composed.overrides,

@@ -4,7 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from repro.claims.claims import Claim
-from repro.config.schema import Config, RandomForce
+from repro.config.schema import Config
+from repro.data.data_options import RandomForce
 from repro.pipeline.card import card_of
 from repro.results.schema import as_text
 from repro.results.selectors import agrees

@@ -1,19 +1,18 @@
 """Tiny data and recipes."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import pytest
 import torch
 
 from repro.data.free_motion import free_motion
 from repro.data.random_force import random_force
+from repro.learning.objective_options import EnergyForm, ObjectiveOptions
+from repro.learning.sequence_options import SequenceKind, SequenceOptions
 from repro.mechanics.system import load
 from repro.models.bases import t1
 from repro.models.lagrangian import Lagrangian
 from repro.pipeline.stages.evaluate import Fit
-from repro.pipeline.stages.fit import Recipe
-
-L1 = ("l1_kinetic", "l1_potential")
 
 
 @pytest.fixture(autouse=True)
@@ -41,15 +40,15 @@ def free(system):
 
 @pytest.fixture
 def recipe():
-    """recipe(kind of sequence, changed settings of the objective or the sequence)."""
+    """recipe(kind of sequence, changed options of the objective or the sequence)."""
 
     def make(kind="main", **changes):
-        objective = {"kind": "inverse", "momentum_weight": 0.0, "error_scale": None} | dict.fromkeys(L1, 0.0)
-        objective |= {"equal_weight_share": 0.0, "passivity_states": 0}
-        sequence = {"kind": kind, "energy_weight": 1.0, "energy_form": "legendre"}
-        for name, value in changes.items():
-            (objective if name in objective else sequence)[name] = value
-        return Recipe(objective, sequence, [3, 8])
+        known = {field.name for field in fields(ObjectiveOptions)}
+        objective = {name: value for name, value in changes.items() if name in known}
+        sequence = {name: value for name, value in changes.items() if name not in known}
+        if "energy_form" in sequence:
+            sequence["energy_form"] = EnergyForm(sequence["energy_form"])
+        return ObjectiveOptions(**objective), SequenceOptions(SequenceKind(kind), **sequence)
 
     return make
 

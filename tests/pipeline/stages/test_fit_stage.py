@@ -7,27 +7,28 @@ import torch
 
 from repro.data.random_force import random_force
 from repro.evaluation.predictions import predict
-from repro.learning.adam import Adam
-from repro.learning.least_squares import LeastSquares
-from repro.learning.levenberg_marquardt import LevenbergMarquardt
-from repro.learning.result import Fitted, NoCheckpoint, silent
+from repro.learning.optimisers import adam, least_squares, levenberg_marquardt
+from repro.learning.result import Fitted, NoCheckpoint
 from repro.models.bases import t1, t2
 from repro.models.kinds import structured
 from repro.models.lagrangian import Lagrangian
 from repro.models.trivial import Trivial
-from repro.pipeline.stages.fit import CURVES, build_model, fit, keep, load_parameters, phases_of
+from repro.pipeline.stage_options import Training
+from repro.pipeline.stages.fit import fit, keep
+from repro.pipeline.stages.phases import TrainingData, phases_of
+from repro.pipeline.stages.stored_fit import CURVES, build_model, load_parameters
 
 MODEL = Lagrangian(t2, 2, hidden=(4,))
-SHORT = LevenbergMarquardt(restarts=1, iterations=20, samples=None)
+SHORT = levenberg_marquardt.Options(restarts=1, iterations=20, samples=None)
 
 
 def _fit(recipe, data, free, system, optimiser=SHORT, model=MODEL):
-    told = []
-    fitted, seconds = fit(
-        model, recipe, optimiser, data, free, system, lambda fraction, text: told.append(text), NoCheckpoint()
-    )
+    texts = []
+    training = Training(*recipe, optimiser)
+    given = TrainingData(data, free, system, [3, 8])
+    fitted, seconds = fit(model, training, given, lambda fraction, text: texts.append(text), NoCheckpoint())
     assert seconds >= 0
-    return fitted, list(dict.fromkeys(text.split(":")[0] for text in told))
+    return fitted, list(dict.fromkeys(text.split(":")[0] for text in texts))
 
 
 def _energy_error(parameters, dataset, form):
@@ -37,7 +38,7 @@ def _energy_error(parameters, dataset, form):
 
 
 def test_each_member_starts_from_its_own_seed(recipe, data, system):
-    fitted, _ = _fit(recipe(), [data], None, system, Adam(epochs=1, learning_rate=1e-12, epsilon=1.0))
+    fitted, _ = _fit(recipe(), [data], None, system, adam.Options(epochs=1, learning_rate=1e-12, epsilon=1.0))
     start = MODEL.initial([np.random.default_rng([seed, 1]) for seed in (3, 8)])
     np.testing.assert_allclose(fitted.parameters.numpy(), start, atol=1e-9)
 
@@ -53,7 +54,7 @@ def test_pretraining_on_known_energies_comes_first(recipe, data, free, system):
 @pytest.mark.parametrize("form", ["legendre", "sum"])
 @pytest.mark.parametrize("kind", ["pretrain_only", "joint"])
 def test_known_energies_are_learned_where_they_are_asked_for(kind, form, recipe, data, free, system):
-    optimiser = LevenbergMarquardt(restarts=1, iterations=60, samples=None)
+    optimiser = levenberg_marquardt.Options(restarts=1, iterations=60, samples=None)
     asked, names = _fit(recipe(kind, energy_form=form, energy_weight=100.0), [data], free, system, optimiser)
     assert not {"D_H", "D"} & set(names)  # one phase needs no name
     alone, _ = _fit(recipe(), [data], None, system, optimiser)
@@ -67,7 +68,7 @@ def test_an_anchor_fixes_the_energy_of_the_upright_rest(convention, recipe):
 
     system = load("sip", convention)
     data = random_force(system, seeds=[3, 8], samples=300, episode_steps=100)
-    optimiser = LevenbergMarquardt(restarts=1, iterations=40, samples=None)
+    optimiser = levenberg_marquardt.Options(restarts=1, iterations=40, samples=None)
     anchored, _ = _fit(recipe("anchored", energy_weight=10.0), [data], None, system, optimiser)
     free, _ = _fit(recipe(), [data], None, system, optimiser)
     q = np.broadcast_to(system.upright, (2, 1, 2)).copy()
@@ -94,7 +95,8 @@ def test_a_fit_may_end_with_equal_weights(recipe, data, free, system):
     finished, names = _fit(recipe("joint", error_scale=5.0, equal_weight_share=0.25), [data], free, system)
     assert names == ["D and D_H", "equal weights"]
     assert finished.notes == {"epochs": 25}
-    (_, last) = phases_of(MODEL, recipe("joint", error_scale=5.0, equal_weight_share=0.25), [data], free, system)
+    recipe_of_both = recipe("joint", error_scale=5.0, equal_weight_share=0.25)
+    (_, last) = phases_of(MODEL, *recipe_of_both, TrainingData([data], free, system, [3, 8]))
     assert len(last.problem.tasks) == 2
     losses = [last.problem.loss(fitted.parameters) for fitted in (weighted, finished)]
     assert torch.all(losses[1] < losses[0])
@@ -111,7 +113,7 @@ def test_only_training_samples_are_used(recipe, data, system):
 
 
 def test_the_l1_weights_of_an_objective_fall_on_their_own_coefficients(recipe, data, system):
-    model, optimiser = Lagrangian(t1, 2), Adam(epochs=600, learning_rate=0.02)
+    model, optimiser = Lagrangian(t1, 2), adam.Options(epochs=600, learning_rate=0.02)
     plain, shrunk = (
         _fit(recipe(l1_potential=weight), [data], None, system, optimiser, model)[0].parameters for weight in (0, 50)
     )
@@ -154,13 +156,13 @@ def test_a_fit_without_curves_leaves_an_empty_table_of_the_same_types(tmp_path):
 
 
 def test_least_squares_through_the_stage_is_exact(recipe, data, free, system):
-    fitted, _ = fit(Lagrangian(t1, 2), recipe("joint"), LeastSquares(), [data], free, system, silent, NoCheckpoint())
+    fitted, _ = _fit(recipe("joint"), [data], free, system, least_squares.Options(), Lagrangian(t1, 2))
     np.testing.assert_allclose(fitted.parameters, [[0.4, 0.025, 0.1, 0.98]] * 2, atol=1e-9)
 
 
 @pytest.mark.parametrize(("kind", "expected"), [("pretrain", 3 + 4), ("pretrain_only", 3)])
 def test_the_pretraining_may_have_its_own_epochs(kind, expected, recipe, data, free, system):
-    fitted, _ = _fit(recipe(kind, pretraining_epochs=3), [data], free, system, Adam(epochs=4))
+    fitted, _ = _fit(recipe(kind, pretraining_epochs=3), [data], free, system, adam.Options(epochs=4))
     assert fitted.curves[-1][0] == expected
 
 
@@ -177,7 +179,7 @@ def test_in_closed_form_a_later_phase_keeps_what_it_does_not_see(recipe, data, f
 
     model = Lagrangian(fxf_gauge, 2)
     for kind, largest in {"pretrain": (0, 1e-6), "main": (0.3, 2)}.items():
-        fitted, _ = _fit(recipe(kind, energy_form="sum"), [data], free, system, LeastSquares(), model)
+        fitted, _ = _fit(recipe(kind, energy_form="sum"), [data], free, system, least_squares.Options(), model)
         said = predict(model, fitted.parameters, free.q, free.qd, free.qdd, free.tau)
         error = np.abs(said.kinetic + said.potential - free.energy).mean(1)
         assert np.all((largest[0] <= error) & (error < largest[1]))

@@ -7,13 +7,13 @@ from repro.models.bases import t1, t2
 from repro.models.blackbox import BlackBox
 from repro.models.lagrangian import Lagrangian
 from repro.pipeline.stages.examine import FILE, applies, examine, keep, metrics, shortened
-from repro.pipeline.stages.fit import phases_of
+from repro.pipeline.stages.phases import TrainingData, phases_of
 
 
 @pytest.fixture
 def examined(recipe, data, free, system):
     model = Lagrangian(t1, 2)
-    return examine(model, phases_of(model, recipe("pretrain"), [data], free, system))
+    return examine(model, phases_of(model, *recipe("pretrain"), TrainingData([data], free, system, [3, 8])))
 
 
 def test_each_phase_and_member_is_examined(examined):
@@ -39,7 +39,7 @@ def test_unseen_directions_are_kept_in_words(tmp_path, recipe, data, free, syste
     from repro.models.bases import fxf
 
     model = Lagrangian(fxf, 2)
-    found = examine(model, phases_of(model, recipe("pretrain_only"), [data], free, system))
+    found = examine(model, phases_of(model, *recipe("pretrain_only"), TrainingData([data], free, system, [3, 8])))
     keep(tmp_path, found, [3, 8])
     table = pd.read_parquet(tmp_path / FILE)
     words = table[(table["member"] == 3) & (table["direction"] != "")]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from repro.models.options import Activation, ModelOptions
+from repro.models.model_options import Activation, ModelOptions
 from repro.plugins.options import Count
 
 if TYPE_CHECKING:

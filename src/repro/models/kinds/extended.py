@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from repro.errors import UserError
-from repro.models.options import Activation, ModelOptions
+from repro.models.model_options import Activation, ModelOptions
 from repro.plugins.options import Count
 
 if TYPE_CHECKING:

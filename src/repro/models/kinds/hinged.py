@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from repro.errors import UserError
-from repro.models.options import ModelOptions, Rod
+from repro.models.model_options import ModelOptions, Rod
 from repro.plugins.options import Positive
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Literal
 
-from repro.models.options import Activation, Damping, ModelOptions
+from repro.models.model_options import Activation, Damping, ModelOptions
 from repro.plugins.options import Count
 
 if TYPE_CHECKING:

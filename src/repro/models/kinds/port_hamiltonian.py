@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Literal
 
-from repro.models.options import Activation, Dissipation, ModelOptions, Structure
+from repro.models.model_options import Activation, Dissipation, ModelOptions, Structure
 from repro.plugins.options import Count, NotNegative
 
 if TYPE_CHECKING:

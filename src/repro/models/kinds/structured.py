@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from repro.models.options import Activation, Damping, Factor, Initialisation, ModelOptions
+from repro.models.model_options import Activation, Damping, Factor, Initialisation, ModelOptions
 from repro.plugins.options import Count
 
 if TYPE_CHECKING:

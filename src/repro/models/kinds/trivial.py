@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from repro.models.options import ModelOptions
+from repro.models.model_options import ModelOptions
 
 if TYPE_CHECKING:
     from repro.models.context import Context

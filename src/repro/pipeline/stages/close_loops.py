@@ -1,6 +1,6 @@
 """Closed loops as a stage: drives the true plant from many starts, and writes the results as tables."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,13 +15,26 @@ from repro.control.loop_tables import row, save, trajectory
 from repro.control.predictive_model import PredictiveModel
 from repro.control.task import Task
 from repro.data.dataset import Dataset
-from repro.mechanics.system import System
+from repro.mechanics.system import System, load_system
 from repro.models.model import Model
+from repro.pipeline.stage_options import LoopOptions
+from repro.pipeline.stages.stored_fit import dataset, load_parameters, model_of
 from repro.plugins.plugin import plugin
+from repro.tracking import progress
+from repro.tracking.load import Run
 
 LOOPS, TRAJECTORIES, FIRST = "control.parquet", "closed_loops.parquet", "first_loop.npz"
 SHOWN = 2  # loops whose trajectories are stored
 PRIOR_SAMPLES = 2000
+
+
+def make(folder: Path, options: LoopOptions, upstream: Mapping[str, Run]) -> dict[str, Any]:
+    """Close the loops with the fitted ensemble upstream."""
+    fit, inputs = upstream["fit"], upstream["fit"].upstream
+    model, weights = model_of(options.fit, inputs), load_parameters(fit.record.folder).numpy()
+    system, data = load_system(options.fit.system), dataset(inputs["data"])
+    plan = LoopPlan(options.controller, options.task, options.loops, options.canonical)
+    return drive(folder, model, weights, options.fit.seeds, system, data, plan, progress.report)
 
 
 @dataclass(frozen=True)
@@ -42,7 +55,7 @@ def drive(
     system: System,
     data: Dataset,
     plan: LoopPlan,
-    progress: Callable[[float, str], None],
+    report: Callable[[float, str], None],
 ) -> dict[str, Any]:
     """Close every loop of a plan with the members' weights (member, n_parameters); returns a summary."""
     train, task, options = data.train, plan.task, plan.controller
@@ -52,7 +65,7 @@ def drive(
     rows, trajectories = [], []
     with plugin(CONTROLLERS, options.kind).build(options, predictive, disc, samples) as make_controller:
         for number, (start, member) in enumerate(starts):
-            progress(number / len(starts), f"closed loop {number + 1} of {len(starts)}")
+            report(number / len(starts), f"closed loop {number + 1} of {len(starts)}")
             controller = make_controller(wrong_weights(parameters[member], task, start), start.x_des)
             loop = run_loop(
                 system, controller, start, task, time_step=options.time_step, seconds=task.seconds, disc=disc

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from shutil import copyfile
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from repro.evaluation.canonical import Gauge, RestStates, in_gauge
 from repro.evaluation.coefficients import coefficient_errors
 from repro.evaluation.damping import damping_errors
 from repro.evaluation.energy_drift import energy_curves, energy_errors, free_motion_energies
+from repro.evaluation.identifiability import Identifiability
 from repro.evaluation.metrics import MetricValues, pointwise
 from repro.evaluation.passivity_metrics import passivity
 from repro.evaluation.predictions import predict
@@ -26,16 +28,52 @@ from repro.evaluation.rollouts import (
     rollout_errors,
     window_error,
 )
+from repro.learning.objective_options import ObjectiveOptions
+from repro.learning.sequence_options import SequenceOptions
 from repro.mechanics.derive import dynamics_of
-from repro.mechanics.system import System
+from repro.mechanics.system import System, load_system
 from repro.models.damped import without_damping
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
 from repro.models.terms import Terms
+from repro.pipeline.stage_options import FitOptions, RunOptions
+from repro.pipeline.stages import close_loops, examine
+from repro.pipeline.stages.fit import training_data
+from repro.pipeline.stages.stored_fit import CURVES, dataset, free_data, load_parameters, model_of
+from repro.plugins.plugin import plugin
+from repro.tracking.load import Run
 
 METRICS, TRAJECTORIES = "metrics.parquet", "trajectories.parquet"
 ON_D_H = ("mae_tau", "mae_qdd", "mae_H_legendre", "mae_H_sum", "mae_L_raw", "min_eig_M")
 TRAIN_SAMPLES = 20_000  # of the training part, enough for its mean errors
+
+
+def make(folder: Path, options: RunOptions, upstream: Mapping[str, Run]) -> dict[str, Any]:
+    """Measure a fitted ensemble, and take over the tables of its closed loops, where there are any.
+
+    upstream: fit, and control
+    """
+    fitted = upstream["fit"]
+    fit = stored_fit(options.fit, fitted)
+    inputs, seeds, system = fitted.upstream, options.fit.seeds, load_system(options.fit.system)
+    data = dataset(inputs["data"])
+    identified = _identified(options.fit, fit.model, inputs)
+    if identified:
+        examine.keep(folder, identified, seeds)
+    others = [
+        *(examine.metrics([*identified.values()][-1]) if identified else ()),
+        *_chains(options, fit, data, system),
+        *_watched(fitted, seeds),
+    ]
+    known = system if options.fit.simulated else None
+    summary = measure(folder, fit, data, known, options.gauge, free_data(inputs), others, options.horizons)
+    copyfile(fitted.record.path(CURVES), folder / CURVES)
+    if "control" in upstream:
+        closed = upstream["control"].record
+        for name in (close_loops.LOOPS, close_loops.TRAJECTORIES):
+            copyfile(closed.path(name), folder / name)
+        summary["median"] |= {"success": closed.summary["success"]}
+    return summary | {"simulated": can_simulate(fit.model)}
 
 
 @dataclass(frozen=True)
@@ -48,6 +86,19 @@ class Fit:
     status: Sequence[str]
     seconds: float
     notes: Mapping[str, Any]
+
+
+def stored_fit(options: FitOptions, fit: Run) -> Fit:
+    """A fitted ensemble, read back."""
+    summary = fit.record.summary
+    return Fit(
+        model_of(options, fit.upstream),
+        load_parameters(fit.record.folder),
+        options.seeds,
+        summary["status"],
+        summary["seconds"],
+        summary["notes"],
+    )
 
 
 def measure(
@@ -87,6 +138,32 @@ def measure(
     pd.DataFrame(trajectories, columns=["member", "name", "t", "value"]).to_parquet(folder / TRAJECTORIES, index=False)
     medians = {m.name: float(np.median(m.values)) for m in metrics if m.split == "test" and "[" not in m.name}
     return {"median": medians}
+
+
+def _identified(options: FitOptions, model: Model, upstream: Mapping[str, Run]) -> dict[str, list[Identifiability]]:
+    """What the data show of the model; of one without weights to fit, what they would show under the usual loss."""
+    training = options.training
+    objective = ObjectiveOptions() if training is None else training.objective
+    sequence = SequenceOptions() if training is None else training.sequence
+    return examine.identified(model, objective, sequence, training_data(options, upstream))
+
+
+def _chains(options: RunOptions, fit: Fit, data: Dataset, system: System) -> Iterator[MetricValues]:
+    """Errors of chains of links; their code is loaded, and part of the stage, only where there are any."""
+    if options.chain:
+        chains = plugin("evaluation", "chains")
+        yield from chains.chain_errors(fit.model, fit.parameters, system, options.chain, "test")
+    if options.whole_chain and options.fit.simulated:
+        whole = plugin("evaluation", "whole_chain")
+        yield from whole.whole_chain_errors(data, fit.seeds, system, options.tau_noise, options.whole_chain, "test")
+
+
+def _watched(fit: Run, seeds: Sequence[int]) -> Iterator[MetricValues]:
+    """The worst passivity margin on the way, one value per seed, where it was watched."""
+    curves = fit.table("curves")
+    margins = curves[curves["name"] == "passivity_margin"].groupby("member")["value"].max()
+    if len(margins):
+        yield MetricValues("train", "passivity_margin_worst", margins.reindex(list(seeds)).to_numpy(), "1")
 
 
 def _metrics(

@@ -10,18 +10,32 @@ from repro.data.dataset import Dataset
 from repro.evaluation.identifiability import Identifiability, identifiability
 from repro.evaluation.metrics import MetricValues
 from repro.learning.least_squares import regression
+from repro.learning.objective_options import Equation, ObjectiveOptions
+from repro.learning.sequence_options import SequenceOptions
 from repro.learning.training import Phase
 from repro.learning.training_problem import TrainingProblem
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
+from repro.pipeline.stages.phases import TrainingData, phases_of
 
 FILE = "identifiability.parquet"
 SAMPLES = 10_000  # of D and of D_H: enough for a rank, and for a condition number to two digits
 
 
-def applies(model: Model, equation: str) -> bool:
+def identified(
+    model: Model, objective: ObjectiveOptions, sequence: SequenceOptions, data: TrainingData
+) -> dict[str, list[Identifiability]]:
+    """What the data show of a linear model, one entry per seed, by the phase of its training; empty for others."""
+    if not applies(model, objective.kind):
+        return {}
+    free = None if data.free is None else shortened(data.free)
+    few = replace(data, forced=[shortened(each) for each in data.forced], free=free)
+    return examine(model, phases_of(model, objective, sequence, few))
+
+
+def applies(model: Model, equation: Equation) -> bool:
     """Whether a fit is a linear regression: a basis, and the inverse equation."""
-    return isinstance(model, Lagrangian) and model.linear and equation == "inverse"
+    return isinstance(model, Lagrangian) and model.linear and equation == Equation.INVERSE
 
 
 def shortened(dataset: Dataset) -> Dataset:

@@ -7,13 +7,26 @@ import numpy as np
 from torch import Tensor
 
 from repro.evaluation.chains import KEPT, TIME_STEP, Motion, random_start, simulate_chain
-from repro.mechanics.system import System
+from repro.mechanics.system import System, load_system
 from repro.models.link_chain import ChainLink
 from repro.models.model import Model
+from repro.pipeline.stage_options import RecordingOptions
+from repro.pipeline.stages.stored_fit import load_parameters, model_of
 from repro.recording.chain_writer import ChainMotion, ChainRecording, write_chain_recording
 from repro.recording.contents import FILENAME
+from repro.tracking.load import Run
 
 SPACING = 1.0  # m from mass to mass at rest, in the picture
+
+
+def make(folder: Path, options: RecordingOptions, run: Run, command: str) -> dict[str, int]:
+    """Record the chain of a stored run."""
+    summary, fit = run.record.summary, run.upstream["fit"]
+    card = {**summary["card"], "test medians": summary["median"], "command": command}
+    model, weights = model_of(options.fit, fit.upstream), load_parameters(fit.record.folder)
+    assert options.links is not None
+    seeds, system = options.fit.seeds, load_system(options.fit.system)
+    return record(folder, run.id, options.title, card, model, weights, seeds, system, options.links)
 
 
 def record(

@@ -4,16 +4,30 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from repro.control.closed_loop import SUBSTEPS
 from repro.control.loop_tables import energies
 from repro.evaluation.power_balance import power_balance
-from repro.mechanics.system import System
+from repro.mechanics.system import System, load_system
+from repro.pipeline.stage_options import RecordingOptions
+from repro.pipeline.stages.close_loops import FIRST, LOOPS
 from repro.pipeline.stages.drawn_motion import driven_forces, world_points
 from repro.recording.contents import FILENAME, DrawnMotion, RunRecording
 from repro.recording.writer import write_recording
+from repro.tracking.load import Run
 
 FALLBACKS = "fallback (1 second try, 2 last plan, 3 none)"
+
+
+def make(folder: Path, options: RecordingOptions, run: Run, command: str) -> dict[str, int]:
+    """Record the first closed loop of a stored run."""
+    closed = run.upstream["control"].record
+    first = pd.read_parquet(closed.path(LOOPS)).iloc[0].to_dict()
+    card = {**run.record.summary["card"], "first loop": first, "command": command}
+    with np.load(closed.path(FIRST)) as stored:
+        loop = dict(stored)
+    return record(folder, run.id, options.title, card, loop, load_system(options.fit.system))
 
 
 def record(

@@ -7,12 +7,22 @@ import numpy as np
 import pandas as pd
 
 from repro.evaluation.power_balance import power_balance
-from repro.mechanics.system import System
+from repro.mechanics.system import System, load_system
+from repro.pipeline.stage_options import RecordingOptions
 from repro.pipeline.stages.drawn_motion import driven_forces, world_points
 from repro.recording.contents import FILENAME, DrawnMotion, LearningCurve, RunRecording
 from repro.recording.writer import write_recording
+from repro.tracking.load import Run
 
 SHOWN = 3  # members: more make the picture crowded
+
+
+def make(folder: Path, options: RecordingOptions, run: Run, command: str) -> dict[str, int]:
+    """Record a stored run."""
+    summary = run.record.summary
+    card = {**summary["card"], "test medians": summary["median"], "command": command}
+    tables = run.table("trajectories"), run.table("curves")
+    return record(folder, run.id, options.title, card, *tables, load_system(options.fit.system))
 
 
 def record(

@@ -1,0 +1,88 @@
+"""What each kind of stage depends on beside the stages upstream: its options are all that its work is handed."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from repro.control.controller_options import ControllerOptions
+from repro.control.task import Task
+from repro.data.data_options import FreeMotionOptions, RandomForce, RecordingFile
+from repro.learning.objective_options import ObjectiveOptions
+from repro.learning.optimiser_options import OptimiserOptions
+from repro.learning.sequence_options import SequenceOptions
+from repro.mechanics.system_options import SystemOptions
+from repro.models.model_options import ModelOptions
+from repro.plugins.options import Options
+
+Gauge = Literal["raw", "anchor", "canonical", "canonical_anchor"]
+
+
+@dataclass(frozen=True)
+class DataOptions(Options):
+    """Of a dataset; sha256: of the file, where the data are read from one."""
+
+    system: SystemOptions
+    seeds: tuple[int, ...]
+    source: RandomForce | FreeMotionOptions | RecordingFile
+    sha256: str = ""
+
+
+@dataclass(frozen=True)
+class Training(Options):
+    """How the weights of a model are found."""
+
+    objective: ObjectiveOptions
+    sequence: SequenceOptions
+    optimiser: OptimiserOptions
+    device: str = "cpu"
+
+
+@dataclass(frozen=True)
+class FitOptions(Options):
+    """Of a fitted ensemble.
+
+    simulated: the data come from the true system, which the model may know; training: None for a model without weights;
+    parts: of the trained sub-models, in order.
+    """
+
+    system: SystemOptions
+    seeds: tuple[int, ...]
+    simulated: bool
+    model: ModelOptions
+    basis: str
+    training: Training | None
+    parts: tuple["FitOptions", ...] = ()
+
+
+@dataclass(frozen=True)
+class LoopOptions(Options):
+    """Of the closed loops with a fitted ensemble, at most `loops`; canonical: the gauge of the energies in the cost."""
+
+    fit: FitOptions
+    controller: ControllerOptions
+    task: Task
+    loops: int
+    canonical: bool
+
+
+@dataclass(frozen=True)
+class RunOptions(Options):
+    """Of the measurements of a fitted ensemble.
+
+    chain, whole_chain: numbers of links of chains that are made of the model, or learned as a whole for comparison.
+    """
+
+    fit: FitOptions
+    gauge: Gauge
+    horizons: tuple[float, ...] = ()
+    chain: tuple[int, ...] = ()
+    whole_chain: tuple[int, ...] = ()
+    tau_noise: float = 0.0
+
+
+@dataclass(frozen=True)
+class RecordingOptions(Options):
+    """Of the recording of a run; links: of the chain that it shows, where it shows one."""
+
+    fit: FitOptions
+    title: str
+    links: int | None = None

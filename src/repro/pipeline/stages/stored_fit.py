@@ -1,0 +1,77 @@
+"""What a fit leaves in the store, read back: its datasets, its model and the learned weights."""
+
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from repro.data.dataset import Dataset
+from repro.mechanics.system import System, load_system
+from repro.models.context import Context, SubModel
+from repro.models.model import Model
+from repro.models.model_options import ModelOptions
+from repro.pipeline.stage_options import FitOptions
+from repro.plugins.plugin import plugin
+from repro.tracking.load import Run
+
+PARAMETERS, CURVES = "parameters.npz", "curves.parquet"
+
+
+def dataset(stage: Run) -> Dataset:
+    """The dataset of a stage."""
+    return _loaded(stage.record.folder)
+
+
+def forced_data(upstream: Mapping[str, Run]) -> list[Dataset]:
+    """The datasets of the curriculum, then D, from the stages upstream of a fit."""
+    return [dataset(upstream[role]) for role in (*_numbered(upstream, "stage"), "data")]
+
+
+def free_data(upstream: Mapping[str, Run]) -> Dataset | None:
+    """D_H, where it is learned."""
+    return dataset(upstream["free"]) if "free" in upstream else None
+
+
+def load_parameters(folder: Path) -> torch.Tensor:
+    """The fitted weights (member, n_parameters)."""
+    with np.load(folder / PARAMETERS) as stored:
+        return torch.from_numpy(stored["parameters"])
+
+
+def model_of(options: FitOptions, upstream: Mapping[str, Run]) -> Model:
+    """The model of a fit, built for the data upstream of it and around its trained parts."""
+    roles = _numbered(upstream, "part")
+    parts = [part_of(part, upstream[role], options.seeds) for part, role in zip(options.parts, roles, strict=True)]
+    system = load_system(options.system) if options.simulated else None
+    return build_model(options.model, options.basis, forced_data(upstream), system, parts)
+
+
+def part_of(options: FitOptions, fit: Run, seeds: Sequence[int]) -> SubModel:
+    """A trained sub-model with the weights of the members of these seeds, all of which it has."""
+    weights = load_parameters(fit.record.folder).numpy()
+    chosen = [options.seeds.index(seed) for seed in seeds]
+    return SubModel(model_of(options, fit.upstream), weights[chosen])
+
+
+def build_model(
+    options: ModelOptions, basis: str, data: Sequence[Dataset], system: System | None, parts: Sequence[SubModel] = ()
+) -> Model:
+    """The model that its file of models/kinds builds; data: the curriculum's datasets, then D itself."""
+    final = data[-1].train
+    features, first = plugin("models.bases", basis), data[0].train
+    context = Context(features, final.coordinates, final.q, final.qd, first.qd, system, tuple(parts))
+    model: Model = plugin("models.kinds", options.kind).build(context, options)
+    return model
+
+
+@lru_cache(maxsize=4)
+def _loaded(folder: Path) -> Dataset:
+    """Stored datasets never change, and several stages of a run read the same ones."""
+    return Dataset.load(folder)
+
+
+def _numbered(upstream: Mapping[str, Run], word: str) -> list[str]:
+    roles = (role for role in upstream if role.startswith(f"{word}_"))
+    return sorted(roles, key=lambda role: int(role.rpartition("_")[2]))
