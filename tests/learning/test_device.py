@@ -9,11 +9,10 @@ import torch
 from repro.errors import UserError
 from repro.learning import adam
 from repro.learning.adam import Adam
-from repro.learning.device import order
+from repro.learning.device import device_adam
 from repro.learning.device.cuda import captured, check_device
-from repro.learning.device.device_adam import DeviceAdam
-from repro.learning.device.device_problem import DeviceProblem
-from repro.learning.device.indices import KeptIndices
+from repro.learning.device.device_adam import DeviceAdam, device_order
+from repro.learning.device.device_problem import DeviceProblem, KeptIndices
 from repro.learning.objective import Objective
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import Phase, make_task, train
@@ -53,7 +52,7 @@ def test_the_weights_are_those_of_the_host(engine, name, equation, data, make_pr
     model = MODELS[name]()
     weight = 0.3 if name == "momentum transform" else 0.0
     problem, weights = make_problem(model, data, Objective(equation, weight)), start(model)
-    monkeypatch.setattr(order, "drawn", _hosts_order)
+    monkeypatch.setattr(device_adam, "device_order", _hosts_order)
     ours = _on_the_device(epochs=5).fit(problem, weights, silent, NoCheckpoint())
     host = Adam(epochs=5, engine=engine, **SETTINGS).fit(problem, weights, silent, NoCheckpoint())
     assert ours.status == host.status == ["ok"] * 3
@@ -69,7 +68,7 @@ def test_known_energies_and_the_cosine_schedule_too(data, free, start, monkeypat
     tasks = [make_task(model, data.train, Objective(), error_scale=5.0)]
     tasks.append(make_task(model, free.train, Objective(energy_weight=0.5)))
     problem = TrainingProblem(model, tasks, [0, 1, 2], l1=torch.full((model.n_parameters,), 1e-3, dtype=torch.float64))
-    monkeypatch.setattr(order, "drawn", _hosts_order)
+    monkeypatch.setattr(device_adam, "device_order", _hosts_order)
     settings = {"epochs": 4, "schedule": "cosine"}
     ours = _on_the_device(**settings).fit(problem, start(model), silent, NoCheckpoint())
     host = Adam(**SETTINGS | settings).fit(problem, start(model), silent, NoCheckpoint())
@@ -107,10 +106,10 @@ def test_single_precision_and_fewer_epochs_are_kept(data, make_problem, start):
 
 
 def test_an_order_follows_from_seed_and_epoch_alone():
-    pair, alone = order.drawn([4, 9], 50, 2, CPU), order.drawn([9], 50, 2, CPU)
+    pair, alone = device_order([4, 9], 50, 2, CPU), device_order([9], 50, 2, CPU)
     assert torch.equal(pair[1], alone[0])
     assert torch.equal(pair.sort(1).values, torch.arange(50).expand(2, 50))
-    assert not torch.equal(pair[0], pair[1]) and not torch.equal(alone, order.drawn([9], 50, 3, CPU))
+    assert not torch.equal(pair[0], pair[1]) and not torch.equal(alone, device_order([9], 50, 3, CPU))
 
 
 @pytest.mark.parametrize(("name", "equation"), EQUATIONS)
@@ -164,7 +163,7 @@ def test_a_machine_without_the_device_is_told_in_one_line():
 def test_a_graph_gives_what_the_host_gives(data, make_problem, start, monkeypatch):
     model = Lagrangian(t2, 2, hidden=(6,))
     problem, weights = make_problem(model, data), start(model)
-    monkeypatch.setattr(order, "drawn", lambda *given: _hosts_order(*given).to(given[-1]))
+    monkeypatch.setattr(device_adam, "device_order", lambda *given: _hosts_order(*given).to(given[-1]))
     ours = DeviceAdam.of(Adam(epochs=5, **SETTINGS), "cuda").fit(problem, weights, silent, NoCheckpoint())
     host = Adam(epochs=5, **SETTINGS).fit(problem, weights, silent, NoCheckpoint())
     assert ours.notes["not_captured"] is None

@@ -4,7 +4,6 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from torch import Tensor
@@ -30,13 +29,13 @@ class MemoryCheckpoint:
     """A checkpoint that is kept in memory, see `repro.learning.result.Checkpoint`."""
 
     def __init__(self) -> None:
-        self.state: dict[str, Any] | None = None
+        self.state: object | None = None
 
-    def load(self) -> dict[str, Any] | None:
+    def load(self) -> object | None:
         """The last state, or None."""
         return self.state
 
-    def save(self, state: dict[str, Any]) -> None:
+    def save(self, state: object) -> None:
         """Replace the last state."""
         self.state = state
 

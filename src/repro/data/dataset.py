@@ -5,7 +5,6 @@ import zipfile
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -37,7 +36,7 @@ class Dataset:
     coordinates: tuple[Coordinate, ...]
     time_step: float
     energy: np.ndarray | None = None
-    provenance: Mapping[str, Any] = field(default_factory=dict)
+    provenance: Mapping[str, object] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         members, samples, _ = self.q.shape
@@ -62,7 +61,7 @@ class Dataset:
         time_step: float,
         episode_steps: int,
         n_train: int,
-        provenance: Mapping[str, Any],
+        provenance: Mapping[str, object],
         energy: np.ndarray | None = None,
     ) -> "Dataset":
         """Simulated states (member, sample, 2 n_q) = [q, qd] under tau (member, sample, n_q), with exact qdd.
@@ -88,12 +87,12 @@ class Dataset:
     @property
     def members(self) -> int:
         """Number of independent members."""
-        return self.q.shape[0]
+        return int(self.q.shape[0])
 
     @property
     def samples(self) -> int:
         """Number of samples of a member."""
-        return self.q.shape[1]
+        return int(self.q.shape[1])
 
     @property
     def angles(self) -> tuple[int, ...]:
@@ -103,7 +102,7 @@ class Dataset:
     @property
     def n_q(self) -> int:
         """Number of generalised coordinates."""
-        return self.q.shape[2]
+        return int(self.q.shape[2])
 
     @property
     def train(self) -> "Dataset":
@@ -159,8 +158,8 @@ class Dataset:
         )
 
 
-def units(coordinates: tuple[Coordinate, ...]) -> dict[str, Any]:
-    """Units of every array, a list entry a coordinate."""
+def units(coordinates: tuple[Coordinate, ...]) -> dict[str, str | list[str]]:
+    """Units of every array, one list entry per coordinate."""
     names = [coordinate.unit for coordinate in coordinates]
     return {
         "q": names,

@@ -93,7 +93,7 @@ def _streams(seed: int) -> dict[str, np.random.Generator]:
 
 
 def _inputs(system: System) -> int:
-    return system.input_map.shape[1]
+    return int(system.input_map.shape[1])
 
 
 def _starts(system: System, episodes: int, start: str, reset: str, stream: np.random.Generator) -> np.ndarray:
@@ -125,7 +125,7 @@ def _measure(
     exact: Dataset, labels: str, noise: Mapping[str, float], streams: Sequence[Mapping[str, np.random.Generator]]
 ) -> Dataset:
     """Return the data with a measured training part and an exact test part."""
-    train: dict[str, Any] = {name: getattr(exact.train, name) for name in noise}
+    train: dict[str, np.ndarray] = {name: getattr(exact.train, name) for name in noise}
     for name in ("tau", "q", "qd", "qdd"):
         if name == "qdd" and labels == "differenced":
             train[name] = difference(train["qd"], exact.train.time, exact.train.episode)

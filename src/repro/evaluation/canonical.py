@@ -51,16 +51,17 @@ class RestStates:
     @property
     def remainder(self) -> np.ndarray:
         """Mean over samples and components of |dL/dqd(q, 0) - dF/dq|, (member,) in kg m/s and kg m^2/s."""
-        return np.abs(self.terms.momentum - self.gradients).mean((1, 2))
+        remainder: np.ndarray = np.abs(self.terms.momentum - self.gradients).mean((1, 2))
+        return remainder
 
     def anchor_error(self, canonical: bool) -> np.ndarray:
         """Learned less true energy of the upright rest, (member, 1) in J; canonical: V~ there, else T + V."""
         q = np.broadcast_to(self.system.upright, (len(self.parameters), 1, self.system.n_q))
         upright = at_rest(self.model, self.parameters, q)
         energy = evaluate(dynamics_of(self.system).hamiltonian, self.system.upright, np.zeros(self.system.n_q))[0]
-        if canonical:
-            return upright.potential - upright.kinetic - energy
-        return upright.kinetic + upright.potential - energy
+        kinetic = -upright.kinetic if canonical else upright.kinetic
+        error: np.ndarray = upright.potential + kinetic - energy
+        return error
 
 
 def in_gauge(terms: Terms, rest: RestStates, qd: np.ndarray, gauge: Gauge) -> Terms:
@@ -92,4 +93,5 @@ def _gradient_part(system: System, q: np.ndarray, field: np.ndarray) -> np.ndarr
         gradients += [np.outer(-np.sin(phase), direction), np.outer(np.cos(phase), direction)]
     columns = np.stack([gradient.ravel() for gradient in gradients], axis=1)
     solution, *_ = np.linalg.lstsq(columns, field.ravel(), rcond=None)
-    return (columns @ solution).reshape(field.shape)
+    closest: np.ndarray = columns @ solution
+    return closest.reshape(field.shape)

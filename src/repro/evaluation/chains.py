@@ -87,6 +87,7 @@ def _rate(chain: PortSystem) -> Callable[[np.ndarray], np.ndarray]:
     def rate(x: np.ndarray) -> np.ndarray:
         buffer.set_arg(0, x.data)
         run()
-        return sparse @ slope
+        slopes: np.ndarray = sparse @ slope
+        return slopes
 
     return rate

@@ -101,7 +101,7 @@ def _least_l1(span: np.ndarray, column: int) -> np.ndarray:
     cost = np.concatenate([np.zeros(k), np.ones(n)])
     free = [(None, None)] * k + [(0, None)] * n
     solved = linprog(cost, A_ub=limits, b_ub=np.zeros(2 * n), A_eq=equal, b_eq=[1.0], bounds=free)
-    vector = solved.x[:k] @ span
+    vector: np.ndarray = solved.x[:k] @ span
     return np.where(np.abs(vector) > NEGLIGIBLE * np.abs(vector).max(), vector, 0.0)
 
 
@@ -109,7 +109,8 @@ def _sharpened(support: np.ndarray, unit: np.ndarray, scale: np.ndarray) -> np.n
     vector = np.zeros(unit.shape[1])
     vector[support] = np.linalg.svd(unit[:, support])[2][-1] / scale[support]
     size = np.abs(vector)
-    return vector / vector[np.flatnonzero(size > (1 - NEGLIGIBLE) * size.max())[0]]
+    largest = float(vector[np.flatnonzero(size > (1 - NEGLIGIBLE) * size.max())[0]])
+    return vector / largest
 
 
 def _sum(names: Sequence[str], coefficients: np.ndarray) -> str:

@@ -86,7 +86,8 @@ def _energy_errors(predicted: Terms, true: Terms, qd: np.ndarray, split: str) ->
 
 def _centred_energy_error(predicted: Terms, true: Terms, qd: np.ndarray) -> np.ndarray:
     error = predicted.hamiltonian(qd) - true.hamiltonian(qd)
-    return np.abs(error - error.mean(1, keepdims=True)).mean(1)
+    centred: np.ndarray = np.abs(error - error.mean(1, keepdims=True)).mean(1)
+    return centred
 
 
 def _trapped(predicted: Terms, true: Terms, qd: np.ndarray) -> np.ndarray:

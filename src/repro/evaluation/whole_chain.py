@@ -66,7 +66,8 @@ def learn(samples: Samples) -> np.ndarray:
     The features are those of the link that is learned alone; which link pulls at which mass is not told.
     """
     features = np.concatenate([samples.acceleration, samples.extension, samples.extension**3, samples.velocity], axis=1)
-    return np.linalg.lstsq(features, samples.force, rcond=None)[0]
+    coefficients: np.ndarray = np.linalg.lstsq(features, samples.force, rcond=None)[0]
+    return coefficients
 
 
 def follow(coefficients: np.ndarray, start: np.ndarray, mass: float) -> np.ndarray:
@@ -84,7 +85,8 @@ def follow(coefficients: np.ndarray, start: np.ndarray, mass: float) -> np.ndarr
     with np.errstate(over="ignore", invalid="ignore"):
         for _ in range(round(SECONDS / TIME_STEP)):
             x = rk4_step(rate, x, TIME_STEP)
-    return x * np.repeat([1.0, mass], links)
+    state: np.ndarray = x * np.repeat([1.0, mass], links)
+    return state
 
 
 def _spring_force(truth: ChainLink, extension: np.ndarray) -> np.ndarray:

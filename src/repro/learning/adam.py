@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import torch
@@ -11,10 +11,31 @@ from torch import Tensor
 from repro.learning.native import NativeProblem, native
 from repro.learning.optimiser import Optimiser
 from repro.learning.optimisers.adam import Options
-from repro.learning.result import Checkpoint, Fitted, Progress
+from repro.learning.result import Checkpoint, Curve, Fitted, Notes, Progress
 from repro.learning.training_problem import TrainingProblem
 
 BETA_1, BETA_2 = 0.9, 0.999
+
+
+@dataclass
+class AdamState:
+    """Where a fit stands: weights, the last finite ones, and both moments (member, n_parameters); alive: (member,)."""
+
+    parameters: Tensor
+    finite: Tensor
+    first: Tensor
+    second: Tensor
+    alive: Tensor
+    status: list[str]
+    epoch: int = 0
+    curves: Curve = field(default_factory=list)
+
+    @classmethod
+    def start(cls, parameters: Tensor) -> "AdamState":
+        """Before the first epoch."""
+        moments = torch.zeros_like(parameters), torch.zeros_like(parameters)
+        alive = torch.ones(len(parameters), dtype=torch.bool)
+        return cls(parameters.clone(), parameters.clone(), *moments, alive, ["ok"] * len(parameters))
 
 
 @dataclass(frozen=True)
@@ -29,28 +50,30 @@ class Adam(Options, Optimiser):
         dtype = torch.float64 if self.precision == "float64" else torch.float32
         compiled = native(problem) if self.engine == "auto" and dtype == torch.float64 else None
         problem = problem.cast(dtype)
-        state = checkpoint.load() or _start(parameters.to(dtype))
+        state = checkpoint.load()
+        if not isinstance(state, AdamState):
+            state = AdamState.start(parameters.to(dtype))
         batches = math.ceil(problem.samples / self.batch_size)
         every = max(1, self.epochs // self.curve_points)
-        for epoch in range(state["epoch"], self.epochs):
+        for epoch in range(state.epoch, self.epochs):
             rates = self._rates(epoch * batches, batches)
             if compiled is None:
                 losses = self._torch_epoch(problem, state, rates, epoch)
             else:
                 losses = self._native_epoch(compiled, problem.seeds, state, rates, epoch)
             _watch(state, losses, epoch)
-            state["epoch"] = epoch + 1
+            state.epoch = epoch + 1
             is_point = epoch % every == 0 or epoch == self.epochs - 1
             if is_point:
-                state["curves"].append((epoch + 1, "loss", losses.double().numpy().copy()))
-            state["curves"] += [
-                (epoch + 1, watch.name, watch(state["parameters"]))
+                state.curves.append((epoch + 1, "loss", losses.double().numpy().copy()))
+            state.curves += [
+                (epoch + 1, watch.name, watch(state.parameters))
                 for watch in problem.watches
                 if watch.always or is_point
             ]
             checkpoint.save(state)
             progress((epoch + 1) / self.epochs, f"epoch {epoch + 1} of {self.epochs}, loss {losses.nanmedian():.2e}")
-        return Fitted(state["parameters"], state["curves"], state["status"], {"epochs": self.epochs})
+        return Fitted(state.parameters, state.curves, state.status, Notes(epochs=self.epochs))
 
     def rate(self, step: int, total: int) -> float:
         """Learning rate at step 0, 1, ... of `total`, without the bias correction."""
@@ -64,11 +87,11 @@ class Adam(Options, Optimiser):
         return np.array([self.rate(first + k, total) * factor for k, factor in enumerate(correction)])
 
     def _native_epoch(
-        self, compiled: NativeProblem, seeds: Sequence[int], state: dict, rates: np.ndarray, epoch: int
+        self, compiled: NativeProblem, seeds: Sequence[int], state: AdamState, rates: np.ndarray, epoch: int
     ) -> Tensor:
         losses = torch.full((len(seeds),), float("nan"), dtype=torch.float64)
-        arrays = [state[name].numpy() for name in ("parameters", "first", "second")]
-        for member in state["alive"].nonzero().flatten().tolist():
+        arrays = [tensor.numpy() for tensor in (state.parameters, state.first, state.second)]
+        for member in state.alive.nonzero().flatten().tolist():
             order = _shuffled(seeds[member], int(compiled.counts[0]), epoch)
             rows = [array[member] for array in arrays]
             losses[member] = compiled.adam_epoch(
@@ -76,34 +99,26 @@ class Adam(Options, Optimiser):
             )
         return losses
 
-    def _torch_epoch(self, problem: TrainingProblem, state: dict, rates: np.ndarray, epoch: int) -> Tensor:
+    def _torch_epoch(self, problem: TrainingProblem, state: AdamState, rates: np.ndarray, epoch: int) -> Tensor:
         order = torch.from_numpy(np.stack([_shuffled(seed, problem.samples, epoch) for seed in problem.seeds]))
-        losses = torch.zeros(problem.members, dtype=state["parameters"].dtype)
+        losses = torch.zeros(problem.members, dtype=state.parameters.dtype)
         for batch, rate in enumerate(rates):
             index = order[:, batch * self.batch_size : (batch + 1) * self.batch_size]
-            parameters = state["parameters"].requires_grad_()
+            parameters = state.parameters.requires_grad_()
             loss = problem.loss(parameters, index)
             (gradient,) = torch.autograd.grad(loss.sum(), parameters)
-            state["first"].mul_(BETA_1).add_(gradient, alpha=1 - BETA_1)
-            state["second"].mul_(BETA_2).addcmul_(gradient, gradient, value=1 - BETA_2)
-            update = float(rate) * state["first"] / (state["second"].sqrt() + self.epsilon)
+            update = adam_step(gradient, state.first, state.second, float(rate), self.epsilon)
             parameters = parameters.detach()
-            state["parameters"] = torch.where(state["alive"].unsqueeze(1), parameters - update, parameters)
+            state.parameters = torch.where(state.alive.unsqueeze(1), parameters - update, parameters)
             losses += loss.detach() * index.shape[1] / problem.samples
         return losses
 
 
-def _start(parameters: Tensor) -> dict:
-    return {
-        "parameters": parameters.clone(),
-        "finite": parameters.clone(),
-        "first": torch.zeros_like(parameters),
-        "second": torch.zeros_like(parameters),
-        "alive": torch.ones(len(parameters), dtype=torch.bool),
-        "status": ["ok"] * len(parameters),
-        "epoch": 0,
-        "curves": [],
-    }
+def adam_step(gradient: Tensor, first: Tensor, second: Tensor, rate: float | Tensor, epsilon: float) -> Tensor:
+    """What to subtract from the weights; updates both moments in place."""
+    first.mul_(BETA_1).add_(gradient, alpha=1 - BETA_1)
+    second.mul_(BETA_2).addcmul_(gradient, gradient, value=1 - BETA_2)
+    return rate * first / (second.sqrt() + epsilon)
 
 
 def _shuffled(seed: int, samples: int, epoch: int) -> np.ndarray:
@@ -111,10 +126,10 @@ def _shuffled(seed: int, samples: int, epoch: int) -> np.ndarray:
     return np.random.default_rng([seed, 11, epoch]).permutation(samples)
 
 
-def _watch(state: dict, losses: Tensor, epoch: int) -> None:
-    finite = losses.isfinite() & state["parameters"].isfinite().all(1)
-    for member in (state["alive"] & ~finite).nonzero().flatten().tolist():
-        state["status"][member] = f"diverged at epoch {epoch + 1}"
-        state["parameters"][member] = state["finite"][member]
-    state["alive"] &= finite
-    state["finite"] = torch.where(state["alive"].unsqueeze(1), state["parameters"], state["finite"])
+def _watch(state: AdamState, losses: Tensor, epoch: int) -> None:
+    finite = losses.isfinite() & state.parameters.isfinite().all(1)
+    for member in (state.alive & ~finite).nonzero().flatten().tolist():
+        state.status[member] = f"diverged at epoch {epoch + 1}"
+        state.parameters[member] = state.finite[member]
+    state.alive &= finite
+    state.finite = torch.where(state.alive.unsqueeze(1), state.parameters, state.finite)

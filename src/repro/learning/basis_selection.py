@@ -9,7 +9,7 @@ from torch import Tensor
 from repro.learning.least_squares import regression, solve
 from repro.learning.optimiser import Optimiser
 from repro.learning.optimisers.basis_selection import Options
-from repro.learning.result import Checkpoint, Fitted, Progress
+from repro.learning.result import Checkpoint, Fitted, Notes, Progress
 from repro.learning.training_problem import TrainingProblem
 
 
@@ -29,14 +29,14 @@ class Selection(Options, Optimiser):
         for member in range(problem.members):
             matrix, right = regression(problem.member(member), parameters.shape[1])
             norms = np.linalg.norm(matrix, axis=0)
-            seen = np.flatnonzero(norms > 1e-10 * norms.max())
-            gauge.append(sorted(set(range(len(norms))) - set(seen.tolist())))
+            shown = np.flatnonzero(norms > 1e-10 * norms.max())
+            gauge.append(sorted(set(range(len(norms))) - set(shown.tolist())))
             solution = np.zeros(len(norms))
-            solution[seen] = self._select(matrix[:, seen] / norms[seen], right) / norms[seen]
+            solution[shown] = self._select(matrix[:, shown] / norms[shown], right) / norms[shown]
             solutions.append(solution)
             progress((member + 1) / problem.members, f"member {member + 1}")
         names = problem.model.coefficient_names
-        notes = {"epochs": 0, "gauge_columns": [names[column] for column in gauge[0]]}
+        notes = Notes(epochs=0, gauge_columns=[names[column] for column in gauge[0]])
         return Fitted(torch.from_numpy(np.stack(solutions)), [], ["ok"] * problem.members, notes)
 
     def _select(self, matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
@@ -46,23 +46,23 @@ class Selection(Options, Optimiser):
 
         spread = np.linalg.norm(right)
         lasso = Lasso(alpha=self.penalty / len(right), fit_intercept=False, max_iter=100_000, tol=1e-8)
-        coefficients = lasso.fit(matrix, right / spread).coef_ * spread
+        coefficients: np.ndarray = lasso.fit(matrix, right / spread).coef_ * spread
         if not self.refit:
             return coefficients
-        kept = np.flatnonzero(coefficients)
-        coefficients[kept] = solve(matrix[:, kept], right, 1e-12)[0]
+        retained = np.flatnonzero(coefficients)
+        coefficients[retained] = solve(matrix[:, retained], right, 1e-12)[0]
         return coefficients
 
 
 def thresholded_least_squares(matrix: np.ndarray, right: np.ndarray, threshold: float) -> np.ndarray:
     """Least squares on unit columns, drop the terms below threshold |right|, repeat until nothing is dropped."""
-    kept = np.arange(matrix.shape[1])
+    retained = np.arange(matrix.shape[1])
     coefficients = np.zeros(matrix.shape[1])
-    while len(kept):
-        solution, _ = solve(matrix[:, kept], right, 1e-12)
+    while len(retained):
+        solution, _ = solve(matrix[:, retained], right, 1e-12)
         large = np.abs(solution) >= threshold * np.linalg.norm(right)
         if large.all():
-            coefficients[kept] = solution
+            coefficients[retained] = solution
             break
-        kept = kept[large]
+        retained = retained[large]
     return coefficients

@@ -11,10 +11,11 @@ from torch import Tensor
 from repro.learning.full_batch_options import FullBatchOptions
 from repro.learning.members import MemberProblem
 from repro.learning.optimiser import Optimiser
-from repro.learning.result import Checkpoint, Curve, Fitted, Progress
+from repro.learning.result import Checkpoint, Curve, Fitted, Notes, Progress
 from repro.learning.training_problem import TrainingProblem
 
 Solution = tuple[np.ndarray, list[float], str]  # weights (n_parameters,), loss after each iteration, status
+_Done = tuple[np.ndarray, list[float], str, dict[str, dict[int, float]]]  # a solution and its watched values
 
 
 @dataclass(frozen=True)
@@ -28,19 +29,20 @@ class FullBatch(FullBatchOptions, Optimiser):
     def fit(self, problem: TrainingProblem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Train from `parameters` (member, n_parameters); the result is float64."""
         reduced = problem.subsample(self.samples)
-        state = checkpoint.load() or {"done": []}
-        for number in range(len(state["done"]), problem.members):
+        state = checkpoint.load()
+        done: list[_Done] = list(state) if isinstance(state, list) else []
+        for number in range(len(done), problem.members):
             member = MemberProblem(reduced.member(number))
-            told = _share(progress, number, problem.members)
-            solution = self.solve(member, parameters[number].double().numpy(), told)
-            state["done"].append((*solution, member.seen))
-            checkpoint.save(state)
-        weights, losses, status, seen = zip(*state["done"], strict=True)
+            share = _share(progress, number, problem.members)
+            solution = self.solve(member, parameters[number].double().numpy(), share)
+            done.append((*solution, member.watched))
+            checkpoint.save(done)
+        weights, losses, status, watched = zip(*done, strict=True)
         fitted = torch.from_numpy(np.stack(weights))
         curves = merge_curves([dict(enumerate(each)) for each in losses], "loss")
         for watch in problem.watches:
-            curves += merge_curves([each.get(watch.name, {}) for each in seen], watch.name)
-        return Fitted(fitted, curves, list(status), {"epochs": self.iterations})
+            curves += merge_curves([each.get(watch.name, {}) for each in watched], watch.name)
+        return Fitted(fitted, curves, list(status), Notes(epochs=self.iterations))
 
 
 def merge_curves(curves: Sequence[Mapping[int, float]], name: str) -> Curve:

@@ -9,7 +9,7 @@ from torch import Tensor
 
 from repro.learning.optimiser import Optimiser
 from repro.learning.optimisers.least_squares import Options
-from repro.learning.result import Checkpoint, Fitted, Progress
+from repro.learning.result import Checkpoint, Fitted, Notes, Progress
 from repro.learning.training_problem import TrainingProblem
 
 
@@ -34,7 +34,8 @@ class LeastSquares(Options, Optimiser):
             solutions.append(origin + solution)
             ranks.append(rank)
             progress((member + 1) / problem.members, f"member {member + 1}")
-        return Fitted(torch.from_numpy(np.stack(solutions)), [], ["ok"] * problem.members, {"rank": ranks, "epochs": 0})
+        notes = Notes(rank=ranks, epochs=0)
+        return Fitted(torch.from_numpy(np.stack(solutions)), [], ["ok"] * problem.members, notes)
 
 
 def regression(problem: TrainingProblem, n_parameters: int) -> tuple[np.ndarray, np.ndarray]:

@@ -71,6 +71,7 @@ def _step(gram: np.ndarray, gradient: np.ndarray, damping: np.ndarray) -> np.nda
     try:
         # scaled to a unit diagonal, so that weights of very different sizes do not spoil the factorisation
         scale = 1 / np.sqrt(damped.diagonal())
-        return -scale * cho_solve(cho_factor(damped * np.outer(scale, scale)), scale * gradient)
+        step: np.ndarray = -scale * cho_solve(cho_factor(damped * np.outer(scale, scale)), scale * gradient)
+        return step
     except LinAlgError:
         return np.zeros_like(gradient)  # gains nothing, so the damping rises

@@ -18,14 +18,14 @@ class MemberProblem:
     """The problem of one member as functions of its weights (n_parameters,)."""
 
     problem: TrainingProblem  # of this member alone
-    seen: dict[str, dict[int, float]] = field(default_factory=dict)  # by the problem's watches: name -> step -> value
+    watched: dict[str, dict[int, float]] = field(default_factory=dict)  # name of a watch -> step -> value
 
     def look(self, step: int, parameters: np.ndarray) -> None:
         """Let the problem's watches look at the weights of a step."""
         for watch in self.problem.watches:
             if watch.always or step % SOMETIMES == 0:
                 value = watch(torch.from_numpy(parameters).unsqueeze(0))[0]
-                self.seen.setdefault(watch.name, {})[step] = float(value)
+                self.watched.setdefault(watch.name, {})[step] = float(value)
 
     @cached_property
     def compiled(self) -> NativeProblem | None:

@@ -31,7 +31,7 @@ class NativeProblem:
         self.library.loss_and_gradient(
             self._pointers(member), address(self.counts), address(parameters), address(total)
         )
-        return total[0] + self.l1 @ np.abs(parameters), total[1:] + self.l1 * np.sign(parameters)
+        return float(total[0] + self.l1 @ np.abs(parameters)), total[1:] + self.l1 * np.sign(parameters)
 
     def adam_epoch(
         self,
@@ -44,15 +44,16 @@ class NativeProblem:
     ) -> float:
         """One epoch of Adam over the first task in this order, the others whole at each step; the mean loss.
 
-        state: parameters, first and second moments (n_parameters,) each, updated in place; rates: one a step;
+        state: parameters, first and second moments (n_parameters,) each, updated in place; rates: one per step;
         constants: the decay of both moments, and epsilon.
         """
-        return self.library.adam_epoch(
+        loss: float = self.library.adam_epoch(
             self._pointers(member), address(self.counts), address(order), ctypes.c_int64(batch), address(rates),
             *map(ctypes.c_double, constants), address(self.l1), *map(address, state),
         )  # fmt: skip
+        return loss
 
-    def _pointers(self, member: int) -> ctypes.Array:
+    def _pointers(self, member: int) -> ctypes.Array[ctypes.c_void_p]:
         return (ctypes.c_void_p * len(self.data))(*(data[member].ctypes.data for data in self.data))
 
 

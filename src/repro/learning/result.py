@@ -1,13 +1,23 @@
-"""What a fit leaves behind, and how it talks while it works."""
+"""What a fit returns, and how it reports its progress."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, TypedDict
 
 import numpy as np
 from torch import Tensor
 
-Curve = list[tuple[int, str, np.ndarray]]  # (step, name, value a member)
+Curve = list[tuple[int, str, np.ndarray]]  # (step, name, one value per member)
+
+
+class Notes(TypedDict, total=False):
+    """What a fit reports beside its weights; device and not_captured: see `DeviceAdam`."""
+
+    epochs: int
+    rank: list[int]
+    gauge_columns: list[str]
+    device: str
+    not_captured: str | None
 
 
 @dataclass
@@ -16,28 +26,27 @@ class Fitted:
 
     parameters: Tensor
     curves: Curve = field(default_factory=list)
-    status: list[str] = field(default_factory=list)  # "ok" or "diverged at step k", a member each
-    notes: dict = field(default_factory=dict)
+    status: list[str] = field(default_factory=list)  # "ok" or "diverged at step k", one per member
+    notes: Notes = field(default_factory=Notes)
 
 
 class Checkpoint(Protocol):
     """Where a long fit keeps its state, so that it resumes after a kill."""
 
-    def load(self) -> dict | None:
+    def load(self) -> object | None:
         """The last saved state, or None."""
 
-    def save(self, state: dict) -> None:
+    def save(self, state: object) -> None:
         """Keep this state; called as often as the fit likes, written as often as is reasonable."""
 
 
 class NoCheckpoint:
-    """For short fits: nothing is kept."""
+    """For short fits: nothing is saved."""
 
-    def load(self) -> dict | None:
+    def load(self) -> None:
         """Nothing."""
-        return None
 
-    def save(self, state: dict) -> None:
+    def save(self, state: object) -> None:
         """Nothing."""
 
 

@@ -40,16 +40,17 @@ def train(
 ) -> Fitted:
     """Solve the phases in turn. A member that diverges is put back to its last finite weights and keeps its status."""
     checkpoint = checkpoint or NoCheckpoint()
-    untouched = Fitted(parameters, status=["ok"] * len(parameters))
-    state = checkpoint.load() or {"phase": 0, "fitted": untouched, "inner": None}
-    for number in range(state["phase"], len(phases)):
-        phase, before = phases[number], state["fitted"]
-        told = _told(progress, number, phases)
+    state = checkpoint.load()
+    if not isinstance(state, _State):
+        state = _State(0, Fitted(parameters, status=["ok"] * len(parameters)))
+    for number in range(state.phase, len(phases)):
+        phase, before = phases[number], state.fitted
         chosen = phase.settings(optimiser.continued() if number else optimiser)
-        fitted = chosen.fit(phase.problem, before.parameters, told, _Inner(checkpoint, state))
-        state = {"phase": number + 1, "fitted": _chain(before, fitted, phase), "inner": None}
+        share = _share(progress, number, phases)
+        fitted = chosen.fit(phase.problem, before.parameters, share, _Inner(checkpoint, state))
+        state = _State(number + 1, _chain(before, fitted, phase))
         checkpoint.save(state)
-    return state["fitted"]
+    return state.fitted
 
 
 def make_task(
@@ -79,20 +80,29 @@ def make_task(
     )
 
 
+@dataclass(frozen=True)
+class _State:
+    """What the phases before `phase` have fitted, and the optimiser's own state within it."""
+
+    phase: int
+    fitted: Fitted
+    inner: object = None
+
+
 class _Inner:
     """The optimiser's own state, kept inside the training's checkpoint."""
 
-    def __init__(self, outer: Checkpoint, state: dict) -> None:
+    def __init__(self, outer: Checkpoint, state: _State) -> None:
         self.outer, self.state = outer, state
 
-    def load(self) -> dict | None:
-        return self.state["inner"]
+    def load(self) -> object:
+        return self.state.inner
 
-    def save(self, state: dict) -> None:
-        self.outer.save(self.state | {"inner": state})
+    def save(self, state: object) -> None:
+        self.outer.save(replace(self.state, inner=state))
 
 
-def _told(progress: Progress, number: int, phases: Sequence[Phase]) -> Progress:
+def _share(progress: Progress, number: int, phases: Sequence[Phase]) -> Progress:
     def shared(fraction: float, text: str) -> None:
         label = f"{phases[number].name}: {text}" if len(phases) > 1 else text
         progress((number + fraction) / len(phases), label)

@@ -1,6 +1,7 @@
 """A fitting problem: one model, one or more datasets with an objective each, and the l1 terms of (7a)."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,31 +25,29 @@ class TrainingTask:
 
     @property
     def samples(self) -> int:
-        """Number of samples a member."""
+        """Number of samples per member."""
         return self.measured["qd"].shape[1]
 
     def select(self, index: Tensor) -> "TrainingTask":
         """The samples `index` (member, batch) of each member."""
         members = torch.arange(len(index)).unsqueeze(1)
-        pick = {
-            name: {k: v[members, index] for k, v in getattr(self, name).items()} for name in ("prepared", "measured")
-        }
-        weight = None if self.sample_weight is None else self.sample_weight[members, index]
-        return TrainingTask(self.objective, **pick, sample_weight=weight)
+        return self.changed(lambda tensor: tensor[members, index])
 
     def member(self, index: int) -> "TrainingTask":
         """The same task for one member alone."""
-        one = slice(index, index + 1)
-        parts = {name: {k: v[one] for k, v in getattr(self, name).items()} for name in ("prepared", "measured")}
-        return TrainingTask(
-            self.objective, **parts, sample_weight=None if self.sample_weight is None else self.sample_weight[one]
-        )
+        return self.changed(lambda tensor: tensor[index : index + 1])
 
     def cast(self, dtype: torch.dtype) -> "TrainingTask":
         """The same task in another floating-point type."""
-        parts = {name: {k: v.to(dtype) for k, v in getattr(self, name).items()} for name in ("prepared", "measured")}
+        return self.changed(lambda tensor: tensor.to(dtype))
+
+    def changed(self, change: Callable[[Tensor], Tensor]) -> "TrainingTask":
+        """The same task with every tensor changed."""
         return TrainingTask(
-            self.objective, **parts, sample_weight=None if self.sample_weight is None else self.sample_weight.to(dtype)
+            self.objective,
+            {name: change(tensor) for name, tensor in self.prepared.items()},
+            {name: change(tensor) for name, tensor in self.measured.items()},
+            None if self.sample_weight is None else change(self.sample_weight),
         )
 
     def rows(self, terms: Terms) -> Tensor:
@@ -56,14 +55,14 @@ class TrainingTask:
         rows = self.objective.rows(terms, self.measured)
         if self.sample_weight is not None:
             rows = rows * self.sample_weight.sqrt().unsqueeze(-1)
-        return rows / self.samples**0.5
+        return rows / math.sqrt(self.samples)
 
 
 @dataclass(frozen=True)
 class TrainingProblem:
     """Minimise, for every member, the sum of its tasks' mean squared rows + l1 |coefficients|.
 
-    l1: (n_parameters,) weights of the absolute values; seeds: one a member, for the batch order; watches: what to
+    l1: (n_parameters,) weights of the absolute values; seeds: one per member, for the batch order; watches: what to
     look at on the way.
     """
 
@@ -85,7 +84,7 @@ class TrainingProblem:
 
     def loss(self, parameters: Tensor, index: Tensor | None = None) -> Tensor:
         """Loss (member,); `index` (member, batch) picks a mini-batch of the first task, the others are used whole."""
-        total = torch.zeros(len(parameters), dtype=parameters.dtype)
+        total: Tensor = torch.zeros(len(parameters), dtype=parameters.dtype)
         for number, task in enumerate(self.tasks):
             part = task if number or index is None else task.select(index)
             terms = self.model.evaluate(parameters, part.prepared, part.objective.mass)

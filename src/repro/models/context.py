@@ -40,7 +40,7 @@ class Context:
     @property
     def n_q(self) -> int:
         """Number of generalised coordinates."""
-        return self.q.shape[-1]
+        return int(self.q.shape[-1])
 
     @property
     def true_system(self) -> System:

@@ -93,7 +93,8 @@ def diagonal(n_q: int) -> np.ndarray:
     """Shapes E_k (n_q, n_q, n_q) of a cart with a chain of links: joint k turns at qd_k - qd_(k-1), k > 1."""
     rates = np.eye(n_q)
     rates[range(2, n_q), range(1, n_q - 1)] = -1
-    return np.einsum("ki,kj->kij", rates, rates)
+    shapes: np.ndarray = np.einsum("ki,kj->kij", rates, rates)
+    return shapes
 
 
 def full(n_q: int) -> np.ndarray:

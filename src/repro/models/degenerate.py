@@ -46,7 +46,7 @@ class Degenerate(Model):
 
     def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:
         """No acceleration: the mass matrix is singular."""
-        tau, momentum, kinetic = prepared["rows"].split([self.n_q, self.n_q, 1], dim=-1)
+        tau, momentum, kinetic = torch.split(prepared["rows"], [self.n_q, self.n_q, 1], dim=-1)
         kinetic = kinetic.squeeze(-1)
         return Terms(tau=tau, momentum=momentum, kinetic=kinetic, potential=torch.zeros_like(kinetic))
 

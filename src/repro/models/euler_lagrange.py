@@ -8,6 +8,10 @@ from torch.autograd import forward_ad
 
 LagrangianFunction = Callable[[Tensor, Tensor], Tensor]  # L (...) of q, qd (..., n_q)
 
+# torch does not annotate these
+_dual: Callable[[Tensor, Tensor], Tensor] = forward_ad.make_dual
+_parts: Callable[[Tensor], tuple[Tensor, Tensor]] = forward_ad.unpack_dual  # value and tangent
+
 
 def inverse_dynamics(lagrangian: LagrangianFunction, q: Tensor, qd: Tensor, qdd: Tensor) -> Tensor:
     """tau = d/dt(dL/dqd) - dL/dq, eq. (2), from one directional derivative and one pass back, whatever n_q is.
@@ -30,7 +34,8 @@ def forward_dynamics(lagrangian: LagrangianFunction, q: Tensor, qd: Tensor, tau:
     factors, pivots = torch.linalg.lu_factor(mass)
 
     def solve(right: Tensor) -> Tensor:
-        return torch.linalg.lu_solve(factors, pivots, right.unsqueeze(-1)).squeeze(-1)
+        solution: Tensor = torch.linalg.lu_solve(factors, pivots, right.unsqueeze(-1))
+        return solution.squeeze(-1)
 
     solution = solve((tau - rest).detach())
     return solution + solve(tau - inverse_dynamics(lagrangian, q, qd, solution))
@@ -47,7 +52,7 @@ def _lie_gradient(lagrangian: LagrangianFunction, q: Tensor, qd: Tensor, v: Tens
     """dLdot/dqd - dLdot/dv and dLdot/dqd, for Ldot the derivative of L along (v, a) at (q, qd)."""
     velocity, along = (x.detach().requires_grad_() for x in (qd, v))
     with torch.enable_grad(), forward_ad.dual_level():
-        value = lagrangian(forward_ad.make_dual(q, along), forward_ad.make_dual(velocity, a))
-        rate = forward_ad.unpack_dual(value).tangent
+        value = lagrangian(_dual(q, along), _dual(velocity, a))
+        _, rate = _parts(value)
         total, push = torch.autograd.grad(rate.sum(), (velocity, along), create_graph=True)
     return total - push, total

@@ -1,5 +1,6 @@
 """A model that is written as CasADi expressions alone: what the engines need of it follows by differentiation."""
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
@@ -29,13 +30,13 @@ class ExpressionModel(Model):
 
     def outputs(self, parameters: Tensor, prepared: Prepared, mass: bool) -> list[Tensor]:
         """The output stack (member, sample, n_rows)."""
-        return [_Evaluated.apply(parameters, prepared["samples"], self)]
+        return [_evaluated(parameters, prepared["samples"], self)]
 
     def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:
         """The stack, taken apart."""
         n_q = self.n_q
         sizes = [n_q, n_q, 1, 1, n_q * (n_q + 1) // 2, n_q if self.transforms else 0]
-        parts = outputs[0].split([*sizes, outputs[0].shape[-1] - sum(sizes)], dim=-1)
+        parts = torch.split(outputs[0], [*sizes, outputs[0].shape[-1] - sum(sizes)], dim=-1)
         tau, momentum, kinetic, potential, mass, transformed, port_error = parts
         return Terms(
             tau=tau,
@@ -99,6 +100,10 @@ class _Evaluated(torch.autograd.Function):
         parameters, samples = ctx.saved_tensors
         rows = cotangents[0].unsqueeze(1)
         return ctx.model.vjp(parameters, {"samples": samples}, [rows]).sum((1, 2)), None, None
+
+
+# torch does not annotate `apply`
+_evaluated: Callable[[Tensor, Tensor, ExpressionModel], Tensor] = _Evaluated.apply
 
 
 def _arrays(*tensors: Tensor) -> list[np.ndarray]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import accumulate, pairwise
 
 import casadi
 import numpy as np
@@ -41,7 +41,7 @@ class Interconnection(ExpressionModel):
         if trained is not None:
             self.upstream = slice(0, trained.shape[1])
             self.fixed = self.upstream if frozen else slice(0, 0)
-        ends = np.cumsum([0, *(part.model.n_parameters for part in self.parts)]).tolist()
+        ends = [0, *accumulate(part.model.n_parameters for part in self.parts)]
         self.slices = [slice(start, stop) for start, stop in pairwise(ends)]
 
     @property

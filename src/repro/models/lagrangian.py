@@ -159,7 +159,7 @@ class Lagrangian(Model):
     def _lie_stack(self, weights: Tensor, jets: Tensor) -> Tensor:
         """[T, Tdot, p, tau_T] from one tangent and one pass back through the network, whatever n_q is."""
         assert self.network is not None
-        z, zdot, u, w = jets.split([1, 1, self.n_q, self.n_q], dim=2)
+        z, zdot, u, w = torch.split(jets, [1, 1, self.n_q, self.n_q], dim=2)
         value, rate, gradient, gradient_rate = self.network.lie_gradient(weights, z[:, :, 0], zdot[:, :, 0])
         gradient, gradient_rate = gradient.unsqueeze(2), gradient_rate.unsqueeze(2)
         momentum = (u * gradient).sum(-1)

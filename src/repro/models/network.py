@@ -48,7 +48,7 @@ class Network:
     def unpack(self, parameters: Tensor) -> list[Tensor]:
         """Split (member, n_parameters) into the arrays named by `shapes`, each (member, *shape)."""
         sizes = [math.prod(shape) for shape in self.shapes]
-        parts = parameters.split(sizes, dim=-1)
+        parts = torch.split(parameters, sizes, dim=-1)
         return [part.reshape(part.shape[0], *shape) for part, shape in zip(parts, self.shapes, strict=True)]
 
     def propagate(self, parameters: Tensor, jets: Tensor, pairs: Sequence[tuple[int, int]] = ()) -> Tensor:
@@ -58,7 +58,7 @@ class Network:
         (i, j) of tangents. Returns the same stack at the output, (member, sample, 1 + k + len(pairs), n_out): N(z),
         DN[t_i], and D^2 N[t_i, t_j] + DN[s_ij].
         """
-        *layers, skip = self._layers(parameters)
+        layers, skip = self._layers(parameters)
         output = jets
         for weight, bias in layers[:-1]:
             output = self._activate(_affine(output, weight, bias), pairs)[0]
@@ -71,7 +71,7 @@ class Network:
         z, zdot: (member, sample, n_in), for a network with one output and no skip. Returns (member, sample) twice and
         (member, sample, n_in) twice. The cost does not depend on how many derivatives are then made of the last two.
         """
-        *layers, skip = self._layers(parameters)
+        layers, skip = self._layers(parameters)
         if self.n_out != 1 or skip is not None:
             raise ValueError("the Lie derivative is that of a network with one output and no linear path")
         value, rate, slopes = z.mT, zdot.mT, []  # (member, unit, sample): samples are contiguous
@@ -96,7 +96,7 @@ class Network:
         jets as in `propagate`; cotangents: (member, row, sample, jet, n_out), the derivative of each residual row with
         respect to the output stack. Returns (member, row, sample, n_parameters).
         """
-        *layers, skip = self._layers(parameters)
+        layers, skip = self._layers(parameters)
         inputs, derivatives = [jets], []
         for weight, bias in layers[:-1]:
             before = _affine(inputs[-1], weight, bias)
@@ -130,10 +130,11 @@ class Network:
                 output = casadi.tanh(output) if self.activation == "tanh" else softplus(output)
         return output + arrays[-1] @ z if self.skip else output
 
-    def _layers(self, parameters: Tensor) -> list:
+    def _layers(self, parameters: Tensor) -> tuple[list[tuple[Tensor, Tensor]], Tensor | None]:
+        """Weight and bias of every layer, and the weight of the linear path."""
         arrays = self.unpack(parameters)
         skip = arrays.pop() if self.skip else None
-        return [*zip(arrays[0::2], arrays[1::2], strict=True), skip]
+        return list(zip(arrays[0::2], arrays[1::2], strict=True)), skip
 
     def _curve(self, value: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """The activation and its first two derivatives."""

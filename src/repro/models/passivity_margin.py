@@ -12,11 +12,7 @@ from repro.mechanics.system import Coordinate, System
 from repro.models.model import Model
 
 REACH = 2.0  # m on either side of the start
-
-
 FASTEST = 3.0  # times the spread of the training velocities
-
-
 FORCE = 5.0  # N and N m
 
 
@@ -53,7 +49,8 @@ def margins(model: Model, weights: np.ndarray, states: States, storage: System |
     supplied = (velocity * states.tau).sum(-1)
     size = np.linalg.norm(gradient, axis=-1) * np.linalg.norm(rate, axis=-1) + np.abs(supplied)
     gained = (gradient * rate).sum(-1) - supplied
-    return np.divide(gained, size, out=np.zeros_like(size), where=size > 0)
+    margin: np.ndarray = np.divide(gained, size, out=np.zeros_like(size), where=size > 0)
+    return margin
 
 
 @lru_cache(maxsize=16)

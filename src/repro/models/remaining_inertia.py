@@ -18,7 +18,9 @@ def mean_inertia(part: SubModel, q: np.ndarray) -> np.ndarray:
     mass = casadi.jacobian(model.momentum(place, rates, weights), rates)
     diagonal = casadi.Function("inertia", [place, rates, weights], [casadi.densify(casadi.diag(mass))])
     places = q.reshape(-1, q.shape[-1])[:PLACES, : model.n_q]
-    return np.mean([evaluate(diagonal, places, 0 * places, member) for member in part.parameters], axis=(0, 1))
+    inertia = [evaluate(diagonal, places, 0 * places, member) for member in part.parameters]
+    mean: np.ndarray = np.mean(inertia, axis=(0, 1))
+    return mean
 
 
 def remaining_scale(velocity_scale: np.ndarray, inertia: np.ndarray) -> np.ndarray:
@@ -29,4 +31,5 @@ def remaining_scale(velocity_scale: np.ndarray, inertia: np.ndarray) -> np.ndarr
     """
     suggested = velocity_scale**-2.0
     left = suggested - np.pad(inertia, (0, len(suggested) - len(inertia)))
-    return np.maximum(left, LEAST_SHARE * suggested) ** -0.5
+    scale: np.ndarray = np.maximum(left, LEAST_SHARE * suggested) ** -0.5
+    return scale

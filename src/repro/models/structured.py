@@ -128,7 +128,7 @@ class Structured(Model):
         if len(self._entries) < size:
             whole = entries.new_zeros((*entries.shape[:-1], size))
             entries = whole.index_copy(-1, torch.from_numpy(self._entries), entries)
-        return entries.unflatten(-1, (self.n_q, self.rank))
+        return entries.reshape(*entries.shape[:-1], self.n_q, self.rank)
 
     def _network_start(self, generator: np.random.Generator) -> np.ndarray:
         n_hidden_layers = len(self.network.hidden)

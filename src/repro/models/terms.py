@@ -45,7 +45,8 @@ class Terms:
     def acceleration_error(self, qdd: Tensor, tau: Tensor) -> Tensor:
         """qdd_hat - qdd = M_hat^-1 (tau - tau_hat), (member, sample, n_q); not finite where M_hat is singular."""
         if self.acceleration is not None:
-            return self.acceleration - qdd
+            error: Tensor = self.acceleration - qdd
+            return error
         return _solve(self.mass, tau - self.tau)
 
 
@@ -54,7 +55,7 @@ def _solve(matrix: Tensor, right: Tensor) -> Tensor:
         (a, b), (c, d) = (row.unbind(-1) for row in matrix.unbind(-2))
         x, y = right.unbind(-1)
         return torch.stack([d * x - b * y, a * y - c * x], dim=-1) / (a * d - b * c).unsqueeze(-1)
-    solution, _ = torch.linalg.solve_ex(matrix, right.unsqueeze(-1))
+    solution: Tensor = torch.linalg.solve_ex(matrix, right.unsqueeze(-1))[0]
     return solution.squeeze(-1)
 
 
@@ -70,4 +71,5 @@ def symmetric(entries: Tensor, n_q: int) -> Tensor:
 def least_eigenvalue(mass: np.ndarray) -> np.ndarray:
     """Of each member's matrices (member, sample, n_q, n_q), (member,); 0 where a matrix is not finite."""
     finite = np.isfinite(mass).all((2, 3), keepdims=True)
-    return np.linalg.eigvalsh(np.where(finite, mass, 0.0)).min((1, 2))
+    least: np.ndarray = np.linalg.eigvalsh(np.where(finite, mass, 0.0)).min((1, 2))
+    return least

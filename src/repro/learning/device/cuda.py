@@ -6,6 +6,7 @@ import torch
 
 from repro.errors import UserError
 
+new_stream: Callable[[], torch.cuda.Stream] = torch.cuda.Stream  # which torch does not annotate
 WARM_UPS = 3  # steps before a capture: libraries choose their algorithms and allocate
 
 Replay = Callable[[], object]
@@ -24,7 +25,7 @@ def captured(step: Replay) -> tuple[Replay, str | None]:
     The step takes no arguments and works in place on tensors that stay where they are. It runs a few times first.
     """
     try:
-        graph, stream = torch.cuda.CUDAGraph(), torch.cuda.Stream()
+        graph, stream = torch.cuda.CUDAGraph(), new_stream()
         stream.wait_stream(torch.cuda.current_stream())
         with torch.cuda.stream(stream):
             for _ in range(WARM_UPS):

@@ -1,16 +1,16 @@
 """Adam on a device, all members of an ensemble at once."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from repro.learning.adam import Adam
-from repro.learning.device import order
+from repro.learning.adam import Adam, AdamState
 from repro.learning.device.cuda import check_device
 from repro.learning.device.device_problem import DeviceProblem
-from repro.learning.result import Checkpoint, Fitted, Progress
+from repro.learning.result import Checkpoint, Fitted, Notes, Progress
 from repro.learning.training_problem import TrainingProblem
 
 
@@ -37,10 +37,22 @@ class DeviceAdam(Adam):
         check_device(self.device)
         resident = DeviceProblem.of(problem, torch.device(self.device), getattr(torch, self.precision))
         fitted = super().fit(resident, parameters, progress, checkpoint)
-        notes = {"device": self.device, "not_captured": resident.steps.not_captured}
+        notes = Notes(device=self.device, not_captured=resident.steps.not_captured)
         return replace(fitted, notes=fitted.notes | notes)
 
-    def _torch_epoch(self, problem: TrainingProblem, state: dict, rates: np.ndarray, epoch: int) -> Tensor:
+    def _torch_epoch(self, problem: TrainingProblem, state: AdamState, rates: np.ndarray, epoch: int) -> Tensor:
         assert isinstance(problem, DeviceProblem)
-        drawn = order.drawn(problem.seeds, problem.samples, epoch, problem.device)
+        drawn = device_order(problem.seeds, problem.samples, epoch, problem.device)
         return problem.steps.epoch(state, drawn, rates, self.batch_size, self.epsilon)
+
+
+def device_order(seeds: Sequence[int], samples: int, epoch: int, device: torch.device) -> Tensor:
+    """A fresh order of each member's samples, (member, sample), from (seed, epoch) alone: a resumed fit sees the same.
+
+    It differs from the host's order: a shuffle on the host takes longer than an epoch of steps on a device.
+    """
+    generator, rows = torch.Generator(device), []
+    for seed in seeds:
+        generator.manual_seed(int(np.random.SeedSequence([seed, 11, epoch]).generate_state(1, np.uint64)[0]))
+        rows.append(torch.randperm(samples, generator=generator, device=device))
+    return torch.stack(rows)

@@ -1,14 +1,47 @@
 """A fitting problem whose data lie on a device, where its loss is computed."""
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import torch
 from torch import Tensor
+from torch.overrides import TorchFunctionMode
 
-from repro.learning.device.indices import KeptIndices
 from repro.learning.device.steps import Steps
-from repro.learning.training_problem import TrainingProblem, TrainingTask
+from repro.learning.training_problem import TrainingProblem
+
+
+class KeptIndices(TorchFunctionMode):
+    """Within it a list that indexes a tensor is sent to the tensor's device once, not at every use.
+
+    A CUDA graph cannot be captured while numbers come from the host.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._kept: dict[tuple[tuple[int, ...], torch.device], Tensor] = {}
+
+    def __torch_function__(
+        self,
+        func: Callable[..., Any],
+        types: Sequence[type],
+        args: tuple[Any, ...] = (),
+        kwargs: Mapping[str, Any] | None = None,
+    ) -> Any:
+        """Pass everything on, indexing with its lists replaced."""
+        if func is Tensor.__getitem__ and isinstance(args[1], tuple):
+            args = args[0], tuple(self._index(part, args[0].device) for part in args[1])
+        return func(*args, **(kwargs or {}))
+
+    def _index(self, part: Any, device: torch.device) -> Any:
+        if not isinstance(part, list):
+            return part
+        key = tuple(part), device
+        if key not in self._kept:
+            self._kept[key] = torch.tensor(part, device=device)
+        return self._kept[key]
 
 
 @dataclass(frozen=True)
@@ -23,7 +56,7 @@ class DeviceProblem(TrainingProblem):
         """The problem with its tensors moved, in this floating-point type."""
         same = problem.cast(dtype)
         l1 = None if same.l1 is None else same.l1.to(device)
-        tasks = [_moved(task, device) for task in same.tasks]
+        tasks = [task.changed(lambda tensor: tensor.to(device)) for task in same.tasks]
         return cls(problem.model, tasks, problem.seeds, l1, problem.watches, device=device)
 
     @property
@@ -44,9 +77,3 @@ class DeviceProblem(TrainingProblem):
         """As that of a problem; the tensors that it and its model make are made on the device."""
         with self.device, self._indices:
             return super().loss(parameters, index)
-
-
-def _moved(task: TrainingTask, device: torch.device) -> TrainingTask:
-    parts = {name: {k: v.to(device) for k, v in getattr(task, name).items()} for name in ("prepared", "measured")}
-    weight = None if task.sample_weight is None else task.sample_weight.to(device)
-    return TrainingTask(task.objective, **parts, sample_weight=weight)

@@ -1,17 +1,14 @@
 """Epochs of Adam on a device: no value leaves it before an epoch is over."""
 
 from functools import partial
-from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from repro.learning.adam import BETA_1, BETA_2
+from repro.learning.adam import AdamState, adam_step
 from repro.learning.device.cuda import Replay, captured
 from repro.learning.training_problem import TrainingProblem
-
-STATE = ("parameters", "first", "second")
 
 
 class Steps:
@@ -30,24 +27,24 @@ class Steps:
         self._losses, self._rate = zeros(problem.members), zeros(())
         self._ready: dict[tuple[int, float], tuple[Tensor, Replay]] = {}
 
-    def epoch(self, state: dict[str, Any], order: Tensor, rates: np.ndarray, batch: int, epsilon: float) -> Tensor:
+    def epoch(self, state: AdamState, order: Tensor, rates: np.ndarray, batch: int, epsilon: float) -> Tensor:
         """One epoch from the state of `Adam`, on the host and updated; the mean loss (member,), on the host.
 
-        order: (member, sample), on the device; rates: one a step.
+        order: (member, sample), on the device; rates: one per step.
         """
-        parts = order.split(batch, dim=1)
+        parts = torch.split(order, batch, dim=1)
         steps = [self._step(part.shape[1], epsilon) for part in (parts[0], parts[-1])]
         own = self._parameters, self._first, self._second
-        for mine, name in zip(own, STATE, strict=True):
-            mine.copy_(state[name])
-        self._alive.copy_(state["alive"].unsqueeze(1))
+        for mine, theirs in zip(own, (state.parameters, state.first, state.second), strict=True):
+            mine.copy_(theirs)
+        self._alive.copy_(state.alive.unsqueeze(1))
         self._losses.zero_()
         for part, rate in zip(parts, torch.from_numpy(rates).to(self._rate), strict=True):
             index, replay = steps[0] if part.shape[1] == parts[0].shape[1] else steps[1]
             index.copy_(part)
             self._rate.copy_(rate)
             replay()
-        state.update(zip(STATE, (mine.cpu() for mine in own), strict=True))
+        state.parameters, state.first, state.second = (mine.cpu() for mine in own)
         return self._losses.cpu()
 
     def _step(self, width: int, epsilon: float) -> tuple[Tensor, Replay]:
@@ -64,8 +61,6 @@ class Steps:
         parameters = self._parameters.detach().requires_grad_()
         loss = self.problem.loss(parameters, index)
         (gradient,) = torch.autograd.grad(loss.sum(), parameters)
-        self._first.mul_(BETA_1).add_(gradient, alpha=1 - BETA_1)
-        self._second.mul_(BETA_2).addcmul_(gradient, gradient, value=1 - BETA_2)
-        moved = self._parameters - self._rate * self._first / (self._second.sqrt() + epsilon)
+        moved = self._parameters - adam_step(gradient, self._first, self._second, self._rate, epsilon)
         self._parameters.copy_(torch.where(self._alive, moved, self._parameters))
         self._losses.add_(loss.detach(), alpha=index.shape[1] / self.problem.samples)

@@ -17,13 +17,14 @@ class FileCheckpoint:
         self.path = folder / "checkpoint.pt"
         self.last = time.monotonic()
 
-    def load(self) -> dict | None:
+    def load(self) -> object | None:
         """The last whole state, or None."""
         if not self.path.exists():
             return None
-        return torch.load(self.path, weights_only=False)
+        state: object = torch.load(self.path, weights_only=False)
+        return state
 
-    def save(self, state: dict) -> None:
+    def save(self, state: object) -> None:
         """Write the state if the last time is long enough ago."""
         if time.monotonic() - self.last < PAUSE_SECONDS:
             return
