@@ -32,15 +32,15 @@ LINKS = (2, 5, 10, 30, 100, 1000, 10000)
 
 def draw_samples(results: Results) -> "Canvas | None":
     """Draw one panel per metric, one line per way to make the model: the median over members, and every member."""
-    found = {label: settings(results, EXPERIMENT, where) for label, where in CURVES.items()}
-    if not any(found.values()):
+    groups = {label: settings(results, EXPERIMENT, where) for label, where in CURVES.items()}
+    if not any(groups.values()):
         return None
     canvas = new_canvas(TEXT_WIDTH, 3.0)
     panels = canvas.subplots(1, len(METRICS))
     drawn = {}
     for panel, (metric, title) in zip(panels, METRICS.items(), strict=True):
-        for (label, those), role in zip(found.items(), style.SERIES, strict=False):
-            points = [(s.card["n_train"], s.values(metric)) for s in sorted(those, key=_samples)]
+        for (label, group), role in zip(groups.items(), style.SERIES, strict=False):
+            points = [(s.card["n_train"], s.values(metric)) for s in sorted(group, key=_samples)]
             points = [(n, values) for n, values in points if values.size]
             if not points:
                 continue
@@ -58,9 +58,9 @@ def draw_samples(results: Results) -> "Canvas | None":
 
 def draw_chains(results: Results) -> "Canvas | None":
     """Draw the state error of composed chains, and of chains learned as a whole, and the cost, against the links."""
-    found = [s for s in settings(results, CHAINS) if _along(s, "chain_error")]
-    compared = [setting for setting in found if _along(setting, "whole_chain_error")]
-    composed = [setting for setting in found if setting not in compared]
+    measured = [s for s in settings(results, CHAINS) if _along(s, "chain_error")]
+    compared = [setting for setting in measured if _along(setting, "whole_chain_error")]
+    composed = [setting for setting in measured if setting not in compared]
     if not composed:
         return None
     canvas = new_canvas(TEXT_WIDTH, 3.2)
@@ -106,7 +106,7 @@ FIGURES = (
         "Noise of 0.1 N on every force; the cart with its rod was trained on 80,000 samples of its own with the same "
         "noise and is frozen. Lines are medians, dots members. Beside a full basis the trained part adds nothing: it "
         "lies in the basis. What is known of the rest is what helps.",
-        "Errors over the number of samples, both logarithmic, a line a way of building the model.",
+        "Errors over the number of samples, both logarithmic, one line per way of building the model.",
         draw_samples,
     ),
     Figure(
@@ -115,7 +115,7 @@ FIGURES = (
         "Relative error of all extensions and momenta against the true chain, and the cost of building and simulating"
         " it. In the middle, beside chains whose every force may depend on every link: least squares from as many "
         "samples of the whole chain, with the same noise.",
-        "State error, and processor time, over the number of links, all logarithmic, a line a model.",
+        "State error, and processor time, over the number of links, all logarithmic, one line per model.",
         draw_chains,
     ),
 )

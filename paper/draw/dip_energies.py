@@ -48,7 +48,7 @@ FIGURES = (
         "Closed form on F⊗F with gauge terms: T + V as printed, the Legendre energy, and the latter up to one "
         "constant. Forces say nothing of the gauge; one known energy fixes one number; D_H fixes all but what "
         "vanishes with the momentum of the cart, which stays where the fit started.",
-        "Dot plot: a row a sequence of data, a panel an energy error, logarithmic.",
+        "Dot plot: one row per sequence of data, one panel per energy error, logarithmic.",
         draw,
     ),
 )

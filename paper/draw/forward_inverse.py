@@ -21,15 +21,15 @@ METRICS = {"mae_tau": "N, N m", "mae_qdd": "m/s², rad/s²"}
 
 def draw(results: Results) -> "Canvas | None":
     """Draw one row per net and optimiser, both objectives in it."""
-    found = [setting for setting in settings(results, EXPERIMENT) if anchor_name(setting) is None]
+    learned = [setting for setting in settings(results, EXPERIMENT) if anchor_name(setting) is None]
     rows: dict[str, list[tuple[RunSetting, Role]]] = {}
-    for setting in found:
+    for setting in learned:
         if setting.card["objective"] in ROLES:
             role = ROLES[setting.card["objective"]]
             rows.setdefault(model_title(setting, "hidden", "optimiser"), []).append((setting, role))
     if not rows:
         return None
-    trivial = anchor(results, EXPERIMENT, TRIVIAL, test_set_of(found[0].card))
+    trivial = anchor(results, EXPERIMENT, TRIVIAL, test_set_of(learned[0].card))
     return dot_plot(
         list(rows.items()),
         METRICS,
@@ -44,7 +44,7 @@ FIGURES = (
         "Forward against inverse",
         "Each dot is a member, each bar the median of those that finished; failed members are counted at the right. "
         "Same nets, data, initialisation and budget.",
-        "Dot plot: a row a network and optimiser, errors of force and of acceleration on logarithmic axes; filled "
+        "Dot plot: one row per network and optimiser, errors of force and of acceleration on logarithmic axes; filled "
         "dots are inverse fits, open squares forward ones.",
         draw,
     ),

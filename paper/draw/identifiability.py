@@ -61,7 +61,7 @@ FIGURES = (
         " one more, the squared momentum of the cart, which is zero in all free motion from rest. Among the gauge "
         "terms the momentum itself stays unseen by both; at 1e-10 it shows how accurate the simulated D_H is, nothing"
         " else.",
-        "A panel a basis: singular values from largest to smallest on a logarithmic axis; the last of them drop to "
+        "One panel per basis: singular values from largest to smallest on a logarithmic axis; the last of them drop to "
         "the level of rounding.",
         draw,
     ),

@@ -46,8 +46,8 @@ FIGURES = (
         "Learning curves: inverse against forward",
         "Identical nets and budgets. Thin lines are members, the thick one their median; it ends where most have "
         "diverged.",
-        "A panel a network and optimiser: loss over steps, both logarithmic; solid lines are inverse fits, dashed ones "
-        "forward.",
+        "One panel per network and optimiser: loss over steps, both logarithmic; solid lines are inverse fits, dashed "
+        "ones forward.",
         partial(draw_objectives, quantity=LOSS),
     ),
     Figure(
@@ -55,7 +55,7 @@ FIGURES = (
         "The mass matrix while learning: inverse against forward",
         "Least eigenvalue of the learned M over samples of the test set; where it crosses zero the model has no "
         "forward dynamics. Identical nets and budgets. Thin lines are members, the thick one their median.",
-        "A panel a network and optimiser: least eigenvalue of the mass matrix over steps, with zero marked; solid "
+        "One panel per network and optimiser: least eigenvalue of the mass matrix over steps, with zero marked; solid "
         "lines are inverse fits, dashed ones forward.",
         partial(draw_objectives, quantity=INERTIA),
     ),
@@ -63,7 +63,7 @@ FIGURES = (
         "learning_curves_optimisers",
         "Learning curves: optimisers",
         "The paper's net (T2/V1, 1x10, inverse objective) under different optimisers. Thin lines are members.",
-        "Loss over steps, both logarithmic, a line style an optimiser.",
+        "Loss over steps, both logarithmic, one line style per optimiser.",
         draw_optimisers,
     ),
 )

@@ -48,9 +48,9 @@ def draw_margins(results: Results) -> "Canvas | None":
 
 def draw_energy(results: Results) -> "Canvas | None":
     """Draw the energy along free motion and its error for the first member of each setting, one row per plant."""
-    found = [(each, _energies(results, each)) for each in with_varying_options(settings(results, EXPERIMENT))]
+    stored = [(each, _energies(results, each)) for each in with_varying_options(settings(results, EXPERIMENT))]
     rows: dict[str, list[tuple[RunSetting, Lines]]] = {}
-    for setting, lines in found:
+    for setting, lines in stored:
         if lines:
             rows.setdefault(_plant(setting), []).append((setting, lines))
     if not rows:
@@ -124,7 +124,7 @@ FIGURES = (
         "The largest (dH/dt - y'u) / (|y'u| + |grad H| |xdot|) over 128 random states and all members at each step of"
         " the optimiser; above zero energy is made. A model without an energy of its own is judged by the plant's. By"
         " Levenberg-Marquardt where no optimiser is named.",
-        "Worst passivity margin over the steps of the optimiser, a line a model, with zero marked.",
+        "Worst passivity margin over the steps of the optimiser, one line per model, with zero marked.",
         draw_margins,
     ),
     Figure(
@@ -133,7 +133,7 @@ FIGURES = (
         "The plant's energy along the motion of the plant and of each model, from the same start, without input: "
         "first member, first start. Models with energies are followed by the discrete gradient, the black box by RK4."
         " By Levenberg-Marquardt where no optimiser is named.",
-        "A panel a model: energy over time of the plant and of the model along the same motion.",
+        "One panel per model: energy over time of the plant and of the model along the same motion.",
         draw_energy,
     ),
 )

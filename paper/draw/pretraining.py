@@ -27,12 +27,12 @@ LABELS = {"pretrain": "D_H, then D", "main": "D alone", "pretrain_only": "D_H al
 def draw_errors(results: Results) -> "Canvas | None":
     """Draw one row per optimiser and budget, with the sequences in it."""
     rows: dict[str, list[tuple[RunSetting, Role]]] = {}
-    found = [s for s in settings(results, EXPERIMENT) if s.card["sequence"] in ROLES and _counts_epochs(s)]
-    for setting in sorted(found, key=_place):
+    candidates = [s for s in settings(results, EXPERIMENT) if s.card["sequence"] in ROLES and _counts_epochs(s)]
+    for setting in sorted(candidates, key=_place):
         rows.setdefault(_title(setting), []).append((setting, ROLES[setting.card["sequence"]]))
     if not rows:
         return None
-    trivial = anchor(results, EXPERIMENT, TRIVIAL, test_set_of(found[0].card))
+    trivial = anchor(results, EXPERIMENT, TRIVIAL, test_set_of(candidates[0].card))
     return dot_plot(
         list(rows.items()),
         METRICS,
@@ -76,7 +76,7 @@ FIGURES = (
         "The double pendulum: pretraining on D_H",
         "Each dot is a member, each bar the median, errors on the test part of D; the same number of epochs in a row."
         " The paper prints 0.10 and 12.35 for D_H, then 8,000 epochs on D.",
-        "Dot plot: a row a regime and optimiser, a panel a metric, logarithmic, and what is printed.",
+        "Dot plot: one row per regime and optimiser, one panel per metric, logarithmic, and what is printed.",
         draw_errors,
     ),
     Figure(
@@ -84,8 +84,8 @@ FIGURES = (
         "Learning curves: pretraining on D_H, then D, against D alone",
         "The same initialisation and number of epochs. The loss of the first phase is that of D_H, so the jump is "
         "where D begins. Thin lines are members, the thick one their median.",
-        "A panel a regime and optimiser: loss over steps with and without pretraining; the pretrained one jumps where"
-        " D begins.",
+        "One panel per regime and optimiser: loss over steps with and without pretraining; the pretrained one jumps "
+        "where D begins.",
         draw_curves,
     ),
 )

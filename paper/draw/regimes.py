@@ -55,7 +55,7 @@ FIGURES = (
         "Data regimes",
         "Each dot is a member, each bar the median. The Euler error of the closed form is that of the integrator "
         "alone: where it equals the printed value, the printed value says nothing about a learned model.",
-        "Dot plot: a row a data regime, a panel a metric, logarithmic; the printed values as vertical lines.",
+        "Dot plot: one row per data regime, one panel per metric, logarithmic; the printed values as vertical lines.",
         draw,
     ),
 )

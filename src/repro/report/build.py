@@ -18,7 +18,7 @@ from repro.report.paper import load_paper, paper_folder
 from repro.report.pdf.typeset import write_pdf
 from repro.report.placeholders import Texts
 from repro.report.sections import load_sections
-from repro.report.summary import Summary, keep, kept, summarise
+from repro.report.summary import Summary, store_summary, stored_summary, summarise
 from repro.report.tables.every import all_tables
 from repro.report.tables.sensitivity import sensitivity_table
 from repro.results.gather import gather_runs
@@ -43,14 +43,14 @@ def build(outputs: Path, scale: str, *, stale: Staleness = never_stale) -> Summa
     tried = stored_runs(outputs, SENSITIVITY, stale)
     lists = sorted((outputs / "experiments" / SENSITIVITY).glob("*.json"))
     fingerprint = _fingerprint([*runs, *tried], benches, lists)
-    found = kept(folder, recordings, fingerprint)
-    if found is not None:
-        return found
+    unchanged = stored_summary(folder, recordings, fingerprint)
+    if unchanged is not None:
+        return unchanged
     paper = Gathering.load(paper_folder())
     results = replace(gather_runs(runs, benches, paper), sensitivity=gather_sensitivity(lists, tried, paper))
     results.save(folder / "results")
     summary = summarise(results, render(results, folder), folder, recordings)
-    keep(summary, fingerprint)
+    store_summary(summary, fingerprint)
     return summary
 
 

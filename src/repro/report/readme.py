@@ -63,19 +63,19 @@ def drift(root: Path) -> list[str]:
     paper = root / "paper"
     results, claims = Results.load(paper / "results"), load_claims(paper / "claims.yaml")
     verdicts = judge_all(claims, results)
-    found = []
+    differences = []
     for name, block in _blocks(results, verdicts).items():
         _, stands, _ = _parts(root / "README.md", name)
         if stands.strip() != block.strip():
-            found.append(f"README.md shows another table of {name} than paper/results gives")
+            differences.append(f"README.md shows another table of {name} than paper/results gives")
     computed: dict[str, tuple[Table, Sequence[str]]] = {"claims.csv": (verdict_table(verdicts), ("id",))}
     if results.sensitivity is not None:
         ledger = load_assumptions(paper / "assumptions.yaml")
         table = sensitivity_table(ledger, assumption_effects(results.sensitivity, claims))
         computed["sensitivity.csv"] = (table, ("assumption", "alternative", "claim"))
     for name, (table, key) in computed.items():
-        found += table_drift(paper / "results" / name, table, key)
-    return found
+        differences += table_drift(paper / "results" / name, table, key)
+    return differences
 
 
 def _blocks(results: Results, verdicts: Sequence[Verdict]) -> dict[str, str]:

@@ -80,23 +80,23 @@ def summarise(results: Results, verdicts: Sequence[Verdict], folder: Path, recor
     )
 
 
-def keep(summary: Summary, fingerprint: str) -> None:
+def store_summary(summary: Summary, fingerprint: str) -> None:
     """Write the summary beside the report, with the fingerprint of what it was made from."""
     content = {"fingerprint": fingerprint, **asdict(summary), "folder": "", "recordings": ""}
     write_text(summary.folder / FILE, json.dumps(content, indent=1))
 
 
-def kept(folder: Path, recordings: Path, fingerprint: str) -> Summary | None:
+def stored_summary(folder: Path, recordings: Path, fingerprint: str) -> Summary | None:
     """Return the summary of a report made from the same; None where there is none, or one made from something else."""
     try:
         content = json.loads((folder / FILE).read_text(encoding="utf-8"))
         if content.pop("fingerprint") != fingerprint:
             return None
         lines = tuple(VerdictLine(**line) for line in content.pop("verdicts"))
-        found = Summary(**{**content, "folder": folder, "recordings": recordings}, verdicts=lines)
+        summary = Summary(**{**content, "folder": folder, "recordings": recordings}, verdicts=lines)
     except (OSError, ValueError, TypeError, KeyError):
         return None
-    return found if found.page.is_file() else None
+    return summary if summary.page.is_file() else None
 
 
 def _line(verdict: Verdict) -> VerdictLine:

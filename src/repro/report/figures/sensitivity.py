@@ -23,21 +23,21 @@ def draw(results: Results) -> "Canvas | None":
     """Draw one row per assumption: the factor by which each alternative changes the value of each claim."""
     if results.sensitivity is None:
         return None
-    found = _factors(assumption_effects(results.sensitivity, load_claims(project_folder() / "paper" / "claims.yaml")))
-    if not found:
+    factors = _factors(assumption_effects(results.sensitivity, load_claims(project_folder() / "paper" / "claims.yaml")))
+    if not factors:
         return None
-    names = sorted(found, key=lambda name: max(abs(decades) for decades, _ in found[name]))
+    names = sorted(factors, key=lambda name: max(abs(decades) for decades, _ in factors[name]))
     canvas = new_canvas(TEXT_WIDTH, 1.0 + 0.19 * len(names))
     panel = canvas.subplots()
     for height, name in enumerate(names):
-        ends = [decades for decades, _ in found[name]]
+        ends = [decades for decades, _ in factors[name]]
         panel.plot([min(0.0, *ends), max(0.0, *ends)], [height, height], color="#c9c9c9", linewidth=1.5, zorder=1)
-        for decades, moved in sorted(found[name], key=lambda point: bool(point[1])):
+        for decades, moved in sorted(factors[name], key=lambda point: bool(point[1])):
             panel.plot(decades, height, zorder=3 if moved else 2, **(MOVED if moved else STAYED).marker_style)
     panel.axvline(0.0, color="black", linewidth=0.8)
     panel.set_yticks(range(len(names)), names)
     panel.set_ylim(-0.7, len(names) - 0.3)
-    reach = math.ceil(max(abs(decades) for points in found.values() for decades, _ in points))
+    reach = math.ceil(max(abs(decades) for points in factors.values() for decades, _ in points))
     ticks = range(-reach, reach + 1)
     panel.set_xticks(ticks, [_power(tick) for tick in ticks])
     panel.set_xlabel("value by the alternative / value by our choice")
@@ -48,14 +48,14 @@ def draw(results: Results) -> "Canvas | None":
 
 def _factors(compared: Sequence[AssumptionEffect]) -> Mapping[str, list[tuple[float, bool]]]:
     """Decades between the two values, and whether the verdict moves, by assumption; positive values alone have them."""
-    found: dict[str, list[tuple[float, bool]]] = {}
+    factors: dict[str, list[tuple[float, bool]]] = {}
     for each in compared:
         ours, other = each.ours.estimate.median, each.other.estimate.median
         if each.moved is None or not (math.isfinite(ours) and math.isfinite(other) and ours > 0 and other > 0):
             continue
         decades = max(-DECADES, min(DECADES, math.log10(other / ours)))
-        found.setdefault(each.assumption, []).append((decades, each.moved))
-    return found
+        factors.setdefault(each.assumption, []).append((decades, each.moved))
+    return factors
 
 
 def _power(decades: int) -> str:
@@ -68,6 +68,6 @@ SENSITIVITY = Figure(
     "One assumption changed at a time, at scale quick with three members: each marker is one alternative and one "
     "claim. Values that are negative, or a share of zero, have no place here and stand in the table; changes of "
     "more than six decades are drawn at six.",
-    "A row an assumption: how much another choice changes a claim's number, on a logarithmic axis.",
+    "One row per assumption: how much another choice changes a claim's number, on a logarithmic axis.",
     draw,
 )

@@ -75,6 +75,6 @@ TIMING = Figure(
     "Paired timings",
     "Each marker is the median of paired, interleaved timings of one size, its line the quartiles; right of the "
     "dashed line ours is faster. What is timed, and how, stands in the table of timings.",
-    "A row a comparison: ratio of times and its quartiles on a logarithmic axis; a dashed line at one.",
+    "One row per comparison: ratio of times and its quartiles on a logarithmic axis; a dashed line at one.",
     draw,
 )

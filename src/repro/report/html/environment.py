@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 HERE = Path(__file__).parent
 ASSETS = HERE / "assets"
-# A verdict is told by its word and a sign; colour comes third.
+# A verdict is shown by its word and a sign; colour comes third.
 SIGNS = {
     "matched": "✓",
     "better": "▲",

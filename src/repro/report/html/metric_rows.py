@@ -1,4 +1,4 @@
-"""The metrics of one run, a row each: the median and every member."""
+"""The metrics of one run, one row per metric: the median and every member."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -16,7 +16,7 @@ SPLITS = {"test": "on the test set", "free": "on the test part of D_H", "train":
 
 @dataclass(frozen=True)
 class MetricRow:
-    """One metric: `values` a member by seed, nan where it has none."""
+    """One metric: `values` holds one per member, in the order of seeds, nan where it has none."""
 
     split: str
     name: str

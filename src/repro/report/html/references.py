@@ -18,19 +18,19 @@ class References:
 
 def references(content: Content) -> Mapping[str, References]:
     """Return, for each run that anything refers to, what refers to it."""
-    found: dict[str, References] = {}
-    _collect_claims(content.verdicts, found)
-    _collect_tables(content.tables[1:], found)
-    return found
+    by_run: dict[str, References] = {}
+    _collect_claims(content.verdicts, by_run)
+    _collect_tables(content.tables[1:], by_run)
+    return by_run
 
 
-def _collect_claims(verdicts: Iterable[Verdict], found: dict[str, References]) -> None:
+def _collect_claims(verdicts: Iterable[Verdict], by_run: dict[str, References]) -> None:
     for verdict in verdicts:
         for run in verdict.runs:
-            found.setdefault(run, References()).claims.append(verdict.claim.name)
+            by_run.setdefault(run, References()).claims.append(verdict.claim.name)
 
 
-def _collect_tables(tables: Iterable[Table], found: dict[str, References]) -> None:
+def _collect_tables(tables: Iterable[Table], by_run: dict[str, References]) -> None:
     for table in tables:
         for run in {run for row in table.rows for run in row.runs if run}:
-            found.setdefault(run, References()).tables[table.name] = table.title
+            by_run.setdefault(run, References()).tables[table.name] = table.title

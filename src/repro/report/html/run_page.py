@@ -21,21 +21,21 @@ LOOP_COLUMNS = (
 
 @dataclass(frozen=True)
 class RunPage:
-    """One run; `rows` are its listings, one an experiment. A bench has no listing and shows its comparisons."""
+    """One run, whatever experiments list it. A bench has no card columns and shows its comparisons."""
 
     id: str
     title: str
     experiments: tuple[str, ...]
-    outcome: str
-    error: str
-    stale: bool
-    members: Mapping[int, str]
-    command: str
-    chosen: Mapping[str, str]
-    metrics: Sequence[MetricRow]
-    loops: Sequence[Mapping[str, Any]]
-    benches: Sequence[Mapping[str, Any]]
-    stages: Sequence[Mapping[str, Any]]
+    outcome: str = "ok"
+    error: str = ""
+    stale: bool = False
+    members: Mapping[int, str] = field(default_factory=dict)
+    command: str = ""
+    chosen: Mapping[str, str] = field(default_factory=dict)
+    metrics: Sequence[MetricRow] = ()
+    loops: Sequence[Mapping[str, Any]] = ()
+    benches: Sequence[Mapping[str, Any]] = ()
+    stages: Sequence[Mapping[str, Any]] = ()
     references: References = field(default_factory=References)
 
 
@@ -73,10 +73,10 @@ class _Tables:
 
 
 def _records(table: Any) -> dict[str, list[dict[str, Any]]]:
-    found: dict[str, list[dict[str, Any]]] = {}
+    by_run: dict[str, list[dict[str, Any]]] = {}
     for row in table.to_dict("records"):
-        found.setdefault(row["run"], []).append({str(key): plain(value) for key, value in row.items()})
-    return found
+        by_run.setdefault(row["run"], []).append({str(key): plain(value) for key, value in row.items()})
+    return by_run
 
 
 def _card(
@@ -98,7 +98,6 @@ def _card(
         chosen={column: text for column, text in texts.items() if text},
         metrics=metric_rows(tables.metrics.get(id), members),
         loops=tables.loops.get(id, []),
-        benches=(),
         stages=[_stage(stage) for stage in tables.stages.get(id, [])],
         references=referred,
     )
@@ -106,22 +105,8 @@ def _card(
 
 def _bench(id: str, tables: _Tables, referred: References) -> RunPage:
     rows = tables.benches[id]
-    return RunPage(
-        id=id,
-        title="Paired timings",
-        experiments=("timing",),
-        outcome="ok",
-        error="",
-        stale=False,
-        members={},
-        command=str(rows[0]["command"] or ""),
-        chosen={},
-        metrics=(),
-        loops=(),
-        benches=rows,
-        stages=(),
-        references=referred,
-    )
+    command = str(rows[0]["command"] or "")
+    return RunPage(id, "Paired timings", ("timing",), command=command, benches=rows, references=referred)
 
 
 def _title(texts: Mapping[str, str], systems: Mapping[str, str]) -> str:

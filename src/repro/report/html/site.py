@@ -80,11 +80,11 @@ def _front(content: Content) -> dict[str, Any]:
 
 def _trials(sensitivity: Table | None) -> Mapping[str, Sequence[Mapping[str, Any]]]:
     """Return what was put in an assumption's place and what that moved, by assumption."""
-    found: dict[str, list[Mapping[str, Any]]] = {}
+    trials: dict[str, list[Mapping[str, Any]]] = {}
     for row in sensitivity.rows if sensitivity else ():
         if "alternative" in row.data:
-            found.setdefault(row.data["assumption"], []).append(row.data)
-    return found
+            trials.setdefault(row.data["assumption"], []).append(row.data)
+    return trials
 
 
 def _section(section: Section, figures: Mapping[str, Figure], tables: Mapping[str, Table]) -> dict[str, Any]:

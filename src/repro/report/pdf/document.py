@@ -129,11 +129,11 @@ def _figures(names: Sequence[str], content: Content, numbers: Numbers) -> list[d
 
 def _others(content: Content, tables: Mapping[str, Table], numbers: Numbers, wide: list[Table]) -> list[dict[str, Any]]:
     """Return a section of whatever no section names, such as an experiment or a claim that somebody added."""
-    told = {name for section in content.sections for name in section.claims}
+    shown = {name for section in content.sections for name in section.claims}
     named = {SENSITIVITY, *(name for section in content.sections for name in (*section.tables, *section.figures))}
     figures = tuple(figure.name for figure in content.figures if figure.name not in named)
     left = tuple(name for name in tables if name not in named and name not in OWN)
-    claims = tuple(verdict.claim.name for verdict in content.verdicts if verdict.claim.name not in told)
+    claims = tuple(verdict.claim.name for verdict in content.verdicts if verdict.claim.name not in shown)
     if not (figures or left or claims):
         return []
     others = Section("others", "Other experiments", (), figures, left, claims)

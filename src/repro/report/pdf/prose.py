@@ -13,23 +13,23 @@ STYLES = {"strong_open": "strong", "em_open": "emphasis", "strong_close": "plain
 
 def blocks(text: str) -> list[dict[str, Any]]:
     """Return {kind: paragraph, spans} and {kind: list, items: [spans]}, a span being {text, style}."""
-    found: list[dict[str, Any]] = []
+    shown: list[dict[str, Any]] = []
     in_list = False
     for token in _markdown().parse(text):
         if token.type == "bullet_list_open":
             in_list = True
-            found.append({"kind": "list", "items": []})
+            shown.append({"kind": "list", "items": []})
         elif token.type == "bullet_list_close":
             in_list = False
         elif token.type == "fence":
-            found.append({"kind": "code", "text": token.content.rstrip()})
+            shown.append({"kind": "code", "text": token.content.rstrip()})
         elif token.type == "inline":
             spans = _spans(token.children or [])
             if in_list:
-                found[-1]["items"].append(spans)
+                shown[-1]["items"].append(spans)
             else:
-                found.append({"kind": "paragraph", "spans": spans})
-    return found
+                shown.append({"kind": "paragraph", "spans": spans})
+    return shown
 
 
 def _spans(tokens: Sequence["Token"]) -> list[dict[str, str]]:

@@ -55,13 +55,13 @@ class LoopTable:
 
 def _row(results: Results, keys: list[str], loops: "pd.DataFrame") -> Row:
     place = {key: as_text_of(loops[key].iloc[0]) for key in keys}
-    found = share(loops["success"].to_numpy(dtype=bool))
+    success = share(loops["success"].to_numpy(dtype=bool))
     held = loops["held_from_s"].dropna()
     data: dict[str, Any] = {
         "loops": len(loops),
-        "success": found.median,
-        "success_low": found.low,
-        "success_high": found.high,
+        "success": success.median,
+        "success_low": success.low,
+        "success_high": success.high,
         "contacts": int(loops["contact"].sum()),
         "clearance_min_m": float(loops["clearance_min_m"].min()),
         "held_from_s": float(held.median()) if len(held) else None,
@@ -77,7 +77,7 @@ def _row(results: Results, keys: list[str], loops: "pd.DataFrame") -> Row:
     return Row(
         cells=(
             *(written(key, value) for key, value in place.items()),
-            *(writing.interval(found) if name == "success" else writing.number(data[name]) for name in shown),
+            *(writing.interval(success) if name == "success" else writing.number(data[name]) for name in shown),
         ),
         data={**place, **data},
         runs=runs,

@@ -16,7 +16,7 @@ FACTS = ("cpu_hours", "peak_gib", *COLUMNS)
 
 
 def cost_fact(results: Results, name: str) -> str:
-    """Write one of `FACTS`. Raises NotRunError where no stage tells, ValueError for another name."""
+    """Write one of `FACTS`. Raises NotRunError where no stage was stored, ValueError for another name."""
     if name not in FACTS:
         raise ValueError(f"{name!r} is no fact of cost; allowed: {', '.join(FACTS)}")
     stages = _once(results)

@@ -18,14 +18,14 @@ def table_drift(path: Path, table: Table, key: Sequence[str]) -> list[str]:
         return [f"{path.name} is not there"]
     committed = _rows(path.read_text(encoding="utf-8"), key)
     now = _rows(table.csv(), key)
-    found = []
+    differences = []
     for name in dict.fromkeys([*now, *committed]):
         if name not in now or name not in committed:
-            found.append(f"{path.name} {'lacks' if name in now else 'holds'} {name}")
+            differences.append(f"{path.name} {'lacks' if name in now else 'holds'} {name}")
             continue
         differing = [c for c in now[name] if not _same(committed[name].get(c) or "", now[name][c])]
-        found += [f"{path.name} holds another {c} of {name} than {now[name][c] or 'none'}" for c in differing]
-    return found
+        differences += [f"{path.name} holds another {c} of {name} than {now[name][c] or 'none'}" for c in differing]
+    return differences
 
 
 def _rows(text: str, key: Sequence[str]) -> dict[str, Mapping[str, str]]:

@@ -51,8 +51,8 @@ class PairedTable:
         else:
             counts = ["members", *(f"{name} failed" for name in self.names)]
         titles = (*(column.replace("_", " ") for column in self.columns), *ratios, *counts)
-        found = pairs(results, self.experiment, self.ours, self.other, self.apart, self.needs)
-        return Table(self.name, self.title, self.caption, titles, tuple(self._row(*pair) for pair in found))
+        partners = pairs(results, self.experiment, self.ours, self.other, self.apart, self.needs)
+        return Table(self.name, self.title, self.caption, titles, tuple(self._row(*pair) for pair in partners))
 
     def _row(self, ours: RunSetting, other: RunSetting) -> Row:
         values = {metric: paired_values(ours, other, metric) for metric in self.metrics}

@@ -21,8 +21,8 @@ def sensitivity_table(ledger: Sequence[Assumption], compared: Sequence[Assumptio
     """Make the table, in the order of the assumptions; one that nothing can be run for says why."""
     rows = []
     for row in ledger:
-        found = [comparison for comparison in compared if comparison.assumption == row.id]
-        rows += [_compared(comparison) for comparison in found] or [_untried(row)]
+        own = [comparison for comparison in compared if comparison.assumption == row.id]
+        rows += [_compared(comparison) for comparison in own] or [_untried(row)]
     columns = ("assumption", "ours", "instead", "claim", "measured", "by ours", "instead [95 %]", "verdict", "moved")
     return Table("sensitivity", "Sensitivities", CAPTION, columns, tuple(rows))
 
@@ -66,8 +66,14 @@ def _compared(comparison: AssumptionEffect) -> Row:
 
 
 def _data(prefix: str, verdict: Verdict) -> dict[str, object]:
-    found = verdict.estimate
-    columns = {"ours": found.median, "ci_low": found.low, "ci_high": found.high, "n": found.n, "failed": found.failed}
+    estimate = verdict.estimate
+    columns = {
+        "ours": estimate.median,
+        "ci_low": estimate.low,
+        "ci_high": estimate.high,
+        "n": estimate.n,
+        "failed": estimate.failed,
+    }
     return {f"{prefix}{name}": value for name, value in {**columns, "verdict": verdict.verdict}.items()}
 
 

@@ -6,6 +6,7 @@ from repro.claims.verdicts import Verdict
 from repro.report import writing
 from repro.report.tables.table import Row, Table
 from repro.results.metric_names import metric_named
+from repro.results.statistics import Estimate
 
 READING = (
     "Numbers: matched when our median lies within the claim's tolerance, better or worse when the whole 95 % interval "
@@ -41,8 +42,13 @@ def measured(verdict: Verdict) -> str:
     return f"{label}, in {verdict.unit}" if verdict.unit not in ("", "1") else label
 
 
+def _members(estimate: Estimate) -> str:
+    failed = f", {estimate.failed} failed" if estimate.failed else ""
+    return f"{estimate.n or writing.ABSENT}{failed}"
+
+
 def _verdict_row(verdict: Verdict) -> Row:
-    claim, found = verdict.claim, verdict.estimate
+    claim, estimate = verdict.claim, verdict.estimate
     remarks = "; ".join(part for part in (verdict.flag, verdict.note) if part)
     printed = writing.number(claim.printed)
     if claim.tolerance is not None:
@@ -53,9 +59,9 @@ def _verdict_row(verdict: Verdict) -> Row:
             claim.about,
             mark(verdict),
             printed,
-            writing.interval(found),
+            writing.interval(estimate),
             measured(verdict),
-            f"{found.n}, {found.failed} failed" if found.failed else (str(found.n) if found.n else writing.ABSENT),
+            _members(estimate),
             claim.section,
             remarks,
         ),
@@ -64,12 +70,12 @@ def _verdict_row(verdict: Verdict) -> Row:
             "metric": verdict.quantity,
             "unit": verdict.unit,
             "printed": claim.printed,
-            "ours": found.median,
-            "ci_low": found.low,
-            "ci_high": found.high,
-            "n": found.n,
+            "ours": estimate.median,
+            "ci_low": estimate.low,
+            "ci_high": estimate.high,
+            "n": estimate.n,
             "verdict": verdict.verdict,
-            "failed": found.failed,
+            "failed": estimate.failed,
             "preview": verdict.preview,
             "stale": verdict.stale,
             "flag": verdict.flag,
