@@ -177,7 +177,9 @@ def fill_control(store: SyntheticStore) -> None:
     """Run the experiments of control, synthetically."""
     for experiment, system, links in (("sip_control", "sip", 1), ("dip_control", "dip", 2)):
         control, loops = swing_up(links)
-        card = {"system": system, "model": "structured", "as_printed": False, "energies": "canonical"}
+        setting = "sip" if links == 1 else "dip_best"
+        driven = {"control.kind": "energy", "control.name": setting, "task.name": "random", "task.mismatch": 0.0}
+        card = {"system": system, "model": "structured", "as_printed": False, "energies": "canonical", **driven}
         store.run(experiment, {"mae_tau": [0.01]}, control=control, closed_loops=loops, **card)
 
 
