@@ -14,7 +14,9 @@ CLAIM = re.compile(r"C\d+[a-z]?")
 
 
 def names_of_the_paper() -> set[str]:
-    experiments = {path.stem for path in (ROOT / "experiments").glob("*.yaml")}
+    """Experiments, but for those whose name is a module too, and systems."""
+    modules = {path.stem for path in SOURCE.rglob("*.py")}
+    experiments = {path.stem for path in (ROOT / "experiments").glob("*.yaml")} - modules
     systems = {path.stem for path in (ROOT / "conf" / "system").glob("*.yaml")}
     return experiments | systems
 
