@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from repro.bench.accuracy import CONTINUED, OPTIMISERS, MemoryCheckpoint, Race, Racer
+from repro.bench.accuracy import CONTINUED, OPTIMISERS, MemoryCheckpoint, Race, Racer, RaceSize
 from repro.bench.training_case import lagrangian_case, triangular_case
 from repro.learning.result import NoCheckpoint, silent
 from repro.models.bases import t2
@@ -26,7 +26,8 @@ def race(case):
     def start(threshold, patience=1.0, limit_s=0.5):
         ticks = itertools.count()
         models = {"PLNN": lambda: case, "DeLaN": lambda: triangular_case((4,), 2, 200)}
-        return Race(models, threshold, patience, limit_s, lambda: float(next(ticks)))
+        size = RaceSize(list(OPTIMISERS), 2, 200, threshold, patience, limit_s)
+        return Race(models, size, lambda: float(next(ticks)))
 
     return start
 

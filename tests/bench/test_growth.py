@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from repro.bench import growth
-from repro.bench.growth import streamed
+from repro.bench import engines
+from repro.bench.engines import streamed
 from repro.bench.step import native_step, torch_step
 from repro.bench.training_case import random_case
 from repro.codegen.c_library import has_compiler
@@ -13,7 +13,7 @@ TRUE_T1 = [0.4, 0.025, 0.1, 0.98]
 
 
 def test_streamed_least_squares_find_the_true_coefficients_across_blocks(monkeypatch):
-    monkeypatch.setattr(growth, "BLOCK", 300)
+    monkeypatch.setattr(engines, "BLOCK", 300)
     np.testing.assert_allclose(streamed(1_000), TRUE_T1, rtol=1e-9)
 
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from repro.bench import memory
-from repro.bench.memory import peak_mib
+from repro.bench import process
+from repro.bench.process import peak_mib
 
 needs_linux = pytest.mark.skipif(math.isnan(peak_mib(lambda: None)), reason="the system does not tell")
 
@@ -24,5 +24,5 @@ def test_what_was_held_before_does_not_count():
 
 
 def test_a_system_that_does_not_tell_gives_no_number(monkeypatch, tmp_path):
-    monkeypatch.setattr(memory, "_STATUS", tmp_path / "none")
+    monkeypatch.setattr(process, "_STATUS", tmp_path / "none")
     assert math.isnan(peak_mib(lambda: None))

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -55,17 +55,27 @@ class Racer:
 
 
 @dataclass(frozen=True)
-class Race:
-    """Seconds from one random start per member to a training MAE_tau of `threshold`, optimisers at their defaults.
+class RaceSize:
+    """A race to a training MAE_tau of `threshold`.
 
     Budgets grow until one reaches the threshold, or takes longer than `limit_s` or than `patience` times the seconds of
     the racer it is compared with.
     """
 
-    models: Mapping[str, Callable[[], TrainingCase]]
+    optimisers: Sequence[str]
+    members: int
+    samples: int
     threshold: float
     patience: float
     limit_s: float
+
+
+@dataclass(frozen=True)
+class Race:
+    """Seconds from one random start per member to the threshold, optimisers at their defaults."""
+
+    models: Mapping[str, Callable[[], TrainingCase]]
+    size: RaceSize
     clock: Clock = time.process_time
     _cases: dict[str, TrainingCase] = field(default_factory=dict)
     _known: dict[Racer, np.ndarray] = field(default_factory=dict)
@@ -73,10 +83,10 @@ class Race:
     def pairs(self, ours: Racer, other: Racer) -> Pairs:
         """Both racers from the same seeds, one pair per member."""
         if ours not in self._known:
-            limits = [self.limit_s] * self.case(ours.model).members
-            self._known[ours] = np.array([self._seconds(ours, m, limit) for m, limit in enumerate(limits)])
+            members = range(self.case(ours.model).members)
+            self._known[ours] = np.array([self._seconds(ours, member, self.size.limit_s) for member in members])
         first = self._known[ours]
-        limits = [min(self.patience * s, self.limit_s) for s in first]
+        limits = np.minimum(self.size.patience * first, self.size.limit_s)
         return Pairs(first, np.array([self._seconds(other, m, limit) for m, limit in enumerate(limits)]))
 
     def case(self, model: str) -> TrainingCase:
@@ -96,7 +106,7 @@ class Race:
             begun, before = self.clock(), seconds if continued else 0.0
             fitted = build(budget).fit(problem, start, silent, checkpoint)
             seconds = before + self.clock() - begun
-            if self.error(racer.model, fitted.parameters, member) <= self.threshold:
+            if self.error(racer.model, fitted.parameters, member) <= self.size.threshold:
                 return seconds
             if seconds > limit_s:
                 return math.inf

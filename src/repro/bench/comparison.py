@@ -6,22 +6,6 @@ from dataclasses import dataclass
 from repro.bench.pairing import Pairs
 
 THREADS = 1
-COLUMNS = (
-    "name",
-    "ours",
-    "other",
-    "size",
-    "members",
-    "ratio_median",
-    "ratio_q25",
-    "ratio_q75",
-    "ours_ms",
-    "other_ms",
-    "ours_mib",
-    "other_mib",
-    "threads",
-    "protocol",
-)
 
 
 @dataclass(frozen=True)
@@ -46,15 +30,14 @@ class PairedComparison:
         return f"{self.name} {self.size}: {self.ours} / {self.other}"
 
     def row(self, pairs: Pairs) -> dict[str, object]:
-        """The row of the results."""
-        values = {
+        """The row of the results, its columns in the order of the stored table."""
+        return {
             "name": self.name,
             "ours": self.ours,
             "other": self.other,
             "size": self.size,
             "members": self.members,
+            **pairs.summary(),
             "threads": THREADS,
             "protocol": self.protocol.format(pairs=len(pairs), found=pairs.found),
-            **pairs.summary(),
         }
-        return {column: values[column] for column in COLUMNS}

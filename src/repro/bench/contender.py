@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from functools import partial
 
 from repro.bench.comparison import PairedComparison
-from repro.bench.memory import peak_mib
 from repro.bench.naive import naive_step, t2_features
-from repro.bench.pairing import Pairs, interleaved
+from repro.bench.pairing import Pairs, with_memory
 from repro.bench.scale import BenchScale, Hidden
 from repro.bench.step import Step, native_step, torch_step
 from repro.bench.training_case import Equation, TrainingCase, lagrangian_case
@@ -70,7 +69,7 @@ def compared(
 
     def measure() -> Pairs:
         built = case()
-        steps = [one.step(built if one.case is None else one.case()) for one in pair]
-        return interleaved(steps[0], steps[1], scale.rounds).with_memory(*map(peak_mib, steps))
+        ours, other = (one.step(built if one.case is None else one.case()) for one in pair)
+        return with_memory(ours, other, scale.rounds)
 
     return PairedComparison(name, pair[0].label, pair[1].label, size, members, protocol, measure)

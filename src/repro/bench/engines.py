@@ -2,6 +2,10 @@
 
 from collections.abc import Iterator
 from functools import partial
+from itertools import pairwise
+
+import numpy as np
+import torch
 
 from repro.bench.comparison import PairedComparison
 from repro.bench.contender import (
@@ -15,13 +19,24 @@ from repro.bench.contender import (
     size_text,
     t2_case,
 )
+from repro.bench.pairing import Rounds, with_memory
 from repro.bench.scale import PAPER_HIDDEN, BenchScale
-from repro.bench.training_case import random_case
+from repro.bench.training_case import EPISODE_STEPS, TrainingCase, pendulum, random_case
 from repro.codegen.c_library import has_compiler
+from repro.learning.least_squares import regression
+from repro.learning.streaming import streamed_solve
+from repro.models.bases import t1
+from repro.models.lagrangian import Lagrangian
 
+BLOCK = 100_000
+SAMPLES = (
+    "processor time of simulating the single pendulum in episodes of {steps} steps and of least squares for T1/V1, "
+    "by blocks of {block} samples, none of which is stored; one thread; the ratio is the growth of the time; "
+    "{{pairs}} pairs"
+)
+MEMBERS = "; compiled where there is a compiler; the ratio is the growth of the time of all members"
 ENSEMBLE = "; time of all members, by vmap(hessian) one after another"
 GROWTH = "; random states, one network L(q, qd); the ratio is the growth of the cost from {least} coordinates"
-MEMBERS = "; the ratio is the growth of the time of all members from one, over their number"
 
 
 def engines(scale: BenchScale) -> Iterator[PairedComparison]:
@@ -34,10 +49,8 @@ def engines(scale: BenchScale) -> Iterator[PairedComparison]:
         protocol, case = STEP.format(batch=scale.batch) + PREPARED, t2_case(hidden, 1, scale.batch)
         for own in ways[:1] if hidden in scale.large else ways:
             yield compared(scale, "engine", size_text(hidden), case, (own, by_hessian("inverse")), protocol)
-    protocol, case = (
-        STEP.format(batch=scale.batch) + ENSEMBLE + PREPARED,
-        t2_case(PAPER_HIDDEN, scale.ensemble, scale.batch),
-    )
+    protocol = STEP.format(batch=scale.batch) + ENSEMBLE + PREPARED
+    case = t2_case(PAPER_HIDDEN, scale.ensemble, scale.batch)
     for own in ways:
         pair = own, by_hessian("inverse")
         yield compared(scale, "engine", size_text(PAPER_HIDDEN), case, pair, protocol, scale.ensemble)
@@ -54,3 +67,31 @@ def coordinates(scale: BenchScale) -> Iterator[PairedComparison]:
                 other = Contender(f"n_q = {n_q}", own.step, partial(random_case, n_q, hidden, scale.batch))
                 case = partial(random_case, least, hidden, scale.batch)
                 yield compared(scale, "coordinates", size_text(hidden), case, (first, other), protocol)
+
+
+def samples(scale: BenchScale) -> Iterator[PairedComparison]:
+    """Streamed least squares: from each number of samples to the next."""
+    protocol = SAMPLES.format(steps=EPISODE_STEPS, block=BLOCK)
+    rounds = Rounds(least=1, most=scale.rounds.most, limit_s=scale.rounds.limit_s)
+    for less, more in pairwise([scale.streamed[0], *scale.streamed]):
+        measure = partial(with_memory, partial(streamed, less), partial(streamed, more), rounds)
+        yield PairedComparison("samples", f"{less:g} samples", f"{more:g} samples", "T1/V1", 1, protocol, measure)
+
+
+def streamed(samples: int) -> np.ndarray:
+    """The coefficients (4,) of T1/V1 from `samples` samples, simulated and used block by block."""
+    model = Lagrangian(t1, 2)
+    start = torch.zeros(1, model.n_parameters, dtype=torch.float64)
+    sizes = (min(BLOCK, samples - begin) for begin in range(0, samples, BLOCK))
+    cases = (TrainingCase(model, start, pendulum([number], size)) for number, size in enumerate(sizes))
+    return streamed_solve((regression(case.problem("inverse"), model.n_parameters) for case in cases), 1e-12)[0]
+
+
+def members(scale: BenchScale) -> Iterator[PairedComparison]:
+    """Ensembles: one member against many, each with a batch of its own."""
+    batch = scale.many_batch
+    for number in scale.many:
+        one = Contender("1 member", fastest("inverse").step)
+        many = Contender(f"{number} members", fastest("inverse").step, t2_case(PAPER_HIDDEN, number, batch))
+        case, protocol = t2_case(PAPER_HIDDEN, 1, batch), STEP.format(batch=batch) + MEMBERS
+        yield compared(scale, "members", size_text(PAPER_HIDDEN), case, (one, many), protocol)

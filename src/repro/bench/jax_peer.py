@@ -4,14 +4,14 @@ Written anew: the LNN after Cranmer et al. (2020), arXiv:2003.04630, which solve
 """
 
 import os
-from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from repro.bench.naive import feed_forward, network_on_basis
 from repro.bench.step import Step
 from repro.bench.training_case import Equation, TrainingCase
-from repro.models.lagrangian import Lagrangian
 
 
 def jax_step(case: TrainingCase, equation: Equation) -> Step:
@@ -22,8 +22,28 @@ def jax_step(case: TrainingCase, equation: Equation) -> Step:
     import jax.numpy as jnp
 
     jax.config.update("jax_enable_x64", True)
-    lagrangian = _lagrangian(case, jnp, jax)
-    residual = _forward(lagrangian, jax, jnp) if equation == "forward" else _inverse(lagrangian, jax)
+    model, network = network_on_basis(case)
+    ends = np.cumsum([np.prod(shape) for shape in network.shapes])
+
+    def lagrangian(weights: Any, q: Any, qd: Any) -> Any:
+        parts = jnp.split(weights[: ends[-1]], ends[:-1])
+        layers = [part.reshape(shape) for part, shape in zip(parts, network.shapes, strict=True)]
+        cosines = jnp.cos(q[1:])
+        kinetic = feed_forward(layers, jnp.concatenate([qd, cosines]), jax.nn.softplus)
+        return kinetic - weights[model.potential_slice] @ cosines
+
+    def forward(weights: Any, q: Any, qd: Any, qdd: Any, tau: Any) -> Any:
+        mass = jax.hessian(lagrangian, 2)(weights, q, qd)
+        coupling = jax.jacobian(jax.grad(lagrangian, 2), 1)(weights, q, qd)
+        push = jax.grad(lagrangian, 1)(weights, q, qd)
+        return jnp.linalg.solve(mass, tau + push - coupling @ qd) - qdd
+
+    def inverse(weights: Any, q: Any, qd: Any, qdd: Any, tau: Any) -> Any:
+        slopes = partial(jax.grad(lagrangian, (1, 2)), weights)
+        (push, _), (_, rate) = jax.jvp(slopes, (q, qd), (qd, qdd))
+        return rate - push - tau
+
+    residual = forward if equation == "forward" else inverse
 
     def loss(weights: Any, *sample: Any) -> Any:
         rows = jax.vmap(residual, in_axes=(None, 0, 0, 0, 0))(weights, *sample)
@@ -38,44 +58,3 @@ def jax_step(case: TrainingCase, equation: Equation) -> Step:
         return np.asarray(losses), np.asarray(gradients)
 
     return run
-
-
-def _lagrangian(case: TrainingCase, jnp: Any, jax: Any) -> Callable[[Any, Any, Any], Any]:
-    model = case.model
-    if not isinstance(model, Lagrangian) or model.network is None:
-        raise TypeError("the peer is written for networks on a basis")
-    shapes = model.network.shapes
-    ends = np.cumsum([np.prod(shape) for shape in shapes])
-    beta = model.potential_slice
-
-    def lagrangian(weights: Any, q: Any, qd: Any) -> Any:
-        parts = jnp.split(weights[: ends[-1]], ends[:-1])
-        layers = [part.reshape(shape) for part, shape in zip(parts, shapes, strict=True)]
-        cosines = jnp.cos(q[1:])
-        output = jnp.concatenate([qd, cosines])
-        for weight, bias in zip(layers[0:-2:2], layers[1:-2:2], strict=True):
-            output = jax.nn.softplus(weight @ output + bias)
-        return (layers[-2] @ output + layers[-1])[0] - weights[beta] @ cosines
-
-    return lagrangian
-
-
-def _forward(lagrangian: Callable[[Any, Any, Any], Any], jax: Any, jnp: Any) -> Callable[..., Any]:
-    def residual(weights: Any, q: Any, qd: Any, qdd: Any, tau: Any) -> Any:
-        mass = jax.hessian(lagrangian, 2)(weights, q, qd)
-        coupling = jax.jacobian(jax.grad(lagrangian, 2), 1)(weights, q, qd)
-        push = jax.grad(lagrangian, 1)(weights, q, qd)
-        return jnp.linalg.solve(mass, tau + push - coupling @ qd) - qdd
-
-    return residual
-
-
-def _inverse(lagrangian: Callable[[Any, Any, Any], Any], jax: Any) -> Callable[..., Any]:
-    def residual(weights: Any, q: Any, qd: Any, qdd: Any, tau: Any) -> Any:
-        def slopes(q: Any, qd: Any) -> Any:
-            return jax.grad(lagrangian, (1, 2))(weights, q, qd)
-
-        (push, _), (_, rate) = jax.jvp(slopes, (q, qd), (qd, qdd))
-        return rate - push - tau
-
-    return residual

@@ -4,15 +4,19 @@ Forward, this is the Lagrangian neural network of Cranmer et al. (2020). With th
 equation it stands for the LINN of Bao et al. (2021), whose code is not public.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
 
 import torch
 from torch import Tensor
 from torch.func import grad, hessian, vmap
+from torch.nn.functional import softplus
 
 from repro.bench.step import Step, differentiated
 from repro.bench.training_case import Equation, TrainingCase
 from repro.models.lagrangian import Lagrangian
+from repro.models.network import Network
 
 # q, qd (n_q,) -> inputs of the network, features of V. Written for whole vectors, which is quicker than by components.
 Features = Callable[[Tensor, Tensor], tuple[Tensor, Tensor]]
@@ -29,12 +33,24 @@ def engineered_features(q: Tensor, qd: Tensor) -> tuple[Tensor, Tensor]:
     return torch.cat([q, qd, torch.cos(q), torch.sin(q)]), q[:0]
 
 
+def network_on_basis(case: TrainingCase) -> tuple[Lagrangian, Network]:
+    """The model of a case and its network; TypeError for a model without one."""
+    if not isinstance(case.model, Lagrangian) or case.model.network is None:
+        raise TypeError("this way is written for networks on a basis")
+    return case.model, case.model.network
+
+
+def feed_forward(layers: Sequence[Any], inputs: Any, activation: Callable[[Any], Any]) -> Any:
+    """The scalar output of weights and biases in turn for one sample, as tensors or as arrays of JAX."""
+    output = inputs
+    for weight, bias in zip(layers[0:-2:2], layers[1:-2:2], strict=True):
+        output = activation(weight @ output + bias)
+    return (layers[-2] @ output + layers[-1])[0]
+
+
 def naive_step(case: TrainingCase, equation: Equation, features: Features) -> Step:
     """Loss and gradient of an ensemble of networks, one member after another."""
-    model = case.model
-    if not isinstance(model, Lagrangian) or model.network is None:
-        raise TypeError("the naive way is written for networks on a basis")
-    network = model.network
+    model, network = network_on_basis(case)
     x = torch.cat([case.measured("q"), case.measured("qd")], dim=-1)
     qdd, tau = case.measured("qdd"), case.measured("tau")
 
@@ -43,14 +59,11 @@ def naive_step(case: TrainingCase, equation: Equation, features: Features) -> St
         beta = weights[model.potential_slice]
 
         def lagrangian(x: Tensor) -> Tensor:
-            output, potential = features(*x.chunk(2))
-            for weight, bias in zip(layers[0:-2:2], layers[1:-2:2], strict=True):
-                output = torch.nn.functional.softplus(weight @ output + bias, threshold=40.0)
-            return (layers[-2] @ output + layers[-1])[0] - beta @ potential
+            inputs, potential = features(*x.chunk(2))
+            kinetic: Tensor = feed_forward(layers, inputs, partial(softplus, threshold=40.0))
+            return kinetic - beta @ potential
 
-        def residual(x: Tensor, qdd: Tensor, tau: Tensor) -> Tensor:
-            return _residual(lagrangian, equation, x, qdd, tau)
-
+        residual = partial(_residual, lagrangian, equation)
         rows = vmap(residual)(x[member], qdd[member], tau[member])
         return rows.square().sum() / len(rows)
 
@@ -69,8 +82,4 @@ def _residual(
     slope = grad(lagrangian)(x)
     mass, coupling = curvature[n_q:, n_q:], curvature[n_q:, :n_q]
     rest = coupling @ x[n_q:] - slope[:n_q]
-    if equation == "inverse":
-        error: Tensor = mass @ qdd + rest - tau
-    else:
-        error = torch.linalg.solve(mass, tau - rest) - qdd
-    return error
+    return mass @ qdd + rest - tau if equation == "inverse" else torch.linalg.solve(mass, tau - rest) - qdd

@@ -10,10 +10,7 @@ import torch
 from repro.bench.step import Step
 from repro.bench.training_case import TrainingCase, pendulum
 from repro.learning.basis_selection import Selection
-from repro.learning.objective import Objective
 from repro.learning.result import NoCheckpoint, silent
-from repro.learning.training import make_task
-from repro.learning.training_problem import TrainingProblem
 from repro.models.bases import library
 from repro.models.lagrangian import Lagrangian
 
@@ -22,13 +19,12 @@ WEIGHT = 1e-4  # of SINDy-PI's l1 term: with more the error of qdd grows in prop
 
 def selection_fit(samples: int) -> Callable[[], np.ndarray]:
     """Our thresholded least squares over 35 candidates, prepared beforehand; the call returns the coefficients."""
-    dataset, model = pendulum([0], samples), Lagrangian(library, 2)
-    problem = TrainingProblem(model, [make_task(model, dataset, Objective())], [0])
+    model = Lagrangian(library, 2)
     start = torch.zeros(1, model.n_parameters, dtype=torch.float64)
-    chosen = Selection(threshold=0.02)
+    problem = TrainingCase(model, start, pendulum([0], samples)).problem("inverse")
 
     def fit() -> np.ndarray:
-        return chosen.fit(problem, start, silent, NoCheckpoint()).parameters[0].numpy()
+        return Selection(threshold=0.02).fit(problem, start, silent, NoCheckpoint()).parameters[0].numpy()
 
     return fit
 

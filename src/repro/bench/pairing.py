@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from repro.bench.process import peak_mib
+
 LONG_S = 0.5  # a contender whose warm-up takes longer is not repeated within one timing
 Clock = Callable[[], float]
 
@@ -40,10 +42,6 @@ class Pairs:
 
     def __len__(self) -> int:
         return len(self.ours)
-
-    def with_memory(self, ours_mib: float, other_mib: float) -> "Pairs":
-        """The same with the memory of both."""
-        return replace(self, ours_mib=ours_mib, other_mib=other_mib)
 
     @property
     def ratios(self) -> np.ndarray:
@@ -81,6 +79,11 @@ def interleaved(
         if collecting:
             gc.enable()
     return Pairs(*np.array(pairs).T)
+
+
+def with_memory(ours: Callable[[], object], other: Callable[[], object], rounds: Rounds) -> Pairs:
+    """Time two contenders in turn, then measure the memory of one call of each."""
+    return replace(interleaved(ours, other, rounds), ours_mib=peak_mib(ours), other_mib=peak_mib(other))
 
 
 def _repetitions(call: Callable[[], object], rounds: Rounds, clock: Clock) -> int:

@@ -8,9 +8,8 @@ from repro.bench.comparison import PairedComparison
 from repro.bench.contender import PREPARED, STEP, Contender, compared, fastest, size_text, t2_case
 from repro.bench.control import control
 from repro.bench.jax_peer import jax_step
-from repro.bench.memory import peak_mib
 from repro.bench.package_peers import phlearn_step, selection_fit, sindy_pi_fit
-from repro.bench.pairing import Pairs, interleaved
+from repro.bench.pairing import Pairs, with_memory
 from repro.bench.scale import PAPER_HIDDEN, BenchScale
 
 JAX = "; JAX {version}, jit and vmap over samples and members, XLA with one thread"
@@ -26,8 +25,7 @@ WIDE = (64, 64)
 def peers(scale: BenchScale) -> Iterator[PairedComparison]:
     """Comparisons with the installed packages."""
     for package, compare in PEERS.items():
-        installed = _version(package)
-        if installed is not None:
+        if installed := _version(package):
             yield from compare(scale, installed)
 
 
@@ -57,13 +55,11 @@ def _phlearn(scale: BenchScale, version: str) -> Iterator[PairedComparison]:
 
 def _pysindy(scale: BenchScale, version: str) -> Iterator[PairedComparison]:
     def measure() -> Pairs:
-        ours, other = selection_fit(scale.batch), sindy_pi_fit(scale.batch)
-        return interleaved(ours, other, scale.rounds).with_memory(peak_mib(ours), peak_mib(other))
+        return with_memory(selection_fit(scale.batch), sindy_pi_fit(scale.batch), scale.rounds)
 
     protocol = PYSINDY.format(batch=scale.batch, version=version)
-    yield PairedComparison(
-        "peers", "thresholded least squares", "pysindy, SINDy-PI", "35 | 16 terms", 1, protocol, measure
-    )
+    labels = "thresholded least squares", "pysindy, SINDy-PI", "35 | 16 terms"
+    yield PairedComparison("peers", *labels, 1, protocol, measure)
 
 
 PEERS = {"jax": _jax, "phlearn": _phlearn, "pysindy": _pysindy, "do-mpc": control}

@@ -15,45 +15,37 @@ from repro.models.bases import engineered, t2
 FASTEST_OPTIMISER = "Levenberg-Marquardt"
 
 RIVALS = {"lnn": "LNN (Cranmer et al. 2020)", "delan": "DeLaN (Lutter et al. 2019)", "linn": "LINN (Bao et al. 2021)"}
-NAIVE = {
-    "lnn": "; the same network, weights, samples and way of computing",
-    "delan": "; DeLaN written anew from its paper in torch (softplus layers of q)",
-    "linn": "; LINN has no public code, so taken as one network of [q; qd; cos q; sin q], vmap(hessian), inverse loss",
-}
-BEST = {
-    "lnn": "; the same network, weights and samples; the derivatives of the features prepared for both",
-    "delan": "; DeLaN: a triangular factor of M from a network of cos and sin, both in our engine",
-    "linn": "; LINN: one network of [q; qd; cos q; sin q], both in our engine",
+PROTOCOLS = {
+    "lnn_naive": "; the same network, weights, samples and way of computing",
+    "lnn_best": "; the same network, weights and samples; the derivatives of the features prepared for both",
+    "delan_naive": "; DeLaN written anew from its paper in torch (softplus layers of q)",
+    "delan_best": "; DeLaN: a triangular factor of M from a network of cos and sin, both in our engine",
+    "linn_naive": "; LINN has no public code, so taken as one network of [q; qd; cos q; sin q], vmap(hessian), inverse "
+    "loss",
+    "linn_best": "; LINN: one network of [q; qd; cos q; sin q], both in our engine",
 }
 
 
 def steps_of_rivals(scale: BenchScale) -> Iterator[PairedComparison]:
     """One training step of the inverse model against that of each rival: all naive, then all in this engine."""
+    lnn, delan, linn = RIVALS.values()
     for hidden in [*scale.sizes, *scale.large]:
         batch = scale.large_batch if hidden in scale.large else scale.batch
         case, protocol = t2_case(hidden, 1, batch), STEP.format(batch=batch)
-        naive = {
-            "lnn": by_hessian("forward"),
-            "delan": Contender("", partial(delan_step, hidden=hidden)),
-            "linn": Contender(
-                "",
-                partial(naive_step, equation="inverse", features=engineered_features),
-                partial(lagrangian_case, engineered, hidden, 1, batch),
-            ),
+        triangular = partial(triangular_case, hidden, 1, batch)
+        one_network = partial(lagrangian_case, engineered, hidden, 1, batch)
+        linn_step = partial(naive_step, equation="inverse", features=engineered_features)
+        naive, best = by_hessian("inverse"), fastest("inverse")
+        pairs = {
+            "lnn_naive": (naive, Contender(lnn, by_hessian("forward").step)),
+            "lnn_best": (best, Contender(lnn, fastest("forward").step)),
+            "delan_naive": (naive, Contender(delan, partial(delan_step, hidden=hidden))),
+            "delan_best": (best, Contender(delan, best.step, triangular)),
+            "linn_naive": (naive, Contender(linn, linn_step, one_network)),
+            "linn_best": (best, Contender(linn, best.step, one_network)),
         }
-        best = {
-            "lnn": fastest("forward"),
-            "delan": Contender("", fastest("inverse").step, partial(triangular_case, hidden, 1, batch)),
-            "linn": Contender("", fastest("inverse").step, partial(lagrangian_case, engineered, hidden, 1, batch)),
-        }
-        for rival, label in RIVALS.items():
-            for way, others, ours, text in [
-                ("naive", naive, by_hessian("inverse"), NAIVE),
-                ("best", best, fastest("inverse"), BEST),
-            ]:
-                other = Contender(label, others[rival].step, others[rival].case)
-                pair = ours, other
-                yield compared(scale, f"{rival}_{way}", size_text(hidden), case, pair, protocol + text[rival])
+        for name, pair in pairs.items():
+            yield compared(scale, name, size_text(hidden), case, pair, protocol + PROTOCOLS[name])
 
 
 def time_to_accuracy(scale: BenchScale) -> Iterator[PairedComparison]:
@@ -65,7 +57,7 @@ def time_to_accuracy(scale: BenchScale) -> Iterator[PairedComparison]:
         RIVALS["delan"]: partial(triangular_case, *shape),
         RIVALS["linn"]: partial(lagrangian_case, engineered, *shape),
     }
-    race = Race(models, size.threshold, size.patience, size.limit_s)
+    race = Race(models, size)
     protocol = (
         f"processor time of training from a random start to a training MAE_tau of {size.threshold:g}; one thread, "
         f"{size.samples} samples in episodes of 100 steps; budgets grow by {GROWTH:g}; {{pairs}} starts, one per pair; "

@@ -3,24 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from repro.bench.accuracy import OPTIMISERS
+from repro.bench.accuracy import OPTIMISERS, RaceSize
 from repro.bench.pairing import Rounds
 
 Hidden = tuple[int, ...]
 
 PAPER_HIDDEN: Hidden = (10,)  # of the paper's inverse model
-
-
-@dataclass(frozen=True)
-class RaceSize:
-    """A race to a training MAE_tau of `threshold`; see `Race` for patience and limit_s."""
-
-    optimisers: Sequence[str]
-    members: int
-    samples: int
-    threshold: float
-    patience: float
-    limit_s: float
 
 
 @dataclass(frozen=True)

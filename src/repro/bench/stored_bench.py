@@ -1,20 +1,30 @@
 """A bench as a stored stage: made once per machine, code and scale."""
 
+import json
+import os
+import platform
+import subprocess
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from repro.bench import machine
+import pandas as pd
+
+from repro.bench import peers, suite
+from repro.bench.comparison import PairedComparison
+from repro.bench.process import one_thread
 from repro.bench.training_case import PENDULUM
+from repro.codegen.c_library import compiler, has_compiler
 from repro.tracking import progress
 from repro.tracking.files import write_json
 from repro.tracking.paths import Paths
+from repro.tracking.provenance import processor_name
 from repro.tracking.stage import Stage
 from repro.tracking.store import Store
 
 EXPERIMENT = "timing"
 FILE = "bench.parquet"
+CHECKPOINT = "checkpoint.jsonl"  # a file of this name stays in the working folder of a stage until it is finished
 NOTICE_S = 2.0  # between two lines about the progress
 
 
@@ -37,33 +47,64 @@ def stage(scale: str) -> Stage:
     return Stage(
         "bench",
         f"{EXPERIMENT}-{scale}",
-        {"scale": scale, "machine": machine.describe()},
+        {"scale": scale, "machine": describe_machine()},
         {},
-        ("repro.bench.suite", "repro.bench.threads", f"repro.mechanics.systems.{PENDULUM}"),
+        ("repro.bench.suite", "repro.bench.process", f"repro.mechanics.systems.{PENDULUM}"),
         f"repro bench --scale {scale}",
     )
 
 
+def describe_machine() -> dict[str, object]:
+    """What a timing depends on besides code and libraries, as plain data."""
+    version = None
+    if has_compiler():
+        done = subprocess.run([compiler(), "--version"], capture_output=True, text=True, check=False)
+        version = done.stdout.partition("\n")[0]
+    return {
+        "processor": processor_name(),
+        "cores": os.cpu_count(),
+        "system": platform.system(),
+        "python": platform.python_version(),
+        "compiler": version,
+    }
+
+
 def _measure(folder: Path, scale: str) -> dict[str, Any]:
-    import pandas as pd
-
-    rows = list(_rows(scale, folder))
-    pd.DataFrame(rows).to_parquet(folder / FILE, index=False)
-    return {"comparisons": len(rows), "scale": scale}
-
-
-def _rows(scale: str, folder: Path) -> Iterator[dict[str, object]]:
-    from repro.bench.measured_rows import MeasuredRows
-    from repro.bench.peers import missing
-    from repro.bench.suite import comparisons
-    from repro.bench.threads import one_thread
-
-    if absent := missing():
+    if absent := peers.missing():
         progress.notice(f"left out: {', '.join(absent)}; to compare with them: pip install -e '.[peers]'")
+    rows: list[dict[str, object]] = []
     with one_thread():
-        planned, measured, noticed = comparisons(scale), MeasuredRows(folder), time.monotonic()
+        planned, measured, noticed = suite.comparisons(scale), MeasuredRows(folder), time.monotonic()
         for number, comparison in enumerate(planned, start=1):
             if time.monotonic() - noticed > NOTICE_S:
                 progress.notice(f"timing {number} of {len(planned)}: {comparison.label}")
                 noticed = time.monotonic()
-            yield measured.row(comparison)
+            rows.append(measured.row(comparison))
+    pd.DataFrame(rows).to_parquet(folder / FILE, index=False)
+    return {"comparisons": len(rows), "scale": scale}
+
+
+class MeasuredRows:
+    """The rows of a bench that may be interrupted: one per line, written as soon as they are measured."""
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / CHECKPOINT
+        lines = self.path.read_text().splitlines() if self.path.exists() else []
+        self._rows = dict(entry for line in lines if (entry := _parsed(line)) is not None)
+
+    def row(self, comparison: PairedComparison) -> dict[str, object]:
+        """The row of a comparison: the stored one, or a new measurement."""
+        key = f"{comparison.label}, {comparison.members}"
+        if key not in self._rows:
+            self._rows[key] = comparison.row(comparison.measure())
+            with self.path.open("a") as file:
+                file.write("\n" + json.dumps([key, self._rows[key]]))
+        return self._rows[key]
+
+
+def _parsed(line: str) -> tuple[str, dict[str, object]] | None:
+    try:
+        key, row = json.loads(line)
+    except json.JSONDecodeError:  # empty, or cut off when the process was killed
+        return None
+    return key, row

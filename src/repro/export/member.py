@@ -61,25 +61,16 @@ def write(member: LearnedMember, folder: Path) -> list[str]:
         "card": member.card,
     }
     write_json(folder / "about.json", about)
-    write_text(folder / "README.md", _read_me(member, names))
+    page = (
+        (torch_module.TEMPLATES / "README.md")
+        .read_text()
+        .format(
+            run=member.run,
+            system=member.system,
+            inputs=", ".join(f"{c.name} in {c.unit}" for c in member.coordinates),
+            n_q=len(member.coordinates),
+            files=", ".join(names),
+        )
+    )
+    write_text(folder / "README.md", page)
     return ["README.md", "about.json", *names]
-
-
-def _read_me(member: LearnedMember, names: Sequence[str]) -> str:
-    inputs = ", ".join(f"{c.name} in {c.unit}" for c in member.coordinates)
-    return f"""# {member.run}
-
-A learned model of `{member.system}`; q = ({inputs}), qd and qdd its rates, tau the generalised force.
-
-CasADi (columns of {len(member.coordinates)}):
-
-    forward = casadi.Function.load("forward.casadi")
-    qdd = forward(q, qd, tau)
-
-C: `model.c` and `model.h` hold the same functions; `cc -O2 -shared -fPIC model.c -o model.so -lm`, then for CasADi
-`casadi.external("forward", "./model.so")`.
-
-torch (any leading axes): `import model`, then the functions of model.py; the weights are in weights.npz.
-
-Files: {", ".join(names)}. about.json names the run, and what T and V mean.
-"""

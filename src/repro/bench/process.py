@@ -1,11 +1,27 @@
-"""How much memory a call needs at its peak, beyond what the process held before."""
+"""The process that is timed: one thread for its numerical libraries, and its peak memory."""
 
 import ctypes
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
+import torch
+from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+
 _STATUS, _RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Limit torch, BLAS and OpenMP to one thread each, then restore their numbers of threads."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        with threadpool_limits(limits=1):
+            yield
+    finally:
+        torch.set_num_threads(before)
 
 
 def peak_mib(call: Callable[[], object]) -> float:
