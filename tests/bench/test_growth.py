@@ -5,8 +5,7 @@ import pytest
 
 from repro.bench import engines
 from repro.bench.engines import streamed
-from repro.bench.step import native_step, torch_step
-from repro.bench.training_case import random_case
+from repro.bench.training_case import native_step, random_case, torch_step
 from repro.codegen.c_library import has_compiler
 
 TRUE_T1 = [0.4, 0.025, 0.1, 0.98]

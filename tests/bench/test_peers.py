@@ -10,8 +10,7 @@ from repro.bench.jax_peer import jax_step
 from repro.bench.package_peers import implicit_candidates, phlearn_step, selection_fit, sindy_pi_fit
 from repro.bench.peers import peers
 from repro.bench.scale import SCALES
-from repro.bench.step import torch_step
-from repro.bench.training_case import lagrangian_case
+from repro.bench.training_case import lagrangian_case, torch_step
 from repro.models.bases import library, t2
 from repro.models.lagrangian import Lagrangian
 

@@ -7,8 +7,7 @@ import pytest
 import torch
 
 from repro.bench.naive import engineered_features, naive_step, t2_features
-from repro.bench.step import native_step, torch_step
-from repro.bench.training_case import TrainingCase, lagrangian_case, triangular_case
+from repro.bench.training_case import TrainingCase, lagrangian_case, native_step, torch_step, triangular_case
 from repro.codegen.c_library import has_compiler
 from repro.errors import UserError
 from repro.models.bases import engineered, t2

@@ -8,8 +8,7 @@ import pandas as pd
 import pytest
 
 from repro.bench import peers, stored_bench, suite
-from repro.bench.comparison import PairedComparison
-from repro.bench.pairing import Pairs
+from repro.bench.pairing import PairedComparison, Pairs
 from repro.bench.scale import SCALES
 from repro.bench.stored_bench import CHECKPOINT, FILE, MeasuredRows, run, stage
 from repro.commands import bench as command

@@ -77,27 +77,20 @@ class Race:
     models: Mapping[str, Callable[[], TrainingCase]]
     size: RaceSize
     clock: Clock = time.process_time
-    _cases: dict[str, TrainingCase] = field(default_factory=dict)
     _known: dict[Racer, np.ndarray] = field(default_factory=dict)
 
     def pairs(self, ours: Racer, other: Racer) -> Pairs:
         """Both racers from the same seeds, one pair per member."""
         if ours not in self._known:
-            members = range(self.case(ours.model).members)
+            members = range(self.models[ours.model]().members)
             self._known[ours] = np.array([self._seconds(ours, member, self.size.limit_s) for member in members])
         first = self._known[ours]
         limits = np.minimum(self.size.patience * first, self.size.limit_s)
         return Pairs(first, np.array([self._seconds(other, m, limit) for m, limit in enumerate(limits)]))
 
-    def case(self, model: str) -> TrainingCase:
-        """The networks of one model and their samples."""
-        if model not in self._cases:
-            self._cases[model] = self.models[model]()
-        return self._cases[model]
-
     def _seconds(self, racer: Racer, member: int, limit_s: float) -> float:
         build, budget = OPTIMISERS[racer.optimiser]
-        case = self.case(racer.model)
+        case = self.models[racer.model]()
         problem, start = case.problem(racer.equation).member(member), case.parameters[member : member + 1]
         build(1).fit(problem, start, silent, NoCheckpoint())  # a warm-up: code is generated here
         continued, seconds = racer.optimiser in CONTINUED, 0.0
@@ -114,7 +107,7 @@ class Race:
 
     def error(self, model: str, parameters: Tensor, member: int) -> float:
         """MAE_tau on a member's training samples, for either equation; parameters (1, n_parameters)."""
-        case = self.case(model)
+        case = self.models[model]()
         (task,) = case.problem("inverse").member(member).tasks
         tau = case.model.evaluate(parameters.double(), task.prepared).tau
         return math.inf if tau is None else (tau - task.measured["tau"]).abs().mean().item()

@@ -4,12 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
-from repro.bench.comparison import PairedComparison
 from repro.bench.naive import naive_step, t2_features
-from repro.bench.pairing import Pairs, with_memory
+from repro.bench.pairing import PairedComparison, Pairs, with_memory
 from repro.bench.scale import BenchScale, Hidden
-from repro.bench.step import Step, native_step, torch_step
-from repro.bench.training_case import Equation, TrainingCase, lagrangian_case
+from repro.bench.training_case import Equation, Step, TrainingCase, lagrangian_case, native_step, torch_step
 from repro.codegen.c_library import has_compiler
 from repro.models.bases import t2
 
@@ -59,7 +57,7 @@ def size_text(hidden: Hidden) -> str:
 def compared(
     scale: BenchScale,
     name: str,
-    size: str,
+    hidden: Hidden,
     case: Callable[[], TrainingCase],
     pair: tuple[Contender, Contender],
     protocol: str,
@@ -72,4 +70,4 @@ def compared(
         ours, other = (one.step(built if one.case is None else one.case()) for one in pair)
         return with_memory(ours, other, scale.rounds)
 
-    return PairedComparison(name, pair[0].label, pair[1].label, size, members, protocol, measure)
+    return PairedComparison(name, pair[0].label, pair[1].label, size_text(hidden), members, protocol, measure)

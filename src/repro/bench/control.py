@@ -6,10 +6,9 @@ from functools import partial
 
 import numpy as np
 
-from repro.bench.comparison import PairedComparison
 from repro.bench.control_case import CASES, EQUAL, FAST, ControlCase, SolverChoice
 from repro.bench.do_mpc_peer import Collocation, DoMpc
-from repro.bench.pairing import Pairs
+from repro.bench.pairing import PairedComparison, Pairs
 from repro.bench.scale import BenchScale
 from repro.control.interval import DEGREE, ELEMENTS
 from repro.control.predictive_controller import PredictiveController

@@ -7,8 +7,7 @@ import torch
 from torch import Tensor
 from torch.nn.functional import softplus
 
-from repro.bench.step import Step, differentiated
-from repro.bench.training_case import TrainingCase
+from repro.bench.training_case import Step, TrainingCase, differentiated
 from repro.models.network import Network
 
 SMALLEST = 1e-3  # on the diagonal of the factor

@@ -7,19 +7,8 @@ from itertools import pairwise
 import numpy as np
 import torch
 
-from repro.bench.comparison import PairedComparison
-from repro.bench.contender import (
-    PREPARED,
-    STEP,
-    Contender,
-    by_hessian,
-    compared,
-    fastest,
-    in_torch,
-    size_text,
-    t2_case,
-)
-from repro.bench.pairing import Rounds, with_memory
+from repro.bench.contender import PREPARED, STEP, Contender, by_hessian, compared, fastest, in_torch, t2_case
+from repro.bench.pairing import PairedComparison, Rounds, with_memory
 from repro.bench.scale import PAPER_HIDDEN, BenchScale
 from repro.bench.training_case import EPISODE_STEPS, TrainingCase, pendulum, random_case
 from repro.codegen.c_library import has_compiler
@@ -48,12 +37,12 @@ def engines(scale: BenchScale) -> Iterator[PairedComparison]:
     for hidden in [*scale.sizes, *scale.large]:
         protocol, case = STEP.format(batch=scale.batch) + PREPARED, t2_case(hidden, 1, scale.batch)
         for own in ways[:1] if hidden in scale.large else ways:
-            yield compared(scale, "engine", size_text(hidden), case, (own, by_hessian("inverse")), protocol)
+            yield compared(scale, "engine", hidden, case, (own, by_hessian("inverse")), protocol)
     protocol = STEP.format(batch=scale.batch) + ENSEMBLE + PREPARED
     case = t2_case(PAPER_HIDDEN, scale.ensemble, scale.batch)
     for own in ways:
         pair = own, by_hessian("inverse")
-        yield compared(scale, "engine", size_text(PAPER_HIDDEN), case, pair, protocol, scale.ensemble)
+        yield compared(scale, "engine", PAPER_HIDDEN, case, pair, protocol, scale.ensemble)
 
 
 def coordinates(scale: BenchScale) -> Iterator[PairedComparison]:
@@ -66,7 +55,7 @@ def coordinates(scale: BenchScale) -> Iterator[PairedComparison]:
                 first = Contender(f"{own.label}, n_q = {least}", own.step)
                 other = Contender(f"n_q = {n_q}", own.step, partial(random_case, n_q, hidden, scale.batch))
                 case = partial(random_case, least, hidden, scale.batch)
-                yield compared(scale, "coordinates", size_text(hidden), case, (first, other), protocol)
+                yield compared(scale, "coordinates", hidden, case, (first, other), protocol)
 
 
 def samples(scale: BenchScale) -> Iterator[PairedComparison]:
@@ -94,4 +83,4 @@ def members(scale: BenchScale) -> Iterator[PairedComparison]:
         one = Contender("1 member", fastest("inverse").step)
         many = Contender(f"{number} members", fastest("inverse").step, t2_case(PAPER_HIDDEN, number, batch))
         case, protocol = t2_case(PAPER_HIDDEN, 1, batch), STEP.format(batch=batch) + MEMBERS
-        yield compared(scale, "members", size_text(PAPER_HIDDEN), case, (one, many), protocol)
+        yield compared(scale, "members", PAPER_HIDDEN, case, (one, many), protocol)

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from repro.bench.naive import feed_forward, network_on_basis
-from repro.bench.step import Step
-from repro.bench.training_case import Equation, TrainingCase
+from repro.bench.training_case import Equation, Step, TrainingCase
 
 
 def jax_step(case: TrainingCase, equation: Equation) -> Step:

@@ -13,8 +13,7 @@ from torch import Tensor
 from torch.func import grad, hessian, vmap
 from torch.nn.functional import softplus
 
-from repro.bench.step import Step, differentiated
-from repro.bench.training_case import Equation, TrainingCase
+from repro.bench.training_case import Equation, Step, TrainingCase, differentiated
 from repro.models.lagrangian import Lagrangian
 from repro.models.network import Network
 

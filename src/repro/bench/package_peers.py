@@ -7,8 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import torch
 
-from repro.bench.step import Step
-from repro.bench.training_case import TrainingCase, pendulum
+from repro.bench.training_case import Step, TrainingCase, pendulum
 from repro.learning.basis_selection import Selection
 from repro.learning.result import NoCheckpoint, silent
 from repro.models.bases import library

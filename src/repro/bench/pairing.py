@@ -1,4 +1,4 @@
-"""Timings in pairs: ours and other in turn, so that whatever slows the machine down slows both."""
+"""Comparisons in pairs: ours and other timed in turn, so that whatever slows the machine down slows both."""
 
 import gc
 import math
@@ -10,6 +10,7 @@ import numpy as np
 
 from repro.bench.process import peak_mib
 
+THREADS = 1
 LONG_S = 0.5  # a contender whose warm-up takes longer is not repeated within one timing
 Clock = Callable[[], float]
 
@@ -60,6 +61,41 @@ class Pairs:
             "other_ms": 1e3 * _quantiles(self.other, [0.5])[0],
             "ours_mib": self.ours_mib,
             "other_mib": self.other_mib,
+        }
+
+
+@dataclass(frozen=True)
+class PairedComparison:
+    """Seconds of two contenders in pairs.
+
+    members   networks trained side by side in one timing, whose time is that of all of them together
+    protocol  how it is measured; {pairs} stands for their number, {found} for the remark of the measurement
+    """
+
+    name: str
+    ours: str
+    other: str
+    size: str
+    members: int
+    protocol: str
+    measure: Callable[[], Pairs]
+
+    @property
+    def label(self) -> str:
+        """A label for the progress."""
+        return f"{self.name} {self.size}: {self.ours} / {self.other}"
+
+    def row(self, pairs: Pairs) -> dict[str, object]:
+        """The row of the results, its columns in the order of the stored table."""
+        return {
+            "name": self.name,
+            "ours": self.ours,
+            "other": self.other,
+            "size": self.size,
+            "members": self.members,
+            **pairs.summary(),
+            "threads": THREADS,
+            "protocol": self.protocol.format(pairs=len(pairs), found=pairs.found),
         }
 
 

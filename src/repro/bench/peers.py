@@ -4,12 +4,11 @@ from collections.abc import Iterator
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 
-from repro.bench.comparison import PairedComparison
-from repro.bench.contender import PREPARED, STEP, Contender, compared, fastest, size_text, t2_case
+from repro.bench.contender import PREPARED, STEP, Contender, compared, fastest, t2_case
 from repro.bench.control import control
 from repro.bench.jax_peer import jax_step
 from repro.bench.package_peers import phlearn_step, selection_fit, sindy_pi_fit
-from repro.bench.pairing import Pairs, with_memory
+from repro.bench.pairing import PairedComparison, Pairs, with_memory
 from repro.bench.scale import PAPER_HIDDEN, BenchScale
 
 JAX = "; JAX {version}, jit and vmap over samples and members, XLA with one thread"
@@ -44,13 +43,13 @@ def _jax(scale: BenchScale, version: str) -> Iterator[PairedComparison]:
         case, protocol = t2_case(hidden, members, scale.batch), STEP.format(batch=scale.batch) + PREPARED
         for other in ways:
             text = protocol + JAX.format(version=version)
-            yield compared(scale, "peers", size_text(hidden), case, (fastest("inverse"), other), text, members)
+            yield compared(scale, "peers", hidden, case, (fastest("inverse"), other), text, members)
 
 
 def _phlearn(scale: BenchScale, version: str) -> Iterator[PairedComparison]:
     pair = fastest("inverse"), Contender("phlearn, network for H", phlearn_step)
     protocol = STEP.format(batch=scale.batch) + PREPARED + PHLEARN.format(version=version)
-    yield compared(scale, "peers", size_text(WIDE), t2_case(WIDE, 1, scale.batch), pair, protocol)
+    yield compared(scale, "peers", WIDE, t2_case(WIDE, 1, scale.batch), pair, protocol)
 
 
 def _pysindy(scale: BenchScale, version: str) -> Iterator[PairedComparison]:

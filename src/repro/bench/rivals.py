@@ -1,13 +1,13 @@
 """The rivals of claim C11, each compared naive with naive, best with best, and by the time to equal accuracy."""
 
 from collections.abc import Iterator
-from functools import partial
+from functools import cache, partial
 
 from repro.bench.accuracy import GROWTH, Race, Racer
-from repro.bench.comparison import PairedComparison
 from repro.bench.contender import STEP, Contender, by_hessian, compared, fastest, size_text, t2_case
 from repro.bench.delan import delan_step
 from repro.bench.naive import engineered_features, naive_step
+from repro.bench.pairing import PairedComparison
 from repro.bench.scale import PAPER_HIDDEN, BenchScale
 from repro.bench.training_case import lagrangian_case, triangular_case
 from repro.models.bases import engineered, t2
@@ -45,7 +45,7 @@ def steps_of_rivals(scale: BenchScale) -> Iterator[PairedComparison]:
             "linn_best": (best, Contender(linn, best.step, one_network)),
         }
         for name, pair in pairs.items():
-            yield compared(scale, name, size_text(hidden), case, pair, protocol + PROTOCOLS[name])
+            yield compared(scale, name, hidden, case, pair, protocol + PROTOCOLS[name])
 
 
 def time_to_accuracy(scale: BenchScale) -> Iterator[PairedComparison]:
@@ -53,9 +53,9 @@ def time_to_accuracy(scale: BenchScale) -> Iterator[PairedComparison]:
     size = scale.race
     shape = (PAPER_HIDDEN, size.members, size.samples)
     models = {
-        "PLNN": partial(lagrangian_case, t2, *shape),
-        RIVALS["delan"]: partial(triangular_case, *shape),
-        RIVALS["linn"]: partial(lagrangian_case, engineered, *shape),
+        "PLNN": cache(partial(lagrangian_case, t2, *shape)),
+        RIVALS["delan"]: cache(partial(triangular_case, *shape)),
+        RIVALS["linn"]: cache(partial(lagrangian_case, engineered, *shape)),
     }
     race = Race(models, size)
     protocol = (

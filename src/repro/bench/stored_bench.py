@@ -11,7 +11,7 @@ from typing import Any
 import pandas as pd
 
 from repro.bench import peers, suite
-from repro.bench.comparison import PairedComparison
+from repro.bench.pairing import PairedComparison
 from repro.bench.process import one_thread
 from repro.bench.training_case import PENDULUM
 from repro.codegen.c_library import compiler, has_compiler

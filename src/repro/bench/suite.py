@@ -1,7 +1,7 @@
 """All comparisons: the rivals of claim C11, the usual way of computing, public peers, and how costs grow."""
 
-from repro.bench.comparison import PairedComparison
 from repro.bench.engines import coordinates, engines, members, samples
+from repro.bench.pairing import PairedComparison
 from repro.bench.peers import peers
 from repro.bench.rivals import steps_of_rivals, time_to_accuracy
 from repro.bench.scale import SCALES

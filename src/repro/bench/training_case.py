@@ -1,6 +1,6 @@
-"""The subject of a comparison: a network with random weights, and one batch of samples per member."""
+"""The subject of a comparison: a network with random weights, one batch of samples per member, and a training step."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Literal
@@ -11,7 +11,9 @@ from torch import Tensor
 
 from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
+from repro.errors import UserError
 from repro.learning import objective_options
+from repro.learning.native import native
 from repro.learning.objective import Objective
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
@@ -21,6 +23,7 @@ from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
 from repro.models.structured import Structured
 
+Step = Callable[[], tuple[np.ndarray, np.ndarray]]  # loss (member,), gradient (member, n_parameters)
 Equation = Literal["inverse", "forward"]
 PENDULUM = "sip"
 EPISODE_STEPS = 100
@@ -83,3 +86,34 @@ def pendulum(seeds: Sequence[int], samples: int) -> Dataset:
 def _started(model: Model, dataset: Dataset) -> TrainingCase:
     generators = [np.random.default_rng([seed, 1]) for seed in range(dataset.members)]
     return TrainingCase(model, torch.from_numpy(model.initial(generators)), dataset)
+
+
+def torch_step(case: TrainingCase, equation: Equation) -> Step:
+    """Jets of the network in torch, and one backward pass; the features' derivatives are prepared beforehand."""
+    return differentiated(case.problem(equation).loss, case.parameters)
+
+
+def native_step(case: TrainingCase, equation: Equation) -> Step:
+    """Compiled C, member by member. Raises UserError for a model without compiled code."""
+    compiled = native(case.problem(equation))
+    if compiled is None:
+        raise UserError("no compiled code for this model: it needs a C compiler, and a kernel or a small model")
+    weights = list(case.parameters.numpy())
+
+    def step() -> tuple[np.ndarray, np.ndarray]:
+        losses, gradients = zip(*(compiled.loss_and_gradient(m, w) for m, w in enumerate(weights)), strict=True)
+        return np.array(losses), np.stack(gradients)
+
+    return step
+
+
+def differentiated(loss: Callable[[Tensor], Tensor], parameters: Tensor) -> Step:
+    """A step from a loss (member,) of the weights (member, n_parameters), by autograd."""
+
+    def step() -> tuple[np.ndarray, np.ndarray]:
+        weights = parameters.detach().requires_grad_()
+        value = loss(weights)
+        (gradient,) = torch.autograd.grad(value.sum(), weights)
+        return value.detach().numpy(), gradient.numpy()
+
+    return step
