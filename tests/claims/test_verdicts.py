@@ -144,5 +144,5 @@ def test_members_that_diverged_are_counted_and_said(store):
 
 
 def test_a_stale_run_makes_a_stale_verdict(store):
-    store.run("sip_basis", {"mae_tau": [0.3, 0.3]})
-    assert judge(claim(), store.gathered(stale=lambda record: True)).stale
+    run = store.run("sip_basis", {"mae_tau": [0.3, 0.3]})
+    assert judge(claim(), store.gathered(stale={run})).stale

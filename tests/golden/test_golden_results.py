@@ -30,6 +30,7 @@ import yaml
 
 import repro
 from repro import cli
+from repro.results.run_card import RunCard
 
 HERE = Path(__file__).parent
 VALUES = HERE / "values.csv"
@@ -124,7 +125,8 @@ def numbers(id: str) -> Iterator[tuple[Key, float]]:
             yield ("parameters", str(seed), "", name), value
     folder = run.record.folder
     if (folder / "control.parquet").is_file():
-        yield from loop_numbers(run.table("control"), run.table("closed_loops"))
+        loops = run.table("control").assign(**RunCard.of(run.record.summary).loop_columns())
+        yield from loop_numbers(loops, run.table("closed_loops"))
 
 
 def loop_numbers(loops: pd.DataFrame, trajectories: pd.DataFrame) -> Iterator[tuple[Key, float]]:

@@ -72,10 +72,9 @@ def test_failed_and_missing_runs_are_rows_with_their_error(store):
     assert settings(store.gathered(), "sip_basis") == []
 
 
-def test_the_staleness_of_a_run_is_judged_from_its_record(store):
-    store.run("sip_basis", {"mae_tau": [1.0]})
-    results = store.gathered(stale=lambda record: record["identity"]["code"] == {"repro.models": "1"})
-    assert results.runs["stale"].tolist() == [True]
+def test_a_run_is_stale_that_is_named_so(store):
+    run = store.run("sip_basis", {"mae_tau": [1.0]})
+    assert store.gathered(stale={run}).runs["stale"].tolist() == [True]
     assert store.gathered().runs["stale"].tolist() == [False]
 
 

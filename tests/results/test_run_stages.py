@@ -9,7 +9,9 @@ def test_a_run_is_followed_back_to_its_data(store):
     run.write_text(json.dumps(record), encoding="utf-8")
     for kind, id, upstream in (("data", "sip-data", {}), ("fits", "sip-fit", {"data": "sip-data"})):
         origin = {"wall_s": 2.5, "git": {"commit": "abc", "clean": True}, "machine": {"cores_allowed": 2}}
-        made = {"id": id, "identity": {"upstream": upstream, "config": {"seeds": [0]}}, "provenance": origin}
+        identity = {"upstream": upstream, "config": {"seeds": [0]}}
+        made = {"id": id, "kind": kind, "name": "sip", "outcome": "ok", "identity": identity, "provenance": origin}
+        made |= {"summary": {}, "files": {}, "error": None}
         (store.outputs / kind / id).mkdir(parents=True)
         (store.outputs / kind / id / "run.json").write_text(json.dumps(made), encoding="utf-8")
 

@@ -8,7 +8,7 @@ from repro.commands.arguments import command_parser
 from repro.recording.viewer import find_recording
 from repro.report import build, terminal
 from repro.results.results import Results
-from repro.results.staleness import judged_by_tracking
+from repro.results.staleness import stale_runs
 from repro.tracking.paths import outputs_root, project_folder
 
 EXAMPLES = """examples:
@@ -28,7 +28,7 @@ def main(argv: Sequence[str]) -> int:
     if arguments.source is not None:
         summary = build.redraw(arguments.source, outputs / "report" / "redrawn")
     else:
-        summary = build.build(outputs, arguments.scale, stale=judged_by_tracking(outputs))
+        summary = build.build(outputs, arguments.scale, stale=stale_runs(outputs))
     terminal.show(summary)
     page = summary.page
     if recordings:

@@ -36,9 +36,9 @@ def main(argv: Sequence[str]) -> int:
     results = run_missing(jobs, paths, options.workers)
     timed = "experiment" in chosen or _time(paths, scale)
     from repro.report import build, terminal  # after the runs: their start must not wait for it
-    from repro.results.staleness import judged_by_tracking
+    from repro.results.staleness import stale_runs
 
-    terminal.show(build.build(paths.root, scale, stale=judged_by_tracking(paths.root)))
+    terminal.show(build.build(paths.root, scale, stale=stale_runs(paths.root)))
     return 0 if timed and all(result.ok for result in results) else 1
 
 

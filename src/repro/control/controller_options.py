@@ -9,7 +9,6 @@ from repro.mechanics.system import System
 from repro.plugins.options import PluginOptions, Positive
 
 CONTROLLERS = "control.controllers"  # the folder of these choices
-Cell = str | int | float | bool
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,15 +41,3 @@ class ControllerOptions(ControlOptions):
         on_cart = np.eye(system.n_q)[:, :1]
         is_cart = not first.is_angle and bool(links) and all(link.is_angle for link in links)
         return is_cart and np.array_equal(system.input_map, on_cart)
-
-    def columns(self) -> dict[str, Cell]:
-        """Its columns in the table of closed loops."""
-        return {
-            "controller": self.kind,
-            "setting": self.name,
-            "intervals": 0,
-            "horizon_s": 0.0,
-            "adaptive": False,
-            "discretisation": "",
-            "solver": "",
-        }

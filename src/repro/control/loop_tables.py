@@ -7,15 +7,13 @@ import numpy as np
 
 from repro.codegen.array_evaluation import evaluate
 from repro.control.closed_loop import SUBSTEPS, ClosedLoop
-from repro.control.controller_options import Cell, ControllerOptions
 from repro.control.geometry import Disc
-from repro.control.task import Task
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
 
 
-def row(loop: ClosedLoop, seed: int, controller: ControllerOptions, task: Task) -> dict[str, Cell]:
-    """One row of control.parquet: the options of the loop, its start, and its outcome.
+def row(loop: ClosedLoop, seed: int) -> dict[str, str | int | float | bool | None]:
+    """One row of control.parquet: the start of the loop and its outcome.
 
     seed: of the model that drives it. Columns start_NAME hold the initial coordinates.
     """
@@ -26,8 +24,6 @@ def row(loop: ClosedLoop, seed: int, controller: ControllerOptions, task: Task) 
     initial = {f"start_{c.name}": float(q) for c, q in zip(loop.plant.coordinates, loop.start.state, strict=False)}
     return {
         "member": seed,
-        **controller.columns(),
-        **task.columns(),
         "x_des": loop.start.x_des,
         "start": loop.start.name,
         **initial,

@@ -6,7 +6,6 @@ from typing import Annotated, Literal, assert_never
 from annotated_types import Ge, Le, Len
 
 from repro.control.conditions import Conditions, Start, hanging_start, random_start
-from repro.control.controller_options import Cell
 from repro.control.geometry import Disc
 from repro.mechanics.system import System
 from repro.plugins.options import Count, Natural, NotNegative
@@ -64,11 +63,3 @@ class Task(Conditions):
                 return [(start, k % n_members) for k, start in enumerate(starts)]
             case other:
                 assert_never(other)
-
-    def columns(self) -> dict[str, Cell]:
-        """Its columns in the table of closed loops."""
-        return {
-            "task": self.name,
-            **{name: getattr(self, name) for name in ("seconds", *DISTURBANCES)},
-            "friction": "-".join(f"{coefficient:g}" for coefficient in self.damping),
-        }

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,11 +24,11 @@ from repro.report.tables.sensitivity import sensitivity_table
 from repro.results.gather import gather_runs
 from repro.results.gathering import Gathering
 from repro.results.results import SENSITIVITY, Results
-from repro.results.stored import Staleness, StoredRun, never_stale, stored_benches, stored_runs
+from repro.results.stored import StoredRun, stored_benches, stored_runs
 from repro.tracking.files import write_text
 
 
-def build(outputs: Path, scale: str, *, stale: Staleness = never_stale) -> Summary:
+def build(outputs: Path, scale: str, *, stale: Collection[str] = ()) -> Summary:
     """Gather a scale's runs and make its report under outputs/report/<scale>; nothing is made twice from the same.
 
     Raises UserError where nothing of this scale has been run.
@@ -86,7 +86,7 @@ def _fingerprint(runs: Sequence[StoredRun], benches: Sequence[Path], lists: Sequ
     sources = [*_files(Path(__file__).parent), *lists, *sorted(paper.glob("*.yaml"))]
     sources += [path for name in ("report", "draw", "animations") for path in _files(paper / name)]
     content = {
-        "runs": [[r.id, r.experiment, r.scale, r.command, dict(r.listed), r.stale, dict(r.record)] for r in runs],
+        "runs": [[r.id, r.experiment, r.scale, r.command, dict(r.listed), r.stale, r.content] for r in runs],
         "benches": [[folder.name, (folder / "run.json").stat().st_mtime_ns] for folder in benches],
         "sources": [hashlib.sha256(path.read_bytes()).hexdigest() for path in sources],
     }

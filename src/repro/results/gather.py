@@ -1,18 +1,19 @@
 """Walk the stored runs into the result tables."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from repro.errors import UserError
 from repro.results.as_printed import is_as_printed
 from repro.results.gathering import NO_PAPER, Gathering
 from repro.results.results import Results, typed
-from repro.results.run_stages import stages_of
+from repro.results.run_stages import Row, stages_of
 from repro.results.schema import Cell
-from repro.results.stored import Staleness, StoredRun, never_stale, read_json, stored_benches, stored_runs
+from repro.results.stored import StoredRun, read_json, stored_benches, stored_runs
 from repro.tracking.plain_data import digest
+from repro.tracking.record import Record
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -23,10 +24,13 @@ TRAJECTORY_POINTS = 300
 TRAJECTORY_MEMBERS = 3
 
 
-def gather(outputs: Path, scale: str, *, stale: Staleness = never_stale, paper: Gathering = NO_PAPER) -> Results:
+def gather(outputs: Path, scale: str, *, stale: Collection[str] = (), paper: Gathering = NO_PAPER) -> Results:
     """Read every run of a scale's experiments into the result tables.
 
-    `stale` judges a run.json against the present code. Raises UserError naming a damaged file.
+    stale  ids of runs that are older than the code
+    paper  what the paper prints, and whose motions are kept
+
+    Raises UserError naming a damaged file.
     """
     return gather_runs(stored_runs(outputs, scale, stale), stored_benches(outputs, scale), paper)
 
@@ -92,8 +96,8 @@ def _first_loop(run: StoredRun) -> "pd.DataFrame":
     return loops if loops.empty else loops[loops["loop"] == loops["loop"].min()]
 
 
-def _stages(runs: Sequence[StoredRun]) -> list[dict[str, Any]]:
-    known: dict[str, Mapping[str, Any]] = {}
+def _stages(runs: Sequence[StoredRun]) -> list[Row]:
+    known: dict[str, Record | None] = {}
     return [row for run in _distinct(runs) for row in stages_of(run, known)]
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, fields
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from repro.errors import UserError
 from repro.results.run_setting import RunSetting
@@ -51,7 +51,7 @@ class Results:
             found.append(RunSetting(card, rows, self.metrics.iloc[places.get(key, [])]))
         return tuple(found)
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __getstate__(self) -> dict[str, object]:
         # What is derived from the tables need not travel with them.
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
@@ -82,7 +82,7 @@ class Results:
         return cls(**tables, sensitivity=Sensitivity.load(folder / "sensitivity"))
 
 
-def typed(name: str, rows: "pd.DataFrame | Iterable[Mapping[str, Any]]") -> "pd.DataFrame":
+def typed(name: str, rows: "pd.DataFrame | Iterable[Mapping[str, object]]") -> "pd.DataFrame":
     """Bring rows to the fixed columns and types of one result table; a missing column is empty."""
     import pandas as pd
 

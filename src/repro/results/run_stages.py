@@ -1,64 +1,62 @@
 """Where a run comes from: its stages, each with its configuration, code, machine and cost."""
 
 import json
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from pathlib import Path
 
-from repro.results.stored import StoredRun, read_json
+from repro.results.stored import StoredRun, read_json, record_of
 from repro.tracking.paths import RUN_FILE, Paths
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from repro.tracking.record import Record
 
 UPSTREAM_KINDS = ("data", "fits", "control")
+Row = dict[str, object]
 
 
-def stages_of(run: StoredRun, known: dict[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Return a row a stage of a finished run, upstream first; `known` keeps what several runs share.
+def stages_of(run: StoredRun, known: dict[str, Record | None]) -> list[Row]:
+    """Return one row per stage of a finished run, upstream first; `known` holds what several runs share.
 
     Raises UserError naming a damaged file.
     """
+    assert run.record is not None
     paths = Paths(run.folder.parents[1])
-    rows = {record["id"]: _row(run.id, name, record) for name, record in _upstream(run.record, paths, known)}
+    rows = {record.id: _row(run.id, name, record) for name, record in _upstream(run.record, paths, known)}
     return [*rows.values(), _row(run.id, "evaluation", run.record)]
 
 
-def _upstream(
-    record: Mapping[str, Any], paths: Paths, known: dict[str, Mapping[str, Any]]
-) -> Iterator[tuple[str, Mapping[str, Any]]]:
+def _upstream(record: Record, paths: Paths, known: dict[str, Record | None]) -> Iterator[tuple[str, Record]]:
     """Walk what a stage was made from, sources first; a stage that is no longer stored is left out."""
-    for name, id in ((record.get("identity") or {}).get("upstream") or {}).items():
+    for name, id in record.identity.upstream.items():
         if id not in known:
-            file = _file(paths, id)
-            known[id] = read_json(file) if file is not None else {}
-        if known[id]:
-            yield from _upstream(known[id], paths, known)
-            yield name, known[id]
+            folder = _folder(paths, id)
+            known[id] = None if folder is None else record_of(folder, read_json(folder / RUN_FILE))
+        source = known[id]
+        if source is not None:
+            yield from _upstream(source, paths, known)
+            yield name, source
 
 
-def _file(paths: Paths, id: str) -> "Path | None":
-    files = (paths.folder(kind, id) / RUN_FILE for kind in UPSTREAM_KINDS)
-    return next((file for file in files if file.is_file()), None)
+def _folder(paths: Paths, id: str) -> Path | None:
+    folders = (paths.folder(kind, id) for kind in UPSTREAM_KINDS)
+    return next((folder for folder in folders if (folder / RUN_FILE).is_file()), None)
 
 
-def _row(run: str, name: str, record: Mapping[str, Any]) -> dict[str, Any]:
-    origin, identity = record.get("provenance") or {}, record.get("identity") or {}
-    source, machine = origin.get("git") or {}, origin.get("machine") or {}
+def _row(run: str, name: str, record: Record) -> Row:
+    origin, machine = record.provenance, record.provenance.machine
     return {
         "run": run,
         "stage": name,
-        "id": record["id"],
-        "started": origin.get("started"),
-        "wall_s": origin.get("wall_s"),
-        "cpu_s": origin.get("cpu_s"),
-        "peak_memory_mib": origin.get("peak_memory_mib"),
-        "commit": source.get("commit"),
-        "clean": source.get("clean"),
+        "id": record.id,
+        "started": origin.started,
+        "wall_s": origin.wall_s,
+        "cpu_s": origin.cpu_s,
+        "peak_memory_mib": origin.peak_memory_mib,
+        "commit": origin.git.get("commit"),
+        "clean": origin.git.get("clean"),
         "python": machine.get("python"),
-        # Linux-6.1-x86_64 says more than anybody can use.
+        # The first word of Linux-6.1-x86_64 says enough.
         "system": (machine.get("platform") or "").partition("-")[0],
         "processor": machine.get("processor"),
         "cores": machine.get("cores_allowed"),
-        "libraries": json.dumps(identity.get("libraries") or {}, sort_keys=True),
-        "config": json.dumps(identity.get("config") or {}, sort_keys=True),
+        "libraries": json.dumps(record.identity.libraries, sort_keys=True),
+        "config": json.dumps(record.identity.config, sort_keys=True),
     }

@@ -15,7 +15,7 @@ from repro.results.schema import CARD, TEST_SET, as_text, plain
 if TYPE_CHECKING:
     import pandas as pd
 
-Where = Mapping[str, Any]
+Where = Mapping[str, object]
 
 TRIVIAL, DEGENERATE, ORACLE = "trivial", "degenerate", "oracle"
 ANCHORS: Mapping[str, Where] = {
@@ -113,7 +113,7 @@ def paired_values(ours: RunSetting, other: RunSetting, metric: str) -> tuple[np.
     return np.array([first[seed] for seed in seeds]), np.array([second[seed] for seed in seeds])
 
 
-def anchor(results: Results, experiment: str, name: str, test_set: Mapping[str, Any]) -> RunSetting | None:
+def anchor(results: Results, experiment: str, name: str, test_set: Mapping[str, object]) -> RunSetting | None:
     """Find an anchor judged on the same test set: of this experiment first, from clean labels first."""
     for place in (experiment, None):
         found = [s for s in settings(results, place, ANCHORS[name]) if test_set_of(s.card) == test_set]

@@ -1,7 +1,7 @@
 """What the store holds, read light: run.json and the experiments' lists, no table library."""
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -9,50 +9,61 @@ from typing import Any
 
 from repro.errors import UserError
 from repro.results.run_card import RunCard
+from repro.tracking.paths import RUN_FILE
+from repro.tracking.record import Record
 
-Staleness = Callable[[Mapping[str, Any]], bool]
+Json = dict[str, Any]  # the content of a file
 
 
 @dataclass(frozen=True)
 class StoredRun:
-    """One run as one experiment lists it; `record` is its run.json, of the last failed attempt where there is no other.
+    """One run as one experiment lists it.
 
-    `listed` is the entry of the list, which describes a run that did not finish too.
+    folder   where it is stored, or its last failed attempt, or would be
+    content  its run.json; empty where there is none
+    listed   its entry in the list of the experiment
     """
 
     id: str
     experiment: str
     scale: str
     folder: Path
-    record: Mapping[str, Any]
-    listed: Mapping[str, Any]
-    command: str
-    error: str
+    content: Json
+    listed: Json
     stale: bool
+
+    @cached_property
+    def record(self) -> Record | None:
+        """Its run.json. Raises UserError naming a file that holds something else."""
+        return record_of(self.folder, self.content) if self.content else None
 
     @property
     def outcome(self) -> str:
         """`ok`, `failed` or `missing`."""
-        return str(self.record.get("outcome", "missing"))
+        return "missing" if self.record is None else self.record.outcome
 
     @property
-    def summary(self) -> Mapping[str, Any]:
-        """What run.json holds of the run and its results."""
-        return self.record.get("summary") or {}
+    def error(self) -> str:
+        """Why it failed; empty where it did not."""
+        failure = None if self.record is None else self.record.failure
+        return "" if failure is None else f"{failure.type}: {failure.message}"
+
+    @property
+    def command(self) -> str:
+        """The command line that repeats it."""
+        made_by = "" if self.record is None else self.record.provenance.command
+        return str(self.listed.get("command") or made_by)
 
     @cached_property
     def card(self) -> RunCard:
-        """The run card; empty where nothing describes the run. Raises TypeError or ValueError for a wrong one."""
-        return RunCard.of(self.summary if self.outcome == "ok" else self.listed)
+        """The run card; of a run that did not finish, as listed. Raises TypeError or ValueError for a wrong one."""
+        return RunCard.of(self.listed if self.record is None or self.outcome != "ok" else self.record.summary)
 
 
-def never_stale(_record: Mapping[str, Any]) -> bool:
-    """Take every run as made by the present code: the default where staleness is not checked."""
-    return False
-
-
-def stored_runs(outputs: Path, scale: str, stale: Staleness = never_stale) -> list[StoredRun]:
+def stored_runs(outputs: Path, scale: str, stale: Collection[str] = ()) -> list[StoredRun]:
     """List the runs of a scale's experiments; one of several experiments comes once for each.
+
+    stale  ids of runs that are older than the code
 
     Raises UserError for a damaged file.
     """
@@ -75,7 +86,7 @@ def stored_benches(outputs: Path, scale: str) -> list[Path]:
     return [folder for folder in finished if folder.name in listed] or finished
 
 
-def jobs_of(path: Path) -> list[dict[str, Any]]:
+def jobs_of(path: Path) -> list[Json]:
     """Read the jobs that an experiment's list names."""
     jobs = read_json(path).get("jobs")
     if not isinstance(jobs, list):
@@ -84,7 +95,16 @@ def jobs_of(path: Path) -> list[dict[str, Any]]:
     return jobs
 
 
-def read_json(path: Path) -> dict[str, Any]:
+def record_of(folder: Path, content: Json) -> Record:
+    """Read the content of a run.json. Raises UserError naming the file when it is something else."""
+    try:
+        return Record.of(folder, content)
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        message = f"{folder / RUN_FILE} is no record of a stage ({error!r}); delete its folder and run again"
+        raise UserError(message) from error
+
+
+def read_json(path: Path) -> Json:
     """Read one JSON object. Raises UserError naming the file when it is damaged."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
@@ -97,21 +117,9 @@ def read_json(path: Path) -> dict[str, Any]:
     return content
 
 
-def _stored(outputs: Path, job: Mapping[str, Any], experiment: str, scale: str, stale: Staleness) -> StoredRun:
+def _stored(outputs: Path, job: Json, experiment: str, scale: str, stale: Collection[str]) -> StoredRun:
     name = str(job.get("run") or "")
     finished, failed = outputs / "runs" / name, outputs / "runs" / ".failed" / name
     folder = failed if name and not finished.is_dir() and failed.is_dir() else finished
-    record = read_json(folder / "run.json") if name and (folder / "run.json").is_file() else {}
-    error = record.get("error") or job.get("error") or {}
-    message = f"{error.get('type', 'error')}: {error.get('message', '')}" if isinstance(error, dict) else str(error)
-    return StoredRun(
-        id=name,
-        experiment=experiment,
-        scale=scale,
-        folder=folder,
-        record=record,
-        listed=job,
-        command=str(job.get("command") or (record.get("provenance") or {}).get("command") or ""),
-        error=message if error else "",
-        stale=bool(record) and stale(record),
-    )
+    content = read_json(folder / RUN_FILE) if name and (folder / RUN_FILE).is_file() else {}
+    return StoredRun(name, experiment, scale, folder, content, job, stale=bool(content) and name in stale)

@@ -8,7 +8,7 @@ import numpy as np
 
 from repro.results.results import Results
 from repro.results.schema import plain
-from repro.results.selectors import find_loops
+from repro.results.selectors import Where, find_loops
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class StoredLoop:
         return len(self.time) - 1 if held is None else int(np.searchsorted(self.time, held))
 
 
-def find_loop(results: Results, experiment: str, choices: Sequence[Mapping[str, Any]]) -> StoredLoop | None:
+def find_loop(results: Results, experiment: str, choices: Sequence[Where]) -> StoredLoop | None:
     """The first stored loop of the first choice that was run, a choice being columns of the control table."""
     for choice in choices:
         loops = find_loops(results, experiment, choice)

@@ -20,9 +20,8 @@ from repro.plugins.plugin import plugin, plugin_names
 from repro.recording.writer import read_recording
 
 COLUMNS = [
-    "member", "controller", "setting", "intervals", "horizon_s", "x_des", "start", "mismatch", "noise", "disturbance",
-    "delay", "success", "contact", "clearance_min_m", "held_from_s", "steady_error_m", "solve_ms_median",
-    "solve_ms_p95", "solve_ms_p99", "iterations_median", "fallbacks",
+    "member", "x_des", "start", "success", "contact", "clearance_min_m", "held_from_s", "steady_error_m",
+    "solve_ms_median", "solve_ms_p95", "solve_ms_p99", "iterations_median", "fallbacks",
 ]  # fmt: skip
 
 
@@ -57,7 +56,7 @@ def test_a_setting_drives_and_leaves_its_rows(setting, tmp_path, data):
     table = pd.read_parquet(tmp_path / control.LOOPS)
     assert set(COLUMNS) <= set(table) and len(table) == summary["loops"] == 2
     assert list(table["member"]) == [0, 1] and list(table["x_des"]) == [0.8, -0.8]
-    assert set(table["setting"]) == {setting} and summary["success"] == table["success"].mean()
+    assert summary["success"] == table["success"].mean()
     shown = pd.read_parquet(tmp_path / control.TRAJECTORIES)
     assert set(shown["loop"]) == {0, 1} and {"x", "theta", "force", "T", "clearance", "end1.x"} <= set(shown["name"])
 

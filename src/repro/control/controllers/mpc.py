@@ -7,7 +7,7 @@ from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from repro.control.controller_options import Cell, ControllerOptions
+from repro.control.controller_options import ControllerOptions
 from repro.control.optimal_control_problem import (
     AngleError,
     Discretisation,
@@ -84,17 +84,6 @@ class Options(ControllerOptions):
             speed_limit=self.speed_limit,
             angle_error=self.angle_error,
         )
-
-    def columns(self) -> dict[str, Cell]:
-        """Its columns in the table of closed loops."""
-        return {
-            **super().columns(),
-            "intervals": self.intervals + self.coarse_intervals,
-            "horizon_s": self.intervals * self.time_step + self.coarse_intervals * self.coarse_step,
-            "adaptive": self.adaptive,
-            "discretisation": self.discretisation,
-            "solver": self.solver,
-        }
 
 
 @contextmanager

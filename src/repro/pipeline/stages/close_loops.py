@@ -70,7 +70,7 @@ def drive(
             loop = run_loop(
                 system, controller, start, task, time_step=options.time_step, seconds=task.seconds, disc=disc
             )
-            rows.append(row(loop, seeds[member], options, task))
+            rows.append(row(loop, seeds[member]))
             if number < SHOWN:
                 trajectories += [(number, seeds[member], *point) for point in trajectory(loop, disc)]
             if number == 0:
