@@ -7,11 +7,11 @@ import torch
 import repro
 from repro import cli
 from repro.config.compose import compose
+from repro.config.submodels import fit_of
 from repro.errors import UserError
 from repro.evaluation.predictions import predict
 from repro.pipeline.plan import Pipeline
 from repro.pipeline.run import execute
-from repro.pipeline.submodels import fit_of
 from repro.tracking.store import Store
 
 TINY = ["scale=smoke", "data.samples=300", "data.episode_steps=20", "data.reset=random", "record=false"]

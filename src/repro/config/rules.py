@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from repro.config.plugin_options import MODELS
 from repro.config.schema import Config
+from repro.config.submodels import n_coordinates
 from repro.control.controller_options import ControllerOptions
 from repro.data.data_options import RecordingFile
 from repro.errors import UserError
@@ -155,6 +156,21 @@ def _model_alone(config: Config) -> Iterator[str]:
     yield from config.model.problems()
 
 
+def _model_of_system(config: Config) -> Iterator[str]:
+    if [*_system(config)] or isinstance(config.data, RecordingFile):
+        return
+    if problem := config.model.system_problem(true_system(config)):
+        yield problem
+
+
+def _parts(config: Config) -> Iterator[str]:
+    if not config.model.sub_models or [*_system(config)] or isinstance(config.data, RecordingFile):
+        return
+    sizes = [n_coordinates(part, config) for part in config.model.sub_models]
+    if problem := config.model.parts_problem(true_system(config).n_q, sizes):
+        yield problem
+
+
 def _chain(config: Config) -> Iterator[str]:
     if config.chain and (config.system.name != "link" or not config.model.joinable):
         suited = ", ".join(_models_with("joinable"))
@@ -210,6 +226,8 @@ RULES: tuple[Callable[[Config], Iterator[str]], ...] = (
     _chain,
     _finish,
     _model_alone,
+    _model_of_system,
+    _parts,
     _recording,
     _closed_loop,
 )

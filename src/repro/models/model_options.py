@@ -1,10 +1,13 @@
 """What every kind of model declares: its options, and what can be done with it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from repro.plugins.options import PluginOptions
+
+if TYPE_CHECKING:
+    from repro.mechanics.system import System
 
 Activation = Literal["softplus", "tanh"]
 Damping = Literal["none", "diagonal", "full"]
@@ -63,6 +66,14 @@ class ModelOptions(PluginOptions):
     def problems(self) -> Iterator[str]:
         """Options that exclude each other, one line each."""
         yield from ()
+
+    def system_problem(self, system: "System") -> str | None:
+        """The reason why this true system cannot be modelled, or None."""
+        return None
+
+    def parts_problem(self, n_q: int, part_sizes: Sequence[int]) -> str | None:
+        """The reason why sub-models of so many coordinates each cannot make up one of n_q, or None."""
+        return None
 
     def device_problem(self) -> str | None:
         """The choice that keeps it from running on a device, or None."""

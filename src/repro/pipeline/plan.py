@@ -6,6 +6,7 @@ from functools import cached_property
 from pathlib import Path
 
 from repro.config.schema import Config, scaled
+from repro.config.submodels import fit_of, is_settings, settings_of
 from repro.control.controller_options import CONTROLLERS, ControllerOptions
 from repro.data.data_options import FreeMotionOptions, RandomForce, RecordingFile
 from repro.learning.sequence_options import SequenceKind, SequenceOptions
@@ -18,7 +19,6 @@ from repro.pipeline.stage_options import (
     Training,
 )
 from repro.pipeline.stored_options import check_seeds, stored_options
-from repro.pipeline.submodels import fit_of, is_settings, settings_of
 from repro.plugins.options import Options
 from repro.plugins.plugin import plugin_module
 from repro.tracking.record import Record

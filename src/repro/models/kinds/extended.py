@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -40,6 +41,12 @@ class Options(ModelOptions):
         """Whether the rest is made of the features of the basis."""
         return self.rest == "basis"
 
+    def parts_problem(self, n_q: int, part_sizes: Sequence[int]) -> str | None:
+        """One sub-model of the first coordinates, as a cart with one rod is of a double pendulum."""
+        if len(part_sizes) == 1 and part_sizes[0] < n_q:
+            return None
+        return f"model.parts = {list(self.parts)}: give one sub-model of fewer coordinates than the {n_q} of the system"
+
     def is_linear(self, basis_is_linear: bool) -> bool:
         """What is fitted beside a frozen part is the rest."""
         return self.frozen and self.rest == "basis" and basis_is_linear
@@ -52,10 +59,8 @@ def build(context: Context, options: Options) -> Model:
     from repro.models.remaining_inertia import mean_inertia, remaining_scale
     from repro.models.structured import Structured
 
-    if len(context.parts) != 1 or context.parts[0].model.n_q >= context.n_q:
-        raise UserError(
-            f"model.parts = {list(options.parts)}: give one sub-model of fewer coordinates than {context.n_q}"
-        )
+    if problem := options.parts_problem(context.n_q, [part.model.n_q for part in context.parts]):
+        raise UserError(problem)
     (part,) = context.parts
     own, hidden, activation = part.model.n_q, options.hidden, options.activation
     rest: Model

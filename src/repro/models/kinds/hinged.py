@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -39,6 +40,18 @@ class Options(ModelOptions):
         """What is fitted beside frozen parts are coefficients, on any basis."""
         return self.frozen
 
+    def parts_problem(self, n_q: int, part_sizes: Sequence[int]) -> str | None:
+        """A cart with a rod, then with rod `part` a free rod, to be joined on a double pendulum."""
+        needed = [2, 3] if self.rod == "part" else [2]
+        if n_q == 3 and list(part_sizes) == needed:
+            return None
+        names = "[cart_rod, free_rod]" if self.rod == "part" else "[cart_rod]"
+        return (
+            f"model.parts = {list(self.parts)}: model.rod={self.rod} on system=dip takes "
+            f"{'a cart with a rod and a free rod' if self.rod == 'part' else 'a cart with a rod alone'}, as "
+            f"model.parts={names}"
+        )
+
 
 def build(context: Context, options: Options) -> Model:
     """The joined model; UserError for parts that do not fit together."""
@@ -49,13 +62,8 @@ def build(context: Context, options: Options) -> Model:
     from repro.models.lagrangian import Lagrangian
 
     rod = options.rod
-    count = 2 if rod == "part" else 1
-    coordinates = [part.model.n_q for part in context.parts]
-    if coordinates != [2, 3][:count] or context.n_q != 3:
-        raise UserError(
-            f"model.parts = {list(options.parts)}: rod={rod} needs {count} of them: a cart with a rod "
-            "(system=sip_rod), then a free rod (system=rod), to be joined on system=dip"
-        )
+    if problem := options.parts_problem(context.n_q, [part.model.n_q for part in context.parts]):
+        raise UserError(problem)
     second: Model
     if rod == "part":
         second = context.parts[1].model

@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Literal
 
+from repro.errors import UserError
 from repro.models.model_options import ModelOptions
 
 if TYPE_CHECKING:
+    from repro.mechanics.system import System
     from repro.models.context import Context
     from repro.models.model import Model
 
@@ -20,6 +22,16 @@ class Options(ModelOptions):
     from_true_system: ClassVar[bool] = True
 
     damping: Literal["none", "diagonal"] = "none"
+
+    def system_problem(self, system: System) -> str | None:
+        """The energies have to be those of a cart with links."""
+        from repro.models.truth import Truth
+
+        try:
+            Truth(system)
+        except UserError as error:
+            return str(error)
+        return None
 
 
 def build(context: Context, options: Options) -> Model:

@@ -37,6 +37,16 @@ def fit_of(id: str, root: Path | None = None) -> Run:
     return stage
 
 
+def n_coordinates(part: str, config: Config) -> int:
+    """The number of coordinates of a sub-model; UserError for an id that is not stored."""
+    from repro.data.dataset import Dataset
+    from repro.mechanics.system import load_system
+
+    if is_settings(part):
+        return load_system(settings_of(part, config).system_options).n_q
+    return int(Dataset.load(fit_of(part).upstream["data"].record.folder).q.shape[-1])
+
+
 @cache
 def _named() -> dict[str, str]:
     import yaml
