@@ -77,16 +77,15 @@ def programme(of: Transcription) -> Programme:
     ones = ca.DM.ones((n + 1) * n_x)
     jac_g = _matrix(
         (sum(of.rows), of.n_variables),
-        _jacobian_places(of, each, end),
+        jacobian_places(of, each.jacobian_pattern, end.jacobian_pattern),
         ca.vertcat(ca.vec(jacobian), end_jacobian, ones),
     )
 
     multipliers = ca.reshape(ca.vertcat(lam_g[:n_rows], lam_g[n_rows + n_x : n_x + n * n_rows]), n_rows, n)
     hessian = each.hessian(*inputs, lam_f, multipliers)
     end_hessian = end.hessian(last, shared, ca.DM.zeros(2), lam_f, lam_g[n_x + n * n_rows :])
-    offsets = np.arange(n) * n_w
-    places = [_placed(each.hessian_pattern, offsets, offsets), _placed(end.hessian_pattern, [n * n_w], [n * n_w])]
-    hess_l = _matrix((of.n_variables,) * 2, np.hstack(places), ca.vertcat(ca.vec(hessian), end_hessian))
+    places = hessian_places(of, each.hessian_pattern, end.hessian_pattern)
+    hess_l = _matrix((of.n_variables,) * 2, places, ca.vertcat(ca.vec(hessian), end_hessian))
     grad_l = lam_f * grad_f + ca.mtimes(jac_g.T, lam_g)
     return Programme(x, p, lam_f, lam_g, ca.sum2(cost) + end_cost, g, grad_f, jac_g, grad_l, hess_l)
 
@@ -131,19 +130,29 @@ def _nonzeros(matrix: Expression) -> Expression:
     return column.nz[:]
 
 
-def _jacobian_places(of: Transcription, each: _StageFunctions, end: _StageFunctions) -> np.ndarray:
+def jacobian_places(of: Transcription, stage: ca.Sparsity, end: ca.Sparsity) -> np.ndarray:
+    """Rows and columns of the Jacobian, (2, nonzeros), from the patterns of one stage and of the last.
+
+    The order is that of the stages, the last, and the identities of following states and of the first state.
+    """
     n, n_x, n_w, n_rows = of.n_intervals, of.n_x, of.n_w, of.n_rows
     columns = np.arange(n) * n_w
     starts = np.arange(n) * n_rows + n_x * (np.arange(n) > 0)
     identity = ca.Sparsity.diag(n_x)
     return np.hstack(
         [
-            _placed(each.jacobian_pattern, starts, columns),
-            _placed(end.jacobian_pattern, [n * n_rows + n_x], [n * n_w]),
+            _placed(stage, starts, columns),
+            _placed(end, [n * n_rows + n_x], [n * n_w]),
             _placed(identity, starts, columns + n_w),
             _placed(identity, [n_rows], [0]),
         ]
     )
+
+
+def hessian_places(of: Transcription, stage: ca.Sparsity, end: ca.Sparsity) -> np.ndarray:
+    """Rows and columns of the Hessian, (2, nonzeros): the stages, then the last."""
+    offsets, last = np.arange(of.n_intervals) * of.n_w, [of.n_intervals * of.n_w]
+    return np.hstack([_placed(stage, offsets, offsets), _placed(end, last, last)])
 
 
 def _placed(

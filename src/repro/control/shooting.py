@@ -13,6 +13,7 @@ import numpy as np
 from repro.codegen.c_source import c_source
 from repro.codegen.lanes import FUNCTIONS, TYPE, vector_function
 from repro.control.horizon_cost import HorizonCost
+from repro.control.programme import hessian_places, jacobian_places
 from repro.control.rate import Rate, column_function
 from repro.control.transcription import Transcription
 
@@ -44,12 +45,15 @@ def shooting_code(of: Transcription) -> str:
         "N_END": end,
         "SUBSTEPS": of.substeps,
     }
+    dense, n = ca.Sparsity.dense, of.n_variables  # every block of a stage is dense
+    jacobian = jacobian_places(of, dense(of.n_rows, of.n_w), dense(of.rows[-1], of.n_x))
+    hessian = hessian_places(of, dense(of.n_w, of.n_w), dense(of.n_x, of.n_x))
     definitions = [f"#define {name} {value}" for name, value in sizes.items()]
     tables = [
         _table("double", "lengths", of.data[0]),
         _table("double", "counts", of.data[1]),
-        _table("casadi_int", "jacobian_pattern", _compressed(_jacobian(of))),
-        _table("casadi_int", "hessian_pattern", _compressed(_hessian(of))),
+        _table("casadi_int", "jacobian_pattern", _compressed(sum(of.rows), n, jacobian)),
+        _table("casadi_int", "hessian_pattern", _compressed(n, n, hessian)),
     ]
     assembled = [c_source(__file__, name) for name in ("shooting", "fatrop_interface")]
     types = [TYPE, "typedef long long int casadi_int;"]
@@ -77,32 +81,8 @@ def _node_kernels(name: str, inputs: list[ca.SX], cost: ca.SX, margins: ca.SX) -
     ]
 
 
-def _jacobian(of: Transcription) -> ca.Sparsity:
-    """A dense block for every stage, and the identities of following states and of the first state."""
-    n, n_x, n_w, n_rows = of.n_intervals, of.n_x, of.n_w, of.n_rows
-    filled = np.zeros((sum(of.rows), of.n_variables), dtype=bool)
-    for k in range(n):
-        first, column = k * n_rows + n_x * (k > 0), k * n_w
-        filled[first : first + n_rows, column : column + n_w] = True
-        filled[first + np.arange(n_x), column + n_w + np.arange(n_x)] = True
-    filled[n_rows + np.arange(n_x), np.arange(n_x)] = True
-    filled[n * n_rows + n_x :, n * n_w :] = True
-    return _pattern(filled)
-
-
-def _hessian(of: Transcription) -> ca.Sparsity:
-    """A dense block for every stage."""
-    stage = np.minimum(np.arange(of.n_variables) // of.n_w, of.n_intervals)
-    return _pattern(stage[:, None] == stage[None])
-
-
-def _pattern(filled: np.ndarray) -> ca.Sparsity:
-    n_rows, n_columns = filled.shape
-    rows, columns = np.nonzero(filled)
-    return ca.Sparsity.triplet(n_rows, n_columns, rows.tolist(), columns.tolist())
-
-
-def _compressed(pattern: ca.Sparsity) -> list[int]:
+def _compressed(n_rows: int, n_columns: int, places: np.ndarray) -> list[int]:
+    pattern = ca.Sparsity.triplet(n_rows, n_columns, *places.tolist())
     return [*pattern.shape, *pattern.colind(), *pattern.row()]
 
 
