@@ -5,6 +5,8 @@ import pytest
 from repro.config.compose import compose
 from repro.config.overrides import expand
 from repro.errors import UserError
+from repro.results.gather import gather
+from repro.results.selectors import NotRunError, one_setting
 from repro.sweep.experiment_list import ExperimentList
 from repro.sweep.listing import list_jobs
 from repro.sweep.planned_job import PlannedJob
@@ -36,6 +38,14 @@ def test_jobs_stay_listed_as_long_as_they_belong_to_the_experiment(paths, file):
     file.write_text(json.dumps({**content, "jobs": [*content["jobs"], foreign]}))
     list_jobs(paths, [first])
     assert {job.run for job in ExperimentList.read(file).jobs} == {first.run, second.run}
+
+
+def test_a_run_that_is_not_there_is_described_by_the_list(paths, file):
+    list_jobs(paths, planned()[:1])
+    (row,) = gather(paths.root, "smoke").runs.to_dict("records")
+    assert (row["outcome"], row["system"], row["model"], row["episode_steps"]) == ("missing", "sip", "trivial", 100)
+    with pytest.raises(NotRunError, match=f"^{row['run']} missing"):
+        one_setting(gather(paths.root, "smoke"), "sip_selection", {"model": "trivial", "data.force_limit": 5})
 
 
 def test_ids_are_made_anew_when_the_settings_have_changed(paths, file):

@@ -12,7 +12,6 @@ from repro.plugins.options import Count, Natural, NotNegative
 
 # m: V-A (one link), V-B (two links)
 RADIUS_ONE_LINK, RADIUS_MORE_LINKS = 0.3, 0.1
-DISTURBANCES = ("mismatch", "mismatch_kind", "noise", "disturbance", "delay")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,12 +1,13 @@
 """Which runs belong to which experiment: outputs/experiments/<scale>/<experiment>.json."""
 
 import json
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Self
 
 from repro.errors import UserError
+from repro.pipeline.card import card_of
 from repro.results.results import Case
 from repro.sweep.planned_job import PlannedJob
 from repro.tracking.files import write_json
@@ -14,16 +15,25 @@ from repro.tracking.files import write_json
 
 @dataclass(frozen=True)
 class ListedJob:
-    """One job of an experiment: its overrides, the id of its run, and the command line that repeats it."""
+    """One job of an experiment: its overrides, the id of its run, and the command line that repeats it.
+
+    `settings` and `changed`, as on the run card, describe a run that was not finished when it was listed.
+    """
 
     overrides: Sequence[str]
     run: str
     command: str
+    settings: Mapping[str, object] = field(default_factory=dict)
+    changed: Sequence[str] = field(default_factory=list)
 
     @classmethod
     def of(cls, job: PlannedJob) -> Self:
         """The entry of a planned job."""
-        return cls(list(job.composed.overrides), job.run, job.composed.command)
+        known = (list(job.composed.overrides), job.run, job.composed.command)
+        if job.record is not None:
+            return cls(*known)
+        card = card_of(job.pipeline.config)
+        return cls(*known, dict(card.settings), sorted(card.changed))
 
 
 @dataclass(frozen=True)
