@@ -12,8 +12,10 @@ from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
-from repro.models.bases import t1
+from repro.models.bases import rigid_body, t1
+from repro.models.context import Context
 from repro.models.damped import Damped
+from repro.models.kinds.lagrangian import Options, build
 from repro.models.lagrangian import Lagrangian
 from repro.models.structured import Structured
 
@@ -43,6 +45,20 @@ def test_friction_is_identified_in_closed_form(shape, data, damped):
     errors = _errors(model, fitted.parameters, data, damped)
     assert max(errors["damping_error"]) < 1e-9
     np.testing.assert_allclose(errors["min_eig_C"], min(DAMPING), rtol=1e-9)
+
+
+def test_friction_of_a_free_rod_is_identified():
+    """The angle of a free rod follows a translation, on which it does not turn."""
+    system = load("rod", damping=(0.1, 0.2, 0.01))
+    data = random_force(system, seeds=[0], samples=400, reset="random", episode_steps=50)
+    context = Context(rigid_body, system.coordinates, data.train.q, data.train.qd, data.train.qd, system)
+    model = build(context, Options(damping="diagonal"))
+    problem = TrainingProblem(model, [make_task(model, data.train, Objective())], [0])
+    start = torch.zeros(1, model.n_parameters, dtype=torch.float64)
+    fitted = LeastSquares().fit(problem, start, silent, NoCheckpoint())
+    np.testing.assert_allclose(fitted.parameters[0, -3:], system.damping, rtol=1e-9)
+    errors = _errors(model, fitted.parameters, data, system)
+    assert all(errors[name][0] < 1e-9 for name in ("damping_error", *(f"damping_error[{i}]" for i in range(3))))
 
 
 def test_each_joint_has_its_own_error(data, damped):

@@ -10,6 +10,7 @@ from torch import Tensor
 from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
 from repro.evaluation.metrics import MetricValues
+from repro.mechanics.chain import joint_rates
 from repro.mechanics.system import System
 from repro.models.model import Model
 
@@ -19,7 +20,7 @@ STATES = 2000  # test samples over which C is averaged
 def damping_errors(
     model: Model, parameters: Tensor, part: Dataset, system: System, split: str
 ) -> Iterator[MetricValues]:
-    """Relative errors of C over the test states, whole (Frobenius) and a joint each, and its least eigenvalue.
+    """Relative errors of C over the test states, whole (Frobenius) and per joint, and its least eigenvalue.
 
     Nothing for a model without friction, or a system without damping. The coefficient of a joint is C along the motion
     that turns this joint alone: all rates from this joint outwards are equal.
@@ -46,9 +47,7 @@ def _joint_motions(system: System) -> np.ndarray:
     """Columns: the velocities (n_q,) at which one joint alone turns, all links beyond it with it."""
     if system.damping_frame == "absolute":
         return np.eye(system.n_q)
-    motions = np.tril(np.ones((system.n_q, system.n_q)))
-    motions[1:, 0] = 0.0
-    return motions
+    return np.linalg.inv(joint_rates(system.n_q, system.angles))
 
 
 @lru_cache(maxsize=16)

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from itertools import accumulate
 from typing import Any
 
+import numpy as np
+
 from repro.mechanics.system import Coordinate, System
 
 
@@ -87,3 +89,11 @@ class Chain(System):
         if j > i:
             return 0.0
         return self.links[j].centre if j == i else self.links[j].length
+
+
+def joint_rates(n_q: int, angles: Sequence[int]) -> np.ndarray:
+    """Matrix B (n_q, n_q) of the rates B qd of the joints: of two successive angles the second turns on the first."""
+    matrix = np.eye(n_q)
+    for i in set(angles) & {angle + 1 for angle in angles}:
+        matrix[i, i - 1] = -1.0
+    return matrix

@@ -8,22 +8,25 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from repro.mechanics.chain import joint_rates
 from repro.models.model import EnergyExpressions, Model, Prepared
 from repro.models.model_options import Damping
+from repro.models.position import PositionFeatures, cart_with_links
 from repro.models.terms import Terms
 
 
 class Damped(Model):
     """tau = d/dt(dL/dqd) - dL/dq + C qd with a constant symmetric C = sum_k c_k E_k.
 
-    `diagonal`: one coefficient a joint, on relative rates, so that E_k = e e' with e qd the rate of joint k (the first
-    coordinate is the cart, the others absolute link angles); `full`: one coefficient an entry of C. No sign is imposed.
+    `diagonal`: one coefficient per joint, on relative rates, so that E_k = e e' with e qd the rate of joint k, see
+    `joint_rates`; `full`: one coefficient per entry of C. No sign is imposed. positions: a cart with links by default.
     parameters: [those of the model | c].
     """
 
-    def __init__(self, model: Model, damping: Damping) -> None:
+    def __init__(self, model: Model, damping: Damping, positions: PositionFeatures | None = None) -> None:
         self.model, self.n_q = model, model.n_q
-        self.shapes = diagonal(model.n_q) if damping == "diagonal" else full(model.n_q)
+        angles = (positions or cart_with_links(model.n_q)).angles
+        self.shapes = diagonal(model.n_q, angles) if damping == "diagonal" else full(model.n_q)
         self.names = tuple(f"c{index}" for index in range(len(self.shapes)))
         self.inverse, self.energetic = model.inverse, model.energetic
         self.model_slice = slice(0, model.n_parameters)
@@ -79,9 +82,9 @@ class Damped(Model):
         return self.model.transformed_momentum(q, qd, parameters[self.model_slice])
 
 
-def with_damping(model: Model, damping: Damping) -> Model:
+def with_damping(model: Model, damping: Damping, positions: PositionFeatures) -> Model:
     """The model itself, or beside friction."""
-    return model if damping == "none" else Damped(model, damping)
+    return model if damping == "none" else Damped(model, damping, positions)
 
 
 def without_damping(model: Model) -> Model:
@@ -89,10 +92,9 @@ def without_damping(model: Model) -> Model:
     return model.model if isinstance(model, Damped) else model
 
 
-def diagonal(n_q: int) -> np.ndarray:
-    """Shapes E_k (n_q, n_q, n_q) of a cart with a chain of links: joint k turns at qd_k - qd_(k-1), k > 1."""
-    rates = np.eye(n_q)
-    rates[range(2, n_q), range(1, n_q - 1)] = -1
+def diagonal(n_q: int, angles: Sequence[int]) -> np.ndarray:
+    """Shapes E_k (n_q, n_q, n_q) of the matrix of a viscous friction in every joint."""
+    rates = joint_rates(n_q, angles)
     shapes: np.ndarray = np.einsum("ki,kj->kij", rates, rates)
     return shapes
 

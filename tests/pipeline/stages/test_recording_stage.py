@@ -10,6 +10,7 @@ from repro.mechanics.system import load
 from repro.models.bases import rigid_body
 from repro.models.damped import Damped
 from repro.models.lagrangian import Lagrangian
+from repro.models.position import position_features
 from repro.pipeline.stages import record_run as module
 from repro.pipeline.stages.evaluate import TRAJECTORIES, Fit, measure
 from repro.pipeline.stages.record_run import record
@@ -63,7 +64,7 @@ def test_the_power_of_all_inputs_is_stored_or_lost_in_the_damping(tmp_path, monk
     damping = np.array([0.1, 0.2, 0.01])
     rod = load("rod", damping=damping.tolist())
     driven = random_force(rod, seeds=[3], samples=2000, episode_steps=150, time_step=0.001, force_limit=0.5)
-    model = Damped(Lagrangian(rigid_body, 3), "diagonal")
+    model = Damped(Lagrangian(rigid_body, 3), "diagonal", position_features(rod.coordinates))
     parameters = torch.tensor([[0.1, 0.002, 1.96, *damping]], dtype=torch.float64)
     measure(tmp_path, Fit(model, parameters, [3], ["ok"], 1.0, {}), driven, rod, "raw")
     written = []

@@ -63,4 +63,4 @@ def build(context: Context, options: Options) -> Model:
         momentum_hidden=options.momentum_hidden,
         positions=context.positions,
     )
-    return with_damping(model, options.damping)
+    return with_damping(model, options.damping, context.positions)

@@ -38,4 +38,4 @@ def build(context: Context, options: Options) -> Model:
         potential_hidden=options.potential_hidden,
         activation=options.activation,
     )
-    return with_damping(model, options.damping)
+    return with_damping(model, options.damping, context.positions)

@@ -66,4 +66,4 @@ def build(context: Context, options: Options) -> Model:
         initialisation=options.initialisation,
         positions=context.positions,
     )
-    return with_damping(model, options.damping)
+    return with_damping(model, options.damping, context.positions)
