@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from repro.learning.least_squares import solve
-from repro.learning.streaming import streamed_solve
+from repro.learning.least_squares import solve, streamed_solve
 
 
 def blocks(matrix, right, sizes):

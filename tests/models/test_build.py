@@ -108,7 +108,7 @@ def test_the_degenerate_model_is_the_cart_momentum_alone(name, data):
     system = load(name)
     model = degenerate.Degenerate(system)
     prepared = {name: torch.from_numpy(a) for name, a in model.prepare(data.q, data.qd, data.qdd, data.tau).items()}
-    terms = model.evaluate(torch.zeros(3, 0), prepared)
+    terms = model.evaluate(torch.zeros(3, 0, dtype=torch.float64), prepared)
     p = evaluate(dynamics_of(system).momentum, data.q, data.qd)[..., 0]
     coupling = system.m1 * system.links[0].centre * np.cos(data.q[..., 1]) / (system.m0 + system.m1)
     np.testing.assert_allclose(terms.kinetic, p**2 / 2 / 0.8, atol=1e-14)

@@ -107,12 +107,12 @@ class Dataset:
     @property
     def train(self) -> "Dataset":
         """The first n_train samples."""
-        return self._part(slice(None, self.n_train), self.n_train)
+        return self.select(slice(None, self.n_train), self.n_train)
 
     @property
     def test(self) -> "Dataset":
         """The samples after the first n_train."""
-        return self._part(slice(self.n_train, None), 0)
+        return self.select(slice(self.n_train, None), 0)
 
     def save(self, folder: Path) -> None:
         """Write data.npz (arrays) and data.json (what they mean, their units, what made them) into a folder."""
@@ -150,11 +150,18 @@ class Dataset:
         except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
             raise UserError(f"{path} is damaged ({error}): delete its folder and make the data again") from error
 
-    def _part(self, samples: slice, n_train: int) -> "Dataset":
-        vectors = {name: getattr(self, name)[:, samples] for name in ("q", "qd", "qdd", "tau")}
-        energy = None if self.energy is None else self.energy[:, samples]
+    def select(self, samples: slice | np.ndarray, n_train: int) -> "Dataset":
+        """These samples of every member, the first n_train of them for training."""
         return replace(
-            self, **vectors, time=self.time[samples], episode=self.episode[samples], energy=energy, n_train=n_train
+            self,
+            q=self.q[:, samples],
+            qd=self.qd[:, samples],
+            qdd=self.qdd[:, samples],
+            tau=self.tau[:, samples],
+            time=self.time[samples],
+            episode=self.episode[samples],
+            energy=None if self.energy is None else self.energy[:, samples],
+            n_train=n_train,
         )
 
 

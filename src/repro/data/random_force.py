@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -132,8 +131,8 @@ def _measure(
         if noise[name]:
             draws = np.stack([stream[name].standard_normal(train[name].shape[1:]) for stream in streams])
             train[name] = train[name] + noise[name] * draws
-    joined: dict[str, Any] = {name: np.concatenate([train[name], getattr(exact.test, name)], axis=1) for name in noise}
-    return replace(exact, **joined)
+    q, qd, qdd, tau = (np.concatenate([train[n], getattr(exact.test, n)], axis=1) for n in ("q", "qd", "qdd", "tau"))
+    return replace(exact, q=q, qd=qd, qdd=qdd, tau=tau)
 
 
 def _shorten(data: Dataset, train_samples: int | None) -> Dataset:
@@ -141,13 +140,9 @@ def _shorten(data: Dataset, train_samples: int | None) -> Dataset:
     if train_samples is None or train_samples >= data.n_train:
         return data
     check_positive(train_samples=train_samples)
-    kept = np.r_[:train_samples, data.n_train : data.samples]
-    vectors: dict[str, Any] = {name: getattr(data, name)[:, kept] for name in ("q", "qd", "qdd", "tau")}
-    return replace(data, **vectors, time=data.time[kept], episode=data.episode[kept], n_train=train_samples)
+    return data.select(np.r_[:train_samples, data.n_train : data.samples], train_samples)
 
 
 def _repeat(data: Dataset, members: int) -> Dataset:
-    repeated: dict[str, Any] = {
-        name: np.repeat(getattr(data, name), members, axis=0) for name in ("q", "qd", "qdd", "tau")
-    }
-    return replace(data, **repeated)
+    q, qd, qdd, tau = (np.repeat(vectors, members, axis=0) for vectors in (data.q, data.qd, data.qdd, data.tau))
+    return replace(data, q=q, qd=qd, qdd=qdd, tau=tau)

@@ -43,8 +43,8 @@ def affine_rows(model: Lagrangian, task: TrainingTask) -> AffineRows:
     """The rows of one task, in the order of `Objective.rows`, and what the mass matrix needs."""
     n_q, objective, measured = model.n_q, task.objective, task.measured
     kinetic = task.prepared["kinetic"]
-    z, zdot, u, w, bends = kinetic.split([1, 1, n_q, n_q, kinetic.shape[2] - 2 - 2 * n_q], dim=2)
-    energy, force = task.prepared["potential"].split([1, n_q], dim=2)
+    z, zdot, u, w, bends = torch.split(kinetic, [1, 1, n_q, n_q, kinetic.shape[2] - 2 - 2 * n_q], dim=2)
+    energy, force = torch.split(task.prepared["potential"], [1, n_q], dim=2)
     parts = []
     if objective.equation is not None:
         parts.append((torch.zeros_like(measured["tau"]), w, u, -force, measured["tau"]))

@@ -8,9 +8,9 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from repro.learning.full_batch_options import FullBatchOptions
 from repro.learning.members import MemberProblem
 from repro.learning.optimiser import Optimiser
+from repro.learning.optimiser_options import FullBatchOptions
 from repro.learning.result import Checkpoint, Curve, Fitted, Notes, Progress
 from repro.learning.training_problem import TrainingProblem
 

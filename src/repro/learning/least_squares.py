@@ -1,5 +1,6 @@
 """Closed-form least squares for models that are linear in their parameters: the oracle of every table."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,3 +53,19 @@ def solve(matrix: np.ndarray, right: np.ndarray, cutoff: float) -> tuple[np.ndar
     triangle = qr(np.column_stack([matrix / scale, right]), mode="r")[0][: n + 1]
     solution, _, rank, _ = lstsq(triangle[:, :n], triangle[:, n], cond=cutoff)
     return solution / scale, int(rank)
+
+
+def streamed_solve(blocks: Iterable[tuple[np.ndarray, np.ndarray]], cutoff: float) -> tuple[np.ndarray, int]:
+    """Least squares of more samples than memory holds: of all blocks [matrix (rows, n), right (rows,)], and the rank.
+
+    Sequential QR (Demmel et al. 2012): the triangle of the rows so far is factorised together with the next block, so
+    that the condition number is never squared.
+    """
+    triangle = None
+    for matrix, right in blocks:
+        rows = np.column_stack([matrix, right])
+        rows = rows if triangle is None else np.vstack([triangle, rows])
+        triangle = qr(rows, mode="r", overwrite_a=True, check_finite=False)[0][: rows.shape[1]]
+    if triangle is None:
+        raise ValueError("least squares of no rows at all")
+    return solve(triangle[:, :-1], triangle[:, -1], cutoff)

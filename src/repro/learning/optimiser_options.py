@@ -1,9 +1,10 @@
 """What every kind of optimiser declares: its options, and how they change from phase to phase."""
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass, field, replace
 from typing import ClassVar, Literal, Self
 
-from repro.plugins.options import PluginOptions
+from repro.plugins.options import Count, Natural, PluginOptions
 
 
 @dataclass(frozen=True)
@@ -40,3 +41,22 @@ class OptimiserOptions(PluginOptions):
     def continued(self) -> Self:
         """The same for a later phase, which starts from weights that are already good."""
         return self
+
+
+@dataclass(frozen=True)
+class FullBatchOptions(OptimiserOptions):
+    """At most `iterations` on the same `samples` random training samples of each member; None: on all."""
+
+    unit: ClassVar[Literal["epochs", "iterations"] | None] = "iterations"
+
+    iterations: Natural = 100
+    samples: Count | None = None
+
+    @property
+    def length(self) -> int:
+        """Iterations, at most."""
+        return self.iterations
+
+    def shortened(self, share: float) -> Self:
+        """The same for a share of the iterations."""
+        return replace(self, iterations=math.ceil(share * self.iterations))

@@ -125,7 +125,7 @@ class System(ABC):
             power = power + 0.5 * coefficient * growth * rate**2
         return power
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> dict[str, object]:
         """Return name, reading, damping and constants as plain data."""
         return {"name": self.name} | asdict(self) | {"damping": list(self.damping)}
 

@@ -1,6 +1,7 @@
 """What every kind of compiled loss and gradient offers."""
 
 import ctypes
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,16 @@ class Kernel:
 
     source: str
     data: list[np.ndarray]
+
+
+def defines(constants: Mapping[str, object]) -> str:
+    """Constants of the preprocessor."""
+    return "".join(f"#define {name} {value}\n" for name, value in constants.items())
+
+
+def listed(numbers: Iterable[int]) -> str:
+    """The entries of an initialiser."""
+    return ", ".join(map(str, numbers))
 
 
 def address(array: np.ndarray) -> ctypes.c_void_p:

@@ -1,13 +1,11 @@
 """A network of features for T (or L), of any size, with the inverse or the forward objective."""
 
-from collections.abc import Iterable
-
 import numpy as np
 import torch
 
 from repro.codegen.c_source import c_source
 from repro.learning.affine_rows import affine_rows, has_affine_rows
-from repro.learning.kernels.kernel import Kernel
+from repro.learning.kernels.kernel import Kernel, defines, listed
 from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.models.lagrangian import Lagrangian
 
@@ -35,14 +33,14 @@ def _constants(model: Lagrangian) -> str:
     constants = {
         "INPUTS": network.n_in,
         "LAYERS": len(network.hidden),
-        "WIDTHS": _listed(network.hidden),
+        "WIDTHS": listed(network.hidden),
         "POTENTIAL": len(model.potential_features),
         "COORDINATES": model.n_q,
         "TANH": int(network.activation == "tanh"),
         "QUANTITIES": 2,
         "VECTORS": 3 if max(network.hidden) < NARROW else 6,
     }
-    return "".join(f"#define {name} {value}\n" for name, value in constants.items())
+    return defines(constants)
 
 
 def _pack(model: Lagrangian, task: TrainingTask, number: int) -> tuple[str, np.ndarray]:
@@ -58,9 +56,9 @@ def _pack(model: Lagrangian, task: TrainingTask, number: int) -> tuple[str, np.n
     places = [place for place, value in enumerate(fixed) if value is None]
     numbers = [affine.right.shape[-1], affine.bends.shape[2], int(task.objective.mass), int(bool(affine.value.any()))]
     form = [
-        f"static const int32_t places_{number}[] = {{{_listed([*places, 0])}}};",
-        f"static const double fixed_{number}[] = {{{_listed(value or 0 for value in fixed)}}};",
-        f"static const Form form_{number} = {{{_listed(numbers)}, {len(places)}, places_{number}, fixed_{number}}};",
+        f"static const int32_t places_{number}[] = {{{listed([*places, 0])}}};",
+        f"static const double fixed_{number}[] = {{{listed(value or 0 for value in fixed)}}};",
+        f"static const Form form_{number} = {{{listed(numbers)}, {len(places)}, places_{number}, fixed_{number}}};",
         f"#define gradient_{number}(...) network_gradient(__VA_ARGS__, &form_{number})",
         "",
     ]
@@ -68,7 +66,3 @@ def _pack(model: Lagrangian, task: TrainingTask, number: int) -> tuple[str, np.n
         [*affine.z.double().unbind(-1), *affine.zdot.double().unbind(-1), *(columns[k] for k in places)], -1
     )
     return "\n".join(form), read.contiguous().numpy()
-
-
-def _listed(numbers: Iterable[int]) -> str:
-    return ", ".join(map(str, numbers))

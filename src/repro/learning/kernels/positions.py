@@ -13,8 +13,8 @@ import numpy as np
 
 from repro.codegen.c_source import c_source
 from repro.codegen.lanes import FUNCTIONS, vectorised
-from repro.learning.kernels.generated import pack
-from repro.learning.kernels.kernel import Kernel
+from repro.learning.kernels.generated import entries, pack, widths
+from repro.learning.kernels.kernel import Kernel, defines, listed
 from repro.learning.objective import Objective
 from repro.learning.symbolic import COLUMNS, residual, symbols
 from repro.learning.training_problem import TrainingProblem, TrainingTask
@@ -54,7 +54,7 @@ def _constants(model: Structured, moving: tuple[int, ...]) -> str:
     constants = {
         "INPUTS": network.n_in,
         "LAYERS": len(network.hidden),
-        "WIDTHS": ", ".join(map(str, network.hidden)),
+        "WIDTHS": listed(network.hidden),
         "OUTPUTS": network.n_out,
         "SKIP": int(network.skip),
         "TANH": int(network.activation == "tanh"),
@@ -64,8 +64,7 @@ def _constants(model: Structured, moving: tuple[int, ...]) -> str:
         "MEASURED": 4 * model.n_q + 2,
         "OWN": len(own),
     }
-    defined = "".join(f"#define {name} {value}\n" for name, value in constants.items())
-    return f"{defined}static const int own[] = {{{', '.join(map(str, own))}}};\n"
+    return f"{defines(constants)}static const int own[] = {{{listed(own)}}};\n"
 
 
 def _own(model: Structured) -> list[int]:
@@ -95,17 +94,13 @@ def _statements(model: Structured, objective: Objective, moving: tuple[int, ...]
 
 def _physics(model: Structured, objective: Objective, moving: tuple[int, ...], number: int) -> str:
     lines, n_work = _statements(model, objective, moving)
-    widths = dict.fromkeys(COLUMNS[:4], model.n_q) | dict.fromkeys(COLUMNS[4:], 1)
-    load, column = [], 0
-    for name, width in widths.items():
-        load += [f"{name}[{i}] = columns[{column + i} * VECTORS + v];" for i in range(width)]
-        column += width
+    columns = enumerate(entries(model.n_q))
     return c_source(
         __file__,
         "physics",
         number=number,
-        arrays=", ".join(f"{name}[{width}]" for name, width in widths.items()),
-        load=" ".join(load),
+        arrays=", ".join(f"{name}[{width}]" for name, width in widths(model.n_q).items()),
+        load=" ".join(f"{name}[{i}] = columns[{column} * VECTORS + v];" for column, (name, i) in columns),
         work=", ".join(f"w{i}" for i in range(n_work)),
         statements="\n".join(f"    {line};" for line in lines),
     )

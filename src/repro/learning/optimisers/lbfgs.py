@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from repro.learning.full_batch_options import FullBatchOptions
+from repro.learning.optimiser_options import FullBatchOptions
 from repro.plugins.options import Count
 
 if TYPE_CHECKING:

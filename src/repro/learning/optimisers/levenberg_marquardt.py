@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Self
 
-from repro.learning.full_batch_options import FullBatchOptions
+from repro.learning.optimiser_options import FullBatchOptions
 from repro.plugins.options import Count, NotNegative, Positive
 
 if TYPE_CHECKING:
