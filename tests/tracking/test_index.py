@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import json
 import shutil
+import sqlite3
+from contextlib import closing
 
 import pytest
 
 from repro.tracking import index
 
 
+def query(store, statement):
+    with closing(sqlite3.connect(store.paths.index)) as database, database:
+        return database.execute(statement).fetchall()
+
+
 def rows(store):
-    return sorted(place.rpartition("/")[2] for place in json.loads(store.paths.index.read_bytes())["rows"])
+    return sorted(place.rpartition("/")[2] for (place,) in query(store, "SELECT place FROM stages"))
 
 
 def make(store, stage, numbers):
@@ -69,15 +76,28 @@ def test_a_damaged_file_is_made_again(store, stage, damage):
     assert len(rows(store)) == 40
 
 
-@pytest.mark.parametrize("other", [{"format": ["id", "code"]}, {"codes": {}}, {"rows": {"fits//x": [[1, 2], ["x"]]}}])
-def test_an_index_of_another_format_or_without_a_code_identity_is_made_again(store, stage, other):
+@pytest.mark.parametrize(
+    "statement", ["PRAGMA user_version = 7", "DELETE FROM codes", "DROP TABLE codes", "UPDATE stages SET entry = '[1]'"]
+)
+def test_an_index_of_another_format_or_without_a_code_identity_is_made_again(store, stage, statement):
     made = make(store, stage, range(2))
     whole = index.load(store.paths)
-    content = json.loads(store.paths.index.read_bytes())
-    store.paths.index.write_text(json.dumps(content | other))
+    query(store, statement)
     assert index.load(store.paths) == whole
     assert rows(store) == sorted(made)
-    assert json.loads(store.paths.index.read_bytes()) == content
+    assert index._read(store.paths.index)[1] == whole.codes
+
+
+def test_an_index_that_another_process_keeps_locked_costs_time_alone(store, stage, monkeypatch):
+    monkeypatch.setattr(index, "_LONGEST_WAIT_S", 0.01)
+    make(store, stage, range(2))
+    index.load(store.paths)
+    make(store, stage, range(2, 4))
+    with closing(sqlite3.connect(store.paths.index, isolation_level=None)) as other:
+        other.execute("BEGIN EXCLUSIVE")
+        assert len(ids(store)) == 4
+        other.execute("ROLLBACK")
+    assert len(ids(store)) == 4 and len(rows(store)) == 4
 
 
 WATCH = """

@@ -1,9 +1,9 @@
 """The index of all run.json files: what lists and looks up runs reads these few fields instead of every file.
 
 Finished stages never change, so a run.json is read once, and again only when its time of change or its size differs.
-The index is a cache in one JSON file that can be deleted at any time. It is replaced as a whole: when two processes
-write it at once, the stages that only one of them has found are read again. Where it cannot be written nothing is
-stored, and every run.json is read each time.
+The index is a cache in one SQLite file that can be deleted at any time. Only what has changed is written, in one short
+transaction. Where it cannot be written (read-only results, a file system without locks) nothing is stored, and every
+run.json is read each time.
 """
 
 from __future__ import annotations
@@ -11,13 +11,13 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import sqlite3
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from repro.tracking.files import write_text
 from repro.tracking.paths import RUN_FILE, Paths
 from repro.tracking.plain_data import canonical
 from repro.tracking.record import StageOutcome
@@ -59,8 +59,13 @@ class Entry(NamedTuple):
         return dict(json.loads(self.medians_text))
 
 
+_TABLES = """
+CREATE TABLE IF NOT EXISTS stages (place TEXT PRIMARY KEY, changed_ns INTEGER, size INTEGER, entry TEXT);
+CREATE TABLE IF NOT EXISTS codes (key TEXT PRIMARY KEY, code TEXT);
+"""
 # A file of other fields is made again.
-_FORMAT = list(Entry._fields)
+_FORMAT = int(hashlib.sha256(",".join(Entry._fields).encode()).hexdigest()[:7], 16)
+_LONGEST_WAIT_S = 5.0  # for another process that writes
 # Time of change in ns and size of a run.json.
 Stamp = tuple[int, int]
 # By the place of a stage in the store.
@@ -104,26 +109,44 @@ def load(paths: Paths) -> Index:
     rows |= {place: (stamp, entry.result()) for place, (stamp, entry) in new.items()}
     codes = {key: codes[key] for key in sorted({entry.code for _, entry in rows.values()} - {""})}
     if rows != stored:
-        content = {"format": _FORMAT, "rows": rows, "codes": codes}
-        # A cache that cannot be written (read-only results) costs time, no more.
-        with suppress(OSError):
-            write_text(paths.index, json.dumps(content))
+        # A cache that cannot be written costs time, no more.
+        with suppress(OSError, sqlite3.Error):
+            _write(paths.index, rows, stored, codes)
     return Index([entry for _, (_, entry) in sorted(rows.items(), key=lambda row: row[0])], codes)
 
 
 def _read(file: Path) -> tuple[Rows, Codes]:
-    """The rows and codes of the file; none where it is missing, damaged or of another format."""
+    """The rows and codes of the file; none where it is missing, damaged, locked for long or of another format."""
     try:
-        content = json.loads(file.read_bytes())
-        codes = dict(content["codes"])
-        rows = {
-            place: ((changed_ns, size), Entry(id, kind, name, StageOutcome(outcome), *values))
-            for place, ((changed_ns, size), (id, kind, name, outcome, *values)) in content["rows"].items()
-        }
-        whole = content["format"] == _FORMAT and {entry.code for _, entry in rows.values()} <= {"", *codes}
-        return (rows, codes) if whole else ({}, {})
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        with closing(sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True, timeout=_LONGEST_WAIT_S)) as index:
+            (version,) = index.execute("PRAGMA user_version").fetchone()
+            if version != _FORMAT:
+                return {}, {}
+            codes = {key: json.loads(code) for key, code in index.execute("SELECT key, code FROM codes")}
+            rows: Rows = {}
+            for place, changed_ns, size, entry in index.execute("SELECT place, changed_ns, size, entry FROM stages"):
+                id, kind, name, outcome, *values = json.loads(entry)
+                rows[place] = (changed_ns, size), Entry(id, kind, name, StageOutcome(outcome), *values)
+    except (OSError, sqlite3.Error, ValueError, TypeError):
         return {}, {}
+    whole = {entry.code for _, entry in rows.values()} <= {"", *codes}
+    return (rows, codes) if whole else ({}, {})
+
+
+def _write(file: Path, rows: Rows, stored: Rows, codes: Codes) -> None:
+    """Write what differs from the stored rows; a file that holds none (damaged, foreign) is made anew."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    if not stored:
+        file.unlink(missing_ok=True)
+    changed = [
+        (place, *stamp, json.dumps(entry)) for place, (stamp, entry) in rows.items() if stored.get(place) != rows[place]
+    ]
+    with closing(sqlite3.connect(file, timeout=_LONGEST_WAIT_S)) as index:
+        index.executescript(f"{_TABLES} PRAGMA user_version = {_FORMAT};")
+        with index:
+            index.executemany("DELETE FROM stages WHERE place = ?", [(place,) for place in stored.keys() - rows.keys()])
+            index.executemany("REPLACE INTO stages VALUES (?, ?, ?, ?)", changed)
+            index.executemany("REPLACE INTO codes VALUES (?, ?)", [(key, json.dumps(codes[key])) for key in codes])
 
 
 def _stamp(file: str) -> Stamp | None:

@@ -89,7 +89,7 @@ class Paths:
     @property
     def index(self) -> Path:
         """The index of all run.json files; a cache, safe to delete."""
-        return self.root / ".cache" / "index.json"
+        return self.root / ".cache" / "index.sqlite"
 
     @property
     def composed(self) -> Path:
