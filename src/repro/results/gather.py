@@ -167,7 +167,8 @@ def _first_points(trajectories: "pd.DataFrame") -> "pd.DataFrame":
     free = shown[shown["name"].str.startswith("free.")]  # a long motion of its own, thinned already
     if len(free):
         return free[free["member"] == members[0]]
-    return shown.groupby(["member", "name"], sort=False).head(TRAJECTORY_POINTS)
+    first: pd.DataFrame = shown.groupby(["member", "name"], sort=False).head(TRAJECTORY_POINTS)
+    return first
 
 
 def _together(tables: Sequence["pd.DataFrame"]) -> "pd.DataFrame":
