@@ -165,10 +165,9 @@ def _first_points(trajectories: "pd.DataFrame") -> "pd.DataFrame":
     members = sorted(trajectories["member"].unique())[:TRAJECTORY_MEMBERS]
     shown = trajectories[trajectories["member"].isin(members)]
     free = shown[shown["name"].str.startswith("free.")]  # a long motion of its own, thinned already
-    if len(free):
-        return free[free["member"] == members[0]]
-    first: pd.DataFrame = shown.groupby(["member", "name"], sort=False).head(TRAJECTORY_POINTS)
-    return first
+    first = shown.groupby(["member", "name"], sort=False).head(TRAJECTORY_POINTS)
+    retained: pd.DataFrame = free[free["member"] == members[0]] if len(free) else first
+    return retained
 
 
 def _together(tables: Sequence["pd.DataFrame"]) -> "pd.DataFrame":
