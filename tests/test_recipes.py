@@ -143,6 +143,8 @@ def a_claim(project: Project, told: str) -> None:
     assert "N1" in told
 
 
+LAGRANGIAN_SETTINGS = "conf/model/lagrangian.yaml"
+
 OUTCOMES: dict[str, Callable[[Project, str], None]] = {
     "A system": a_system,
     "A basis": a_basis,
@@ -185,3 +187,22 @@ def test_a_recipe_does_what_it_says_and_touches_nothing_else(name: str, project:
     told = "".join(project.do(command) for command in recipe.commands)
     OUTCOMES[name](project, told)
     assert project.changed() == recipe.paths
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed")
+def test_a_new_option_of_a_model_is_a_field_of_its_module_and_a_line_of_its_settings(project: Project) -> None:
+    """It is checked like any other, is part of the id of a run, and shows in the list of runs."""
+    module, settings = (project.root / name for name in ("src/repro/models/kinds/lagrangian.py", LAGRANGIAN_SETTINGS))
+    field = '    damping: Damping = "none"\n'
+    text = module.read_text()
+    assert field in text
+    module.write_text(text.replace(field, f"{field}    sharpness: Count = 1\n"))
+    settings.write_text(f"{settings.read_text()}sharpness: 1 # has no effect\n")
+    chosen = ["basis=t1", "optimiser=least_squares", "scale=smoke", "record=false"]
+    for value in ("1", "7"):
+        project.do([".venv/bin/repro", "run", f"model.sharpness={value}", *chosen])
+    listed = project.do([".venv/bin/repro", "runs"])
+    assert listed.count("sharpness=7") == 1 and "sharpness=1" not in listed
+    assert load_runs(root=project.outputs)["run"].nunique() == 2
+    assert project.changed() == {str(path.relative_to(project.root)) for path in (module, settings)}

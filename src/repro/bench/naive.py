@@ -81,4 +81,6 @@ def _residual(
     slope = grad(lagrangian)(x)
     mass, coupling = curvature[n_q:, n_q:], curvature[n_q:, :n_q]
     rest = coupling @ x[n_q:] - slope[:n_q]
-    return mass @ qdd + rest - tau if equation == "inverse" else torch.linalg.solve(mass, tau - rest) - qdd
+    forward = equation == "forward"
+    residual: Tensor = torch.linalg.solve(mass, tau - rest) - qdd if forward else mass @ qdd + rest - tau
+    return residual

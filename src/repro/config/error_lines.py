@@ -39,7 +39,7 @@ def lines(error: "ValidationError", raw: Mapping[str, Any], prefix: str = "") ->
 
 
 def _siblings(raw: Mapping[str, Any], place: Sequence[Any]) -> Iterable[Any]:
-    section: Any = raw
+    section: object = raw
     for part in place[:-1]:
         section = section.get(part, section) if isinstance(section, Mapping) else {}
-    return section
+    return section if isinstance(section, Mapping) else ()

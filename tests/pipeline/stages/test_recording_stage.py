@@ -14,6 +14,7 @@ from repro.models.position import position_features
 from repro.pipeline.stages import record_run as module
 from repro.pipeline.stages.evaluate import TRAJECTORIES, Fit, measure
 from repro.pipeline.stages.record_run import record
+from repro.recording.contents import FILENAME
 
 CURVES = pd.DataFrame(
     [(seed, step, "loss", value) for seed in (3, 8) for step, value in ((1, 10.0), (2, 0.01), (3, 0.0))],
@@ -105,4 +106,4 @@ def test_a_recording_is_written(tmp_path, exact, data, system):
     measure(tmp_path, exact, data, system, "raw")
     trajectories = pd.read_parquet(tmp_path / TRAJECTORIES)
     record(tmp_path, "run-1", "a title", {}, trajectories, CURVES, system)
-    assert (tmp_path / module.FILE).stat().st_size > 1000
+    assert (tmp_path / FILENAME).stat().st_size > 1000
