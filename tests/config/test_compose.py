@@ -24,6 +24,8 @@ COMPANIONS = {
     "system=rod": ["basis=rigid_body"],
     "data=file": ["data.path={file}"],
     "model=blackbox": ["objective=forward"],
+    "model=extended": ["system=dip"],
+    "model=hinged": ["system=dip"],
     "objective=port": ["model=port_hamiltonian"],
     "optimiser=lasso": ["basis=library"],
     "optimiser=thresholded_least_squares": ["basis=library"],

@@ -157,7 +157,7 @@ def _model_alone(config: Config) -> Iterator[str]:
 
 
 def _model_of_system(config: Config) -> Iterator[str]:
-    if [*_system(config)] or isinstance(config.data, RecordingFile):
+    if [*_system(config)] or isinstance(config.data, RecordingFile) or [*_closed_loop(config)]:
         return
     if problem := config.model.system_problem(true_system(config)):
         yield problem
