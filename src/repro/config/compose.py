@@ -70,7 +70,7 @@ def compose(overrides: Sequence[str], cache: Path | None = None) -> Composed:
 
 
 def parse(raw: Mapping[str, Any]) -> Config:
-    """Check a composed configuration; UserError with a line a mistake: key, value, and what is allowed."""
+    """Check a composed configuration; UserError with one line per mistake: key, value, and what is allowed."""
     try:
         config = Config.model_validate(raw)
     except ValidationError as error:
@@ -81,7 +81,7 @@ def parse(raw: Mapping[str, Any]) -> Config:
 
 
 def _checked(jobs: Sequence[tuple[str, ...]], caches: Mapping[str, Cache]) -> Iterator[Config]:
-    """Configurations in the order of the jobs, each kept in the cache of its experiment."""
+    """Configurations in the order of the jobs, each stored in the cache of its experiment."""
     new = [job for job in jobs if caches[experiment_of(job)].raw(job) is None]
     with _composing(new) as composed:
         for job in jobs:

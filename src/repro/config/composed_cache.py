@@ -1,4 +1,4 @@
-"""What was composed and checked before: a file an experiment, which can be deleted at any time."""
+"""Configurations that were composed and checked before: one file per experiment, which may be deleted at any time."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ class Cache:
 
     @classmethod
     def of(cls, folder: Path | None, experiment: str) -> Self:
-        """The cache in a folder, empty where the file does not fit; without a folder nothing is kept."""
+        """The cache in a folder, empty where the file does not fit; without a folder nothing is stored."""
         file = None if folder is None else folder / f"{experiment or 'single'}.json"
         cache = cls(file, digest(experiment), code_digest())
         if file is not None:
-            # A file that is not there or damaged costs time, nothing else.
+            # A file that is missing or damaged costs time, nothing else.
             with suppress(OSError, ValueError, KeyError, TypeError):
                 stored = json.loads(file.read_bytes())
                 if stored["settings"] == cache.settings:

@@ -8,7 +8,7 @@ from repro.config.registry import groups, read_yaml, settings
 from repro.config.schema import Config
 from repro.tracking.plain_data import flattened
 
-CHOICE = ("name", "kind", "source")  # the keys by which the options of a group are told apart, the first one first
+CHOICE = ("name", "kind", "source")  # the keys by which the options of a group differ, the first one first
 
 
 def defaults_of(config: Config) -> Config:

@@ -1,21 +1,22 @@
-"""How a mistake in the settings is said: one line that names key, value and what is allowed."""
+"""Formats errors of a configuration: one line with key, value and what is allowed."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args, get_type_hints
 
+from repro.data.data_options import DataSource
 from repro.plugins.plugin import nearest
 
 if TYPE_CHECKING:
     from pydantic import ValidationError
 
-# pydantic names the branch of a union that it has tried; a user has written no such key.
-_BRANCHES = ("random_force", "file")
+# pydantic adds the branch of a union that it has tried to the path of a key; a user has written no such key.
+_BRANCHES = tuple(word for source in get_args(DataSource) for word in get_args(get_type_hints(source)["source"]))
 # of a key that is not listed: in a pydantic model, in a dataclass
 _UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")
 
 
 def lines(error: "ValidationError", raw: Mapping[str, Any], prefix: str = "") -> Iterator[str]:
-    """What pydantic found, a line a key; `raw` is what it was given, `prefix` the group that this was part of."""
+    """One line per wrong key of `raw`, the plain data that were checked; `prefix` is the group that they belong to."""
     problems = error.errors()
     unknown = {problem["loc"][-1] for problem in problems if problem["type"] in _UNKNOWN}
     for problem in problems:

@@ -35,9 +35,9 @@ def expand(overrides: Sequence[str], *, paired: bool = False, lines: bool = True
     them. UserError for lists that do not pair, or for an override that is not understood.
     """
     overrides = [renamed(override) for override in overrides]
-    given = {_key(override) for override in overrides}
+    replaced = {_key(override) for override in overrides}
     jobs = [
-        (*(override for override in line_job if _key(override) not in given), *own)
+        (*(override for override in line_job if _key(override) not in replaced), *own)
         for own in (_pairs(overrides) if paired else _product(overrides))
         for line in (_sweep_lines(own) if lines else [[]])
         for line_job in _product(line)
@@ -46,7 +46,7 @@ def expand(overrides: Sequence[str], *, paired: bool = False, lines: bool = True
 
 
 def belongs(job: Sequence[str]) -> bool:
-    """Whether a job (its overrides) is one that its experiment asks for, be it at another scale or with more seeds."""
+    """Whether a job (its overrides) is one of its experiment, be it at another scale or with more seeds."""
     return setting(job) in _asked_for(experiment_of(job))
 
 
@@ -119,13 +119,13 @@ def check(overrides: Sequence[str]) -> None:
     """UserError for a misspelt group, option or key: Hydra's own advice, to append with +, would mislead."""
     groups = registry.groups()
     top = sorted({*groups, "chain", "device", "seeds", "record", "whole_chain", "hydra", "experiment"})
-    seen: dict[str, str] = {}
+    earlier: dict[str, str] = {}
     for override in overrides:
         refuse_renamed(override)
         key, _, value = override.lstrip("+~").partition("=")
-        if key in seen:
-            raise UserError(f"{key} is given twice: {seen[key]} and {override}; give it once")
-        seen[key] = override
+        if key in earlier:
+            raise UserError(f"{key} is given twice: {earlier[key]} and {override}; give it once")
+        earlier[key] = override
         head = "experiment" if override.startswith(EXPERIMENT) else re.split(r"[./@]", key)[0]
         if head not in top:
             raise UserError(f"{override}: unknown key {head!r}{nearest(head, top)}; allowed are {', '.join(top)}")
@@ -159,6 +159,6 @@ def first_lines(error: Exception) -> str:
     """The useful part of what Hydra says, on one line."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     useful = [line for line in lines if not line.startswith(("full_key", "object_type", "reference_type", "To append"))]
-    told = "; ".join(useful[:3])
-    missing = re.fullmatch(r"Could not override '([\w.]+)'\.?", told)
-    return f"{missing[1]}: unknown key; the chosen option has no such key" if missing else told
+    message = "; ".join(useful[:3])
+    missing = re.fullmatch(r"Could not override '([\w.]+)'\.?", message)
+    return f"{missing[1]}: unknown key; the chosen option has no such key" if missing else message

@@ -123,8 +123,8 @@ def _l1(config: Config) -> Iterator[str]:
     suits = config.optimiser.handles_l1 and linear(config)
     if not config.model.fitted or suits or not any(weights.values()):
         return
-    given = ", ".join(f"objective.{key} = {value}" for key, value in weights.items())
-    yield f"{given}: act on coefficients under optimiser=adam and a linear basis"
+    weighted = ", ".join(f"objective.{key} = {value}" for key, value in weights.items())
+    yield f"{weighted}: act on coefficients under optimiser=adam and a linear basis"
 
 
 def _free_motion_keeps_its_energy(config: Config) -> Iterator[str]:

@@ -10,7 +10,7 @@ from repro.config.base import Count, NotNegative, Positive, Section
 from repro.config.plugin_options import MODELS, OPTIMISERS, chosen
 from repro.control.controller_options import CONTROLLERS, ControlOptions
 from repro.control.task import Task
-from repro.data.data_options import RandomForce, RecordingFile
+from repro.data.data_options import DataSource, RandomForce
 from repro.learning.objective_options import ObjectiveOptions
 from repro.learning.optimiser_options import OptimiserOptions
 from repro.learning.sequence_options import SequenceOptions
@@ -90,7 +90,7 @@ class Config(Section):
 
     system: SystemSection
     reading: Reading
-    data: Annotated[RandomForce | RecordingFile, Field(discriminator="source")]
+    data: Annotated[DataSource, Field(discriminator="source")]
     curriculum: Curriculum
     model: Model
     basis: Basis

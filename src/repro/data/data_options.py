@@ -62,13 +62,16 @@ class Columns(Options):
 
 @dataclass(frozen=True)
 class RecordingFile(Options):
-    """Options of one's own recording; see `repro.data.recording_file`."""
+    """Options of a recording of the user; see `repro.data.recording_file`."""
 
     source: Literal["file"]
     path: str
     columns: Columns
     time_step: Positive | None
     train_fraction: Share
+
+
+DataSource = RandomForce | RecordingFile  # what conf/data chooses from
 
 
 def arguments(options: RandomForce | FreeMotionOptions) -> dict[str, Any]:

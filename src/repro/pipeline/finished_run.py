@@ -48,7 +48,7 @@ class OpenedRun(Run):
 
     @cached_property
     def system(self) -> "System | None":
-        """The true system; None for one's own recordings."""
+        """The true system; None for recordings of the user."""
         from repro.mechanics.system import load_system
 
         return load_system(self.settings.system) if self.settings.simulated else None
@@ -68,7 +68,7 @@ class OpenedRun(Run):
         weights = load_parameters(self._fit.record.folder)
         if weights.shape[1] != self.model.n_parameters:
             raise UserError(
-                f"{self.id} has {weights.shape[1]} weights a member, its model now takes {self.model.n_parameters}: "
+                f"{self.id} has {weights.shape[1]} weights per seed, its model now takes {self.model.n_parameters}: "
                 f"its code has changed; {self.record.provenance.command} makes it again"
             )
         return weights
@@ -83,5 +83,5 @@ def open_run(id: str, *, root: Path | None = None) -> Run:
 
     UserError when none or several fit.
     """
-    found = load_run(id, root=root)
-    return OpenedRun(found.record) if found.record.kind == "runs" else found
+    stage = load_run(id, root=root)
+    return OpenedRun(stage.record) if stage.record.kind == "runs" else stage

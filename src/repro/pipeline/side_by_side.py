@@ -22,14 +22,14 @@ NAMING = ("model", "basis", "objective", "optimiser", "sequence", "hidden", "ene
 
 
 def compared(ids: Sequence[str], root: Path | None = None) -> Path:
-    """The recording of several runs, by their ids or the digits at their ends; made when it is not there yet.
+    """The recording of several runs, by their ids or the digits at their ends; made where it is missing.
 
     Raises UserError for runs that were not tested on the same data, and for ones that have no motion to show.
     """
     where = root or outputs_root()
     runs = [_opened(id, where) for id in ids]
     if not 2 <= len(runs) <= MOST:
-        raise UserError(f"{len(runs)} runs: 2 to {MOST} can be told apart in one recording")
+        raise UserError(f"{len(runs)} runs: 2 to {MOST} can be distinguished in one recording")
     if len({run.id for run in runs}) < len(runs):
         raise UserError("the same run is named twice; name each once")
     tested_on = {run.id: run.record.identity.upstream["data"] for run in runs}
@@ -85,8 +85,8 @@ def _record(folder: Path, stage: Stage, runs: Sequence[OpenedRun], labels: Mappi
 
 
 def _settings(run: OpenedRun) -> dict[str, Any]:
-    told = {name: run.card.get(name) for name in NAMING}
-    return {"run": run.id, **{name: value for name, value in told.items() if value}}
+    named = {name: run.card.get(name) for name in NAMING}
+    return {"run": run.id, **{name: value for name, value in named.items() if value}}
 
 
 def _labels(cards: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
@@ -97,8 +97,8 @@ def _labels(cards: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
         if len(set(map(tuple, more.values()))) > len(set(map(tuple, words.values()))):
             words = more
     labels = {id: ", ".join(filter(None, parts)) for id, parts in words.items()}
-    told = list(labels.values())
+    texts = list(labels.values())
     return {
-        id: label if label and told.count(label) == 1 else f"{label} {digits(id)}".strip()
+        id: label if label and texts.count(label) == 1 else f"{label} {digits(id)}".strip()
         for id, label in labels.items()
     }

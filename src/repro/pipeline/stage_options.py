@@ -28,7 +28,7 @@ class DataOptions(Options):
 
 @dataclass(frozen=True)
 class Training(Options):
-    """How the weights of a model are found."""
+    """How the weights of a model are fitted."""
 
     objective: ObjectiveOptions
     sequence: SequenceOptions

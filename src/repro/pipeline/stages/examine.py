@@ -44,7 +44,7 @@ def shortened(dataset: Dataset) -> Dataset:
 
 
 def examine(model: Model, phases: Sequence[Phase]) -> dict[str, list[Identifiability]]:
-    """What the data of each phase can tell of a linear model, a member each, by the phase's name."""
+    """What the data of each phase show of a linear model, one entry per seed, by the name of the phase."""
     assert isinstance(model, Lagrangian)
     n_kinetic = len(model.kinetic_features)
     return {
@@ -56,24 +56,24 @@ def examine(model: Model, phases: Sequence[Phase]) -> dict[str, list[Identifiabi
     }
 
 
-def metrics(found: Sequence[Identifiability]) -> Iterator[MetricValues]:
-    """Rank, number of null directions and condition numbers, a value a member."""
+def metrics(members: Sequence[Identifiability]) -> Iterator[MetricValues]:
+    """Rank, number of null directions and condition numbers, one value per seed."""
     for name, values in {
-        "rank": [one.rank for one in found],
-        "null_directions": [len(one.null_directions) for one in found],
-        "condition_raw": [one.condition_raw for one in found],
-        "condition_scaled": [one.condition_scaled for one in found],
+        "rank": [one.rank for one in members],
+        "null_directions": [len(one.null_directions) for one in members],
+        "condition_raw": [one.condition_raw for one in members],
+        "condition_scaled": [one.condition_scaled for one in members],
     }.items():
         yield MetricValues("train", name, np.array(values, dtype=float), "1")
 
 
-def keep(folder: Path, found: dict[str, list[Identifiability]], seeds: Sequence[int]) -> None:
-    """Write a row a phase, member and direction: its singular value, and its words where it is not seen."""
+def keep(folder: Path, phases: dict[str, list[Identifiability]], seeds: Sequence[int]) -> None:
+    """Write one row per phase, seed and direction: singular value, and a description where it is not identifiable."""
     import pandas as pd
 
     rows = [
         (seed, phase, order, float(value), one.words[order - one.rank] if order >= one.rank else "")
-        for phase, members in found.items()
+        for phase, members in phases.items()
         for seed, one in zip(seeds, members, strict=True)
         for order, value in enumerate(one.singular_values)
     ]
