@@ -6,7 +6,6 @@ import platform
 import subprocess
 import time
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -18,6 +17,7 @@ from repro.codegen.c_library import compiler, has_compiler
 from repro.tracking import progress
 from repro.tracking.files import write_json
 from repro.tracking.paths import Paths
+from repro.tracking.plain_data import Json
 from repro.tracking.provenance import processor_name
 from repro.tracking.stage import Stage
 from repro.tracking.store import Store
@@ -69,7 +69,7 @@ def describe_machine() -> dict[str, object]:
     }
 
 
-def _measure(folder: Path, scale: str) -> dict[str, Any]:
+def _measure(folder: Path, scale: str) -> Json:
     if absent := peers.missing():
         progress.notice(f"left out: {', '.join(absent)}; to compare with them: pip install -e '.[peers]'")
     rows: list[dict[str, object]] = []

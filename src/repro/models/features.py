@@ -1,6 +1,6 @@
 """Feature maps and their jets: everything a Lagrangian model needs to know of its inputs, computed once per dataset."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -10,8 +10,9 @@ import numpy as np
 
 from repro.codegen.array_evaluation import evaluate
 from repro.mechanics.derive import euler_lagrange
+from repro.models.products import Features
 
-FeatureText = Callable[[Sequence[Any], Sequence[Any], Any], Mapping[str, Any]]
+FeatureText = Callable[[Sequence[Any], Sequence[Any], Any], Features]
 
 
 @dataclass(frozen=True)

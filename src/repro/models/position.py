@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from repro.mechanics.system import Coordinate
+from repro.models.products import Features
 
 
 @dataclass(frozen=True)
@@ -19,17 +20,17 @@ class PositionFeatures:
     angles: tuple[int, ...]
     translations: tuple[tuple[int, float], ...] = ()
 
-    def inertia(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+    def inertia(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
         """Inputs of a network for M(q), dimensionless, by name."""
         cosines = {f"cos(q{i})": m.cos(q[i]) for i in self.angles}
         sines = {f"sin(q{i})": m.sin(q[i]) for i in self.angles}
         return cosines | sines | self._moved(q)
 
-    def potential(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+    def potential(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
         """Features of V by name: the cosines (V1), and the translations, in which a weight is linear."""
         return {f"cos(q{i})": m.cos(q[i]) for i in self.angles} | self._moved(q)
 
-    def _moved(self, q: Sequence[Any]) -> dict[str, Any]:
+    def _moved(self, q: Sequence[Any]) -> Features:
         return {f"q{i}": q[i] / scale for i, scale in self.translations}
 
 

@@ -1,15 +1,17 @@
 """Products of named factors: the distinct entries of a Kronecker product F (x) F, and quadratic forms in words."""
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+Features = dict[str, Any]  # by name, as numbers or expressions of any maths namespace
+
 TIMES, SQUARED = " * ", "^2"
 
 
-def pairwise(factors: Mapping[str, Any]) -> dict[str, Any]:
+def pairwise(factors: Features) -> Features:
     """All products of two of n factors, each once: n (n + 1) / 2 of the n^2 entries of F (x) F differ."""
     return {_product(a, b): x * y for (a, x), (b, y) in itertools.combinations_with_replacement(factors.items(), 2)}
 

@@ -14,6 +14,7 @@ from repro.mechanics.system import System
 from repro.models.damped import Damped
 from repro.models.features import FeatureMap
 from repro.models.lagrangian import Lagrangian
+from repro.models.products import Features
 
 POINTS = 200  # where the true energies are looked at, many more than coefficients
 
@@ -24,7 +25,7 @@ class ChainTerms:
     LINEAR = True
 
     @staticmethod
-    def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+    def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
         """xd^2, and for all links j >= k: xd thd_j cos th_j, thd_j thd_k cos(th_j - th_k)."""
         terms = {"xd^2": qd[0] ** 2}
         for j in range(1, len(q)):
@@ -35,7 +36,7 @@ class ChainTerms:
         return terms
 
     @staticmethod
-    def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+    def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
         """cos th_j."""
         return {f"cos(th{j})": m.cos(q[j]) for j in range(1, len(q))}
 

@@ -1,15 +1,14 @@
 """The run card: which settings had a part in a run, and which of them are not the usual ones."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 from repro.config.defaults import defaults_of
 from repro.config.rules import linear
 from repro.config.schema import Config, scaled
 from repro.learning.sequence_options import SequenceKind
 from repro.results.run_card import RunCard
-from repro.tracking.plain_data import flattened
+from repro.tracking.plain_data import Json, flattened
 
 # Settings and groups that no number of a run depends on, with the reason.
 WITHOUT_EFFECT = {
@@ -29,9 +28,7 @@ def card_of(config: Config) -> RunCard:
     return RunCard(settings, changed, {})
 
 
-def summary_of(
-    config: Config, *, n_train: int, n_parameters: int, status: Sequence[str], notes: Mapping[str, Any]
-) -> dict[str, Any]:
+def summary_of(config: Config, *, n_train: int, n_parameters: int, status: Sequence[str], notes: Json) -> Json:
     """What run.json holds of the card of a run: settings and changed ones, and columns for lists of runs.
 
     status  one word per member, as the fit left it, as are the notes
@@ -58,7 +55,7 @@ def used_settings(config: Config) -> dict[str, object]:
     return used | ({} if flat["control.kind"] == "none" else {"control.loops": config.scale.loops})
 
 
-def _unused(flat: Mapping[str, Any], config: Config) -> list[str]:
+def _unused(flat: Json, config: Config) -> list[str]:
     """Settings, and groups (with a dot at their end), that this run did not read."""
     fitted, sequence = config.model.fitted, config.sequence.kind
     unused = [*WITHOUT_EFFECT]

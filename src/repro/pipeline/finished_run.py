@@ -2,11 +2,12 @@
 
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from repro.errors import UserError
 from repro.pipeline.stored_options import stored_options
 from repro.tracking.load import Run, load_run
+from repro.tracking.plain_data import Json
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -25,7 +26,7 @@ class OpenedRun(Run):
     """
 
     @property
-    def card(self) -> dict[str, Any]:
+    def card(self) -> Json:
         """The run card."""
         return dict(self.record.summary["card"])
 

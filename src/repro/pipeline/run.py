@@ -1,9 +1,8 @@
 """One run, done: every stage that is not stored yet, in order."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from repro.config.schema import Config
 from repro.pipeline.card import summary_of
@@ -12,6 +11,7 @@ from repro.pipeline.stages import close_loops, data, evaluate, fit
 from repro.plugins.plugin import plugin
 from repro.tracking import progress
 from repro.tracking.load import Run, load_run
+from repro.tracking.plain_data import Json
 from repro.tracking.record import Record
 from repro.tracking.store import Store
 
@@ -35,7 +35,7 @@ def execute(pipeline: Pipeline, store: Store) -> Record:
         inputs["control"] = Run(store.compute(pipeline.control_stage, work))
     progress.report(0.95, "evaluation")
 
-    def measured(folder: Path) -> dict[str, Any]:
+    def measured(folder: Path) -> Json:
         summary = evaluate.make(folder, pipeline.run_options, inputs)
         n_train = upstream["data"].record.summary["n_train"]
         counted = {name: fitted.summary[name] for name in ("n_parameters", "status", "notes")}
@@ -49,7 +49,7 @@ def execute(pipeline: Pipeline, store: Store) -> Record:
     return run
 
 
-def run_job(resolved: Mapping[str, Any], outputs: str, command: str, overrides: Sequence[str] = ()) -> dict[str, Any]:
+def run_job(resolved: Json, outputs: str, command: str, overrides: Sequence[str] = ()) -> Json:
     """The target of a sweep's jobs: run one configuration; returns the run's id and its median metrics."""
     import torch
 

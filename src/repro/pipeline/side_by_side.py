@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from repro.errors import UserError
 from repro.pipeline.finished_run import OpenedRun, open_run
@@ -13,6 +12,7 @@ from repro.results.metric_names import written
 from repro.results.schema import as_text
 from repro.tracking.ids import digits
 from repro.tracking.paths import outputs_root
+from repro.tracking.plain_data import Json
 from repro.tracking.stage import Stage
 from repro.tracking.store import Store
 
@@ -64,7 +64,7 @@ def _opened(id: str, root: Path) -> OpenedRun:
     return run
 
 
-def _record(folder: Path, stage: Stage, runs: Sequence[OpenedRun], labels: Mapping[str, str]) -> dict[str, Any]:
+def _record(folder: Path, stage: Stage, runs: Sequence[OpenedRun], labels: Mapping[str, str]) -> Json:
     from repro.pipeline.stages.record_run import recording_of, tested_by
     from repro.recording.writer import write_recording
 
@@ -84,12 +84,12 @@ def _record(folder: Path, stage: Stage, runs: Sequence[OpenedRun], labels: Mappi
     return {"member": member}
 
 
-def _settings(run: OpenedRun) -> dict[str, Any]:
+def _settings(run: OpenedRun) -> Json:
     named = {name: run.card.get(name) for name in NAMING}
     return {"run": run.id, **{name: value for name, value in named.items() if value}}
 
 
-def _labels(cards: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+def _labels(cards: Mapping[str, Json]) -> dict[str, str]:
     """Run -> as few words as set it apart from the others; its digits too where words do not tell."""
     words: dict[str, list[str]] = {id: [] for id in cards}
     for name in NAMING:

@@ -5,14 +5,12 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 from repro.errors import UserError
 from repro.results.run_card import RunCard
 from repro.tracking.paths import RUN_FILE
+from repro.tracking.plain_data import Json
 from repro.tracking.record import Record
-
-Json = dict[str, Any]  # the content of a file
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+Json = dict[str, Any]  # the content of a JSON object
+
 
 def plain(value: Any) -> Any:
     """Numbers of numpy, tuples, sets and paths as plain JSON values; raises TypeError for anything else."""

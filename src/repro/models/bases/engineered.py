@@ -4,17 +4,18 @@ from collections.abc import Sequence
 from typing import Any
 
 from repro.models.bases import raw
+from repro.models.products import Features
 
 LINEAR = False
 
 
-def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
     """Inputs of the network for L."""
     cosines = {f"cos(q{i})": m.cos(value) for i, value in enumerate(q)}
     sines = {f"sin(q{i})": m.sin(value) for i, value in enumerate(q)}
     return raw.kinetic(q, qd, m) | cosines | sines
 
 
-def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
     """No separate V: the network stands for T - V."""
     return {}

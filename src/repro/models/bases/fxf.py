@@ -3,23 +3,23 @@
 from collections.abc import Sequence
 from typing import Any
 
-from repro.models.products import pairwise
+from repro.models.products import Features, pairwise
 
 LINEAR = True
 COORDINATES = ("m", "rad", ...)  # a cart and any number of links
 
 
-def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
     """Distinct products of F; the merged ones carry the sum of the two weights that the paper gives them."""
     return pairwise(factors(q, qd, m))
 
 
-def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
     """Features of V: the cosine of every angle."""
     return {f"cos({name})": m.cos(angle) for name, angle in _angles(q)}
 
 
-def factors(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+def factors(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
     """F = [xd; thd_i sin(th_i); thd_i cos(th_i); thd_i], for any number of links."""
     turning = list(zip(_angles(q), qd[1:], strict=True))
     found = {"xd": qd[0]}

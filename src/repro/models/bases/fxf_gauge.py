@@ -4,16 +4,17 @@ from collections.abc import Sequence
 from typing import Any
 
 from repro.models.bases import fxf
+from repro.models.products import Features
 
 LINEAR = True
 COORDINATES = ("m", "rad", ...)  # a cart and any number of links
 
 
-def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
     """F (x) F with gauge terms: L + constant and L + dF(q)/dt move alike, and cos(th) may stand in T or in V."""
     return fxf.kinetic(q, qd, m) | {"1": 1.0} | fxf.potential(q, qd, m) | fxf.factors(q, qd, m)
 
 
-def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
     """Features of V: the cosine of every angle."""
     return fxf.potential(q, qd, m)

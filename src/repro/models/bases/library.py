@@ -3,14 +3,16 @@
 from collections.abc import Sequence
 from typing import Any
 
+from repro.models.products import Features
+
 LINEAR = True
 COORDINATES = ("m", "rad")  # a cart and one link
 
 
-def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
     """Monomials xd^a thetad^b, 1 <= a + b <= 4, times {1, cos, sin, cos 2, sin 2} up to order two, alone above."""
     (_, theta), (xd, thetad) = q, qd
-    features: dict[str, Any] = {}
+    features: Features = {}
     for a, b in [(1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]:
         for name, value in _trigonometric(theta, m).items():
             features[f"xd^{a} thetad^{b} {name}"] = xd**a * thetad**b * value
@@ -19,13 +21,13 @@ def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
     return features
 
 
-def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
     """Trigonometric functions of the angle, and a spring on the cart."""
     x, theta = q
     return {name: value for name, value in _trigonometric(theta, m).items() if name != "1"} | {"x": x, "x^2": x**2}
 
 
-def _trigonometric(theta: Any, m: Any) -> dict[str, Any]:
+def _trigonometric(theta: Any, m: Any) -> Features:
     return {
         "1": 1.0,
         "cos(theta)": m.cos(theta),

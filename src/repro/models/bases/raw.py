@@ -3,14 +3,16 @@
 from collections.abc import Sequence
 from typing import Any
 
+from repro.models.products import Features
+
 LINEAR = False
 
 
-def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
     """Inputs of the network for L."""
     return {f"q{i}": value for i, value in enumerate(q)} | {f"qd{i}": value for i, value in enumerate(qd)}
 
 
-def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
     """No separate V: the network stands for T - V."""
     return {}

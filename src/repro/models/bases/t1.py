@@ -3,16 +3,18 @@
 from collections.abc import Sequence
 from typing import Any
 
+from repro.models.products import Features
+
 LINEAR = True
 COORDINATES = ("m", "rad")  # a cart and one link
 
 
-def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
     """Features of T, for a cart and one pendulum."""
     (_, theta), (xd, thetad) = q, qd
     return {"xd^2": xd**2, "thetad^2": thetad**2, "xd thetad cos(theta)": xd * thetad * m.cos(theta)}
 
 
-def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
     """Features of V."""
     return {"cos(theta)": m.cos(q[1])}

@@ -3,16 +3,18 @@
 from collections.abc import Sequence
 from typing import Any
 
+from repro.models.products import Features
+
 LINEAR = False
 COORDINATES = ("m", "rad", ...)  # a cart and any number of links
 
 
-def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
     """Inputs of the network for T."""
     velocities = {f"qd{i}": rate for i, rate in enumerate(qd)}
     return velocities | {f"cos(q{i})": m.cos(angle) for i, angle in enumerate(q) if i > 0}
 
 
-def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> dict[str, Any]:
+def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
     """Features of V."""
     return {f"cos(q{i})": m.cos(angle) for i, angle in enumerate(q) if i > 0}

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -22,13 +21,14 @@ from repro.pipeline.stages.stored_fit import dataset, load_parameters, model_of
 from repro.plugins.plugin import plugin
 from repro.tracking import progress
 from repro.tracking.load import Run
+from repro.tracking.plain_data import Json
 
 LOOPS, TRAJECTORIES, FIRST = "control.parquet", "closed_loops.parquet", "first_loop.npz"
 SHOWN = 2  # loops whose trajectories are stored
 PRIOR_SAMPLES = 2000
 
 
-def make(folder: Path, options: LoopOptions, upstream: Mapping[str, Run]) -> dict[str, Any]:
+def make(folder: Path, options: LoopOptions, upstream: Mapping[str, Run]) -> Json:
     """Close the loops with the fitted ensemble upstream."""
     fit, inputs = upstream["fit"], upstream["fit"].upstream
     model, weights = model_of(options.fit, inputs), load_parameters(fit.record.folder).numpy()
@@ -56,7 +56,7 @@ def drive(
     data: Dataset,
     plan: LoopPlan,
     report: Callable[[float, str], None],
-) -> dict[str, Any]:
+) -> Json:
     """Close every loop of a plan with the members' weights (member, n_parameters); returns a summary."""
     train, task, options = data.train, plan.task, plan.controller
     samples = train.q[0][:PRIOR_SAMPLES], train.qd[0][:PRIOR_SAMPLES], train.qdd[0][:PRIOR_SAMPLES]

@@ -1,7 +1,7 @@
 """Makes a dataset and stores it."""
 
 from pathlib import Path
-from typing import Any, assert_never
+from typing import assert_never
 
 from repro.data.data_options import FreeMotionOptions, RandomForce, RecordingFile, arguments
 from repro.data.dataset import Dataset
@@ -10,9 +10,10 @@ from repro.data.random_force import random_force
 from repro.data.recording_file import from_file
 from repro.mechanics.system import load_system
 from repro.pipeline.stage_options import DataOptions
+from repro.tracking.plain_data import Json
 
 
-def make(folder: Path, options: DataOptions) -> dict[str, Any]:
+def make(folder: Path, options: DataOptions) -> Json:
     """Simulate D or D_H, or read a recording in the coordinates of the system; UserError for what is not allowed."""
     dataset = _dataset(options)
     dataset.save(folder)

@@ -4,7 +4,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from shutil import copyfile
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -42,13 +41,14 @@ from repro.pipeline.stages.fit import training_data
 from repro.pipeline.stages.stored_fit import CURVES, dataset, free_data, load_parameters, model_of
 from repro.plugins.plugin import plugin
 from repro.tracking.load import Run
+from repro.tracking.plain_data import Json
 
 METRICS, TRAJECTORIES = "metrics.parquet", "trajectories.parquet"
 ON_D_H = ("mae_tau", "mae_qdd", "mae_H_legendre", "mae_H_sum", "mae_L_raw", "min_eig_M")
 TRAIN_SAMPLES = 20_000  # of the training part, enough for its mean errors
 
 
-def make(folder: Path, options: RunOptions, upstream: Mapping[str, Run]) -> dict[str, Any]:
+def make(folder: Path, options: RunOptions, upstream: Mapping[str, Run]) -> Json:
     """Measure a fitted ensemble, and take over the tables of its closed loops, where there are any.
 
     upstream: fit, and control
@@ -85,7 +85,7 @@ class Fit:
     seeds: Sequence[int]
     status: Sequence[str]
     seconds: float
-    notes: Mapping[str, Any]
+    notes: Json
 
 
 def stored_fit(options: FitOptions, fit: Run) -> Fit:
@@ -110,7 +110,7 @@ def measure(
     free: Dataset | None = None,
     others: Sequence[MetricValues] = (),
     horizons: Sequence[float] = (),
-) -> dict[str, Any]:
+) -> Json:
     """All metrics on the test part, the equation errors on the training part, and the first test points as curves.
 
     free: D_H, whose test part is measured too (split `free`); others: metrics that were taken elsewhere; horizons: s of

@@ -3,7 +3,6 @@
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -22,9 +21,10 @@ from repro.pipeline.stages.stored_fit import CURVES, PARAMETERS, forced_data, fr
 from repro.plugins.plugin import plugin
 from repro.tracking import progress
 from repro.tracking.load import Run
+from repro.tracking.plain_data import Json
 
 
-def make(folder: Path, options: FitOptions, upstream: Mapping[str, Run]) -> dict[str, Any]:
+def make(folder: Path, options: FitOptions, upstream: Mapping[str, Run]) -> Json:
     """Fit the ensemble; an interrupted attempt is resumed."""
     model = model_of(options, upstream)
     data = training_data(options, upstream)
@@ -68,7 +68,7 @@ def build_optimiser(options: OptimiserOptions, device: str = "cpu") -> Optimiser
     return optimiser
 
 
-def keep(folder: Path, fitted: Fitted, seeds: Sequence[int], seconds: float) -> dict[str, Any]:
+def keep(folder: Path, fitted: Fitted, seeds: Sequence[int], seconds: float) -> Json:
     """Write the weights and the learning curves; return the summary."""
     np.savez(folder / PARAMETERS, parameters=fitted.parameters.double().numpy(), seeds=np.array(seeds))
     rows = [
