@@ -1,5 +1,5 @@
-"""What a user can get wrong, said in one line."""
+"""Errors that a user can fix, reported in one line."""
 
 
 class UserError(Exception):
-    """A mistake that the user can mend: the message says what is wrong, where, what is allowed and how to mend it."""
+    """An error that the user can fix; the message says what is wrong, where, what is allowed and how to fix it."""

@@ -31,8 +31,8 @@ def expand(overrides: Sequence[str], *, paired: bool = False, lines: bool = True
     """The jobs of a sweep, as the overrides of each, without repetition.
 
     `experiment=NAME` takes the `lines` of that file's `sweep`, whose keys the overrides replace; in a line, and in the
-    overrides, `key=a,b` makes a job a value. `paired` walks the overrides' lists side by side instead of multiplying
-    them. UserError for lists that do not pair, or for an override that is not understood.
+    overrides, `key=a,b` makes one job per value. `paired` walks the overrides' lists side by side, not as a product.
+    UserError for lists that do not pair, or for an override that is not understood.
     """
     overrides = [renamed(override) for override in overrides]
     replaced = {_key(override) for override in overrides}

@@ -1,4 +1,4 @@
-"""Checks of what a user asks for, shared by everything that makes data."""
+"""Checks of arguments, shared by everything that makes data."""
 
 import math
 from collections.abc import Sequence

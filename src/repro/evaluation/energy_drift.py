@@ -45,10 +45,10 @@ def free_motion_energies(model: Model, parameters: Tensor, system: System, secon
     plant = simulate(
         dynamics_of(system).acceleration, starts, np.zeros((STARTS, steps, system.n_q)), TIME_STEP, angles=system.angles
     )
-    said = _roll(model, np.repeat(weights, STARTS, axis=0), np.tile(starts, (len(weights), 1)), steps, system)
-    said = said.reshape(len(weights), STARTS, steps + 1, -1)
-    true = np.broadcast_to(_energy(system, plant), said.shape[:-1])
-    return FreeMotion(np.arange(steps + 1) * TIME_STEP, true, _energy(system, said))
+    predicted = _roll(model, np.repeat(weights, STARTS, axis=0), np.tile(starts, (len(weights), 1)), steps, system)
+    predicted = predicted.reshape(len(weights), STARTS, steps + 1, -1)
+    true = np.broadcast_to(_energy(system, plant), predicted.shape[:-1])
+    return FreeMotion(np.arange(steps + 1) * TIME_STEP, true, _energy(system, predicted))
 
 
 def random_starts(system: System) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The errors of a fitted ensemble, a value a member: pointwise, gauge-aware, and structural."""
+"""The errors of a fitted ensemble, one value per seed: pointwise, gauge-aware, and structural."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

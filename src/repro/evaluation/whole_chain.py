@@ -63,7 +63,7 @@ def draw(
 def learn(samples: Samples) -> np.ndarray:
     """Least squares for f = M vdot + K s + K_3 s^3 + C v, full matrices: [M | K | K_3 | C] as (4 links, links).
 
-    The features are those of the link that is learned alone; which link pulls at which mass is not told.
+    The features are those of the link that is learned alone; which link pulls at which mass is not given.
     """
     features = np.concatenate([samples.acceleration, samples.extension, samples.extension**3, samples.velocity], axis=1)
     coefficients: np.ndarray = np.linalg.lstsq(features, samples.force, rcond=None)[0]

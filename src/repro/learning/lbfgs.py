@@ -9,7 +9,7 @@ from repro.learning.members import MemberProblem
 from repro.learning.optimisers.lbfgs import Options
 from repro.learning.result import Progress
 
-NOT_FINITE = 1e30  # what the line search is told where the model is singular
+NOT_FINITE = 1e30  # loss for the line search where the model is singular
 
 
 @dataclass(frozen=True)

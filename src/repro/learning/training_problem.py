@@ -16,7 +16,7 @@ from repro.models.terms import Terms
 
 @dataclass(frozen=True)
 class TrainingTask:
-    """A prepared dataset and what is asked of the model there; every tensor is (member, sample, ...)."""
+    """A prepared dataset and the objective there; every tensor is (member, sample, ...)."""
 
     objective: Objective
     prepared: dict[str, Tensor]

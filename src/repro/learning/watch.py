@@ -15,7 +15,7 @@ from repro.models.terms import least_eigenvalue
 
 
 class Watch(Protocol):
-    """A number of each member that an optimiser asks for: at `always` every step, else now and then."""
+    """A number of each member, evaluated during a fit: with `always` at every step, else now and then."""
 
     name: ClassVar[str]
     always: ClassVar[bool]

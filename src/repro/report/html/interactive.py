@@ -1,4 +1,4 @@
-"""One page that holds the viewer and some recordings: it opens from disk, without a server, and asks nobody."""
+"""One page that holds the viewer and some recordings: it opens from disk and needs neither server nor network."""
 
 import base64
 import gzip
