@@ -8,7 +8,7 @@ import pytest
 from repro.bench import process
 from repro.bench.process import peak_mib
 
-needs_linux = pytest.mark.skipif(math.isnan(peak_mib(lambda: None)), reason="the system does not tell")
+needs_linux = pytest.mark.skipif(math.isnan(peak_mib(lambda: None)), reason="this system reports no peak memory")
 
 
 @needs_linux
