@@ -43,11 +43,24 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     "config": (*SCIENCE, "tracking"),
     "bench": (*SCIENCE, "tracking"),
     "report": (*STORED, "launch", "recording"),
-    "pipeline": (*SCIENCE, *STORED, "recording", "config"),
-    "sweep": (*SCIENCE, *STORED, "recording", "launch", "config", "pipeline"),
-    "commands": (*SCIENCE, *STORED, "recording", "launch", "export", "config", "bench", "report", "pipeline", "sweep"),
+    "library": (*SCIENCE, "export", "recording", "tracking"),
+    "pipeline": (*SCIENCE, *STORED, "recording", "config", "library"),
+    "sweep": (*SCIENCE, *STORED, "recording", "launch", "config", "library", "pipeline"),
+    "commands": (
+        *SCIENCE,
+        *STORED,
+        "recording",
+        "launch",
+        "export",
+        "config",
+        "bench",
+        "report",
+        "library",
+        "pipeline",
+        "sweep",
+    ),
     "cli": ("commands",),
-    "__init__": ("tracking", "pipeline"),
+    "__init__": ("tracking", "library", "pipeline"),
 }
 
 

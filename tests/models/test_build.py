@@ -12,6 +12,7 @@ from repro.codegen.array_evaluation import evaluate
 from repro.config.plugin_options import model_options
 from repro.data.random_force import random_force
 from repro.errors import UserError
+from repro.library.ensemble import build_model
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import load
 from repro.models import degenerate
@@ -19,7 +20,6 @@ from repro.models.bases import t2
 from repro.models.context import Context
 from repro.models.kinds import lagrangian, structured, trivial
 from repro.models.kinds.degenerate import Options, build
-from repro.pipeline.stages.stored_fit import build_model
 
 CONF = Path(__file__).parents[2] / "conf" / "model"
 SYSTEM = load("sip")

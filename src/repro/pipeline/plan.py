@@ -10,13 +10,13 @@ from repro.config.submodels import fit_of, is_settings, settings_of
 from repro.control.controller_options import CONTROLLERS, ControllerOptions
 from repro.data.data_options import FreeMotionOptions, RandomForce, RecordingFile
 from repro.learning.sequence_options import SequenceKind, SequenceOptions
+from repro.learning.training_options import Training
 from repro.pipeline.stage_options import (
     DataOptions,
     FitOptions,
     LoopOptions,
     RecordingOptions,
     RunOptions,
-    Training,
 )
 from repro.pipeline.stored_options import check_seeds, stored_options
 from repro.plugins.options import Options

@@ -6,9 +6,7 @@ from typing import Literal
 from repro.control.controller_options import ControllerOptions
 from repro.control.task import Task
 from repro.data.data_options import FreeMotionOptions, RandomForce, RecordingFile
-from repro.learning.objective_options import ObjectiveOptions
-from repro.learning.optimiser_options import OptimiserOptions
-from repro.learning.sequence_options import SequenceOptions
+from repro.learning.training_options import Training
 from repro.mechanics.system_options import SystemOptions
 from repro.models.model_options import ModelOptions
 from repro.plugins.options import Options
@@ -24,16 +22,6 @@ class DataOptions(Options):
     seeds: tuple[int, ...]
     source: RandomForce | FreeMotionOptions | RecordingFile
     sha256: str = ""
-
-
-@dataclass(frozen=True)
-class Training(Options):
-    """How the weights of a model are fitted."""
-
-    objective: ObjectiveOptions
-    sequence: SequenceOptions
-    optimiser: OptimiserOptions
-    device: str = "cpu"
 
 
 @dataclass(frozen=True)

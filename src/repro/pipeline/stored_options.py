@@ -9,8 +9,9 @@ from repro.config.plugin_options import model_options, optimiser_options
 from repro.errors import UserError
 from repro.learning.objective_options import ObjectiveOptions
 from repro.learning.sequence_options import SequenceOptions
+from repro.learning.training_options import Training
 from repro.mechanics.system_options import SystemOptions
-from repro.pipeline.stage_options import FitOptions, Training
+from repro.pipeline.stage_options import FitOptions
 from repro.tracking.load import Run
 
 

@@ -9,14 +9,15 @@ from repro.data.random_force import random_force
 from repro.evaluation.predictions import predict
 from repro.learning.optimisers import adam, least_squares, levenberg_marquardt
 from repro.learning.result import Fitted, NoCheckpoint
+from repro.learning.training_options import Training
+from repro.library.ensemble import build_model, fit_ensemble
+from repro.library.phases import TrainingData, phases_of
 from repro.models.bases import t1, t2
 from repro.models.kinds import structured
 from repro.models.lagrangian import Lagrangian
 from repro.models.trivial import Trivial
-from repro.pipeline.stage_options import Training
-from repro.pipeline.stages.fit import fit, keep
-from repro.pipeline.stages.phases import TrainingData, phases_of
-from repro.pipeline.stages.stored_fit import CURVES, build_model, load_parameters
+from repro.pipeline.stages.fit import keep
+from repro.pipeline.stages.stored_fit import CURVES, load_parameters
 
 MODEL = Lagrangian(t2, 2, hidden=(4,))
 SHORT = levenberg_marquardt.Options(restarts=1, iterations=20, samples=None)
@@ -26,7 +27,7 @@ def _fit(recipe, data, free, system, optimiser=SHORT, model=MODEL):
     texts = []
     training = Training(*recipe, optimiser)
     given = TrainingData(data, free, system, [3, 8])
-    fitted, seconds = fit(model, training, given, lambda fraction, text: texts.append(text), NoCheckpoint())
+    fitted, seconds = fit_ensemble(model, training, given, lambda fraction, text: texts.append(text), NoCheckpoint())
     assert seconds >= 0
     return fitted, list(dict.fromkeys(text.split(":")[0] for text in texts))
 

@@ -3,11 +3,11 @@
 import pandas as pd
 import pytest
 
+from repro.library.phases import TrainingData, phases_of
 from repro.models.bases import t1, t2
 from repro.models.blackbox import BlackBox
 from repro.models.lagrangian import Lagrangian
 from repro.pipeline.stages.examine import FILE, applies, examine, keep, metrics, shortened
-from repro.pipeline.stages.phases import TrainingData, phases_of
 
 
 @pytest.fixture

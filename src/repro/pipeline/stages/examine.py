@@ -14,9 +14,9 @@ from repro.learning.objective_options import Equation, ObjectiveOptions
 from repro.learning.sequence_options import SequenceOptions
 from repro.learning.training import Phase
 from repro.learning.training_problem import TrainingProblem
+from repro.library.phases import TrainingData, phases_of
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
-from repro.pipeline.stages.phases import TrainingData, phases_of
 
 FILE = "identifiability.parquet"
 SAMPLES = 10_000  # of D and of D_H: enough for a rank, and for a condition number to two digits

@@ -1,24 +1,18 @@
 """Fits an ensemble to its data, and stores the weights and the learning curves."""
 
-import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import torch
 
-from repro.learning.optimiser import Optimiser
-from repro.learning.optimiser_options import OptimiserOptions
-from repro.learning.result import Checkpoint, Fitted, Progress
-from repro.learning.training import train
+from repro.learning.result import Fitted
+from repro.library.ensemble import fit_ensemble
+from repro.library.phases import TrainingData
 from repro.mechanics.system import load_system
-from repro.models.model import Model
-from repro.pipeline.stage_options import FitOptions, Training
+from repro.pipeline.stage_options import FitOptions
 from repro.pipeline.stages.checkpoint import FileCheckpoint
-from repro.pipeline.stages.phases import TrainingData, phases_of
 from repro.pipeline.stages.stored_fit import CURVES, PARAMETERS, forced_data, free_data, model_of
-from repro.plugins.plugin import plugin
 from repro.tracking import progress
 from repro.tracking.load import Run
 from repro.tracking.plain_data import Json
@@ -28,7 +22,7 @@ def make(folder: Path, options: FitOptions, upstream: Mapping[str, Run]) -> Json
     """Fit the ensemble; an interrupted attempt is resumed."""
     model = model_of(options, upstream)
     data = training_data(options, upstream)
-    fitted, seconds = fit(
+    fitted, seconds = fit_ensemble(
         model,
         options.training,
         data,
@@ -43,29 +37,6 @@ def make(folder: Path, options: FitOptions, upstream: Mapping[str, Run]) -> Json
 def training_data(options: FitOptions, upstream: Mapping[str, Run]) -> TrainingData:
     """What the ensemble is trained on, from the stages upstream of its fit."""
     return TrainingData(forced_data(upstream), free_data(upstream), load_system(options.system), options.seeds)
-
-
-def fit(
-    model: Model, training: Training | None, data: TrainingData, progress: Progress, checkpoint: Checkpoint
-) -> tuple[Fitted, float]:
-    """Fit and return the result with the CPU seconds it took; without weights to fit the start is the result."""
-    generators = [np.random.default_rng([seed, 1]) for seed in data.seeds]
-    parameters = torch.from_numpy(model.initial(generators))
-    if training is None or model.fixed == slice(0, model.n_parameters):
-        return Fitted(parameters, status=["ok"] * len(parameters), notes={"epochs": 0}), 0.0
-    phases = phases_of(model, training.objective, training.sequence, data)
-    started = time.process_time()
-    optimiser = build_optimiser(training.optimiser, training.device)
-    fitted = train(phases, optimiser, parameters, progress, checkpoint)
-    return fitted, time.process_time() - started
-
-
-def build_optimiser(options: OptimiserOptions, device: str = "cpu") -> Optimiser:
-    """The optimiser that its file of learning/optimisers builds, on a device."""
-    optimiser: Optimiser = plugin("learning.optimisers", options.kind).build(options)
-    if device != "cpu":
-        optimiser = plugin("learning.device", "device_adam").DeviceAdam.of(optimiser, device)
-    return optimiser
 
 
 def keep(folder: Path, fitted: Fitted, seeds: Sequence[int], seconds: float) -> Json:

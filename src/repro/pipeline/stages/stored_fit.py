@@ -8,12 +8,11 @@ import numpy as np
 import torch
 
 from repro.data.dataset import Dataset
-from repro.mechanics.system import System, load_system
-from repro.models.context import Context, SubModel
+from repro.library.ensemble import build_model
+from repro.mechanics.system import load_system
+from repro.models.context import SubModel
 from repro.models.model import Model
-from repro.models.model_options import ModelOptions
 from repro.pipeline.stage_options import FitOptions
-from repro.plugins.plugin import plugin
 from repro.tracking.load import Run
 
 PARAMETERS, CURVES = "parameters.npz", "curves.parquet"
@@ -53,17 +52,6 @@ def part_of(options: FitOptions, fit: Run, seeds: Sequence[int]) -> SubModel:
     weights = load_parameters(fit.record.folder).numpy()
     chosen = [options.seeds.index(seed) for seed in seeds]
     return SubModel(model_of(options, fit.upstream), weights[chosen])
-
-
-def build_model(
-    options: ModelOptions, basis: str, data: Sequence[Dataset], system: System | None, parts: Sequence[SubModel] = ()
-) -> Model:
-    """The model that its file of models/kinds builds; data: the curriculum's datasets, then D itself."""
-    final = data[-1].train
-    features, first = plugin("models.bases", basis), data[0].train
-    context = Context(features, final.coordinates, final.q, final.qd, first.qd, system, tuple(parts))
-    model: Model = plugin("models.kinds", options.kind).build(context, options)
-    return model
 
 
 @lru_cache(maxsize=4)
