@@ -57,27 +57,20 @@ def make_task(
     model: Model,
     dataset: Dataset,
     objective: Objective,
-    dtype: torch.dtype = torch.float64,
     error_scale: float | None = None,
 ) -> TrainingTask:
-    """Prepare a dataset's samples for a model.
+    """A model's objective on the samples of a dataset.
 
     error_scale s (m/s^2 and rad/s^2 together) weighs each sample by 1 / (1 + |qdd|^2 / s^2): where the motion is
     violent a small relative error of M is a large error of tau.
     """
-    prepared = model.prepare(dataset.q, dataset.qd, dataset.qdd, dataset.tau)
     measured = {"q": dataset.q, "qd": dataset.qd, "qdd": dataset.qdd, "tau": dataset.tau}
     if dataset.energy is not None:
         measured["energy"] = dataset.energy
     weight = None
     if error_scale is not None:
-        weight = torch.from_numpy(1 / (1 + (dataset.qdd**2).sum(-1) / error_scale**2)).to(dtype)
-    return TrainingTask(
-        objective,
-        {name: torch.from_numpy(array).to(dtype) for name, array in prepared.items()},
-        {name: torch.from_numpy(array).to(dtype) for name, array in measured.items()},
-        weight,
-    )
+        weight = torch.from_numpy(1 / (1 + (dataset.qdd**2).sum(-1) / error_scale**2))
+    return TrainingTask(model, objective, {name: torch.from_numpy(array) for name, array in measured.items()}, weight)
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import torch
@@ -10,18 +11,31 @@ from torch import Tensor
 
 from repro.learning.objective import Objective
 from repro.learning.watch import Watch
-from repro.models.model import Model
+from repro.models.model import Model, Prepared
 from repro.models.terms import Terms
 
 
 @dataclass(frozen=True)
 class TrainingTask:
-    """A prepared dataset and the objective there; every tensor is (member, sample, ...)."""
+    """A model's objective on a dataset; every tensor is (member, sample, ...).
 
+    measured: q, qd, qdd, tau, and the energy where it is known; known: what the model needs of them, where it has been
+    computed already.
+    """
+
+    model: Model
     objective: Objective
-    prepared: dict[str, Tensor]
     measured: dict[str, Tensor]
     sample_weight: Tensor | None = None
+    known: Prepared | None = None
+
+    @cached_property
+    def prepared(self) -> Prepared:
+        """What the model needs of the data: often many times their size, so only computed where it is read."""
+        if self.known is not None:
+            return self.known
+        arrays = self.model.prepare(*(self.measured[name].double().numpy() for name in ("q", "qd", "qdd", "tau")))
+        return {name: torch.from_numpy(array).to(self.measured["qd"].dtype) for name, array in arrays.items()}
 
     @property
     def samples(self) -> int:
@@ -38,16 +52,19 @@ class TrainingTask:
         return self.changed(lambda tensor: tensor[index : index + 1])
 
     def cast(self, dtype: torch.dtype) -> "TrainingTask":
-        """The same task in another floating-point type."""
-        return self.changed(lambda tensor: tensor.to(dtype))
+        """The same task in another floating-point type; what the model needs is computed before it is rounded."""
+        if dtype == self.measured["qd"].dtype:
+            return self
+        return replace(self, known=self.prepared).changed(lambda tensor: tensor.to(dtype))
 
     def changed(self, change: Callable[[Tensor], Tensor]) -> "TrainingTask":
         """The same task with every tensor changed."""
-        return TrainingTask(
-            self.objective,
-            {name: change(tensor) for name, tensor in self.prepared.items()},
-            {name: change(tensor) for name, tensor in self.measured.items()},
-            None if self.sample_weight is None else change(self.sample_weight),
+        prepared = vars(self).get("prepared", self.known)
+        return replace(
+            self,
+            measured={name: change(tensor) for name, tensor in self.measured.items()},
+            sample_weight=None if self.sample_weight is None else change(self.sample_weight),
+            known=None if prepared is None else {name: change(tensor) for name, tensor in prepared.items()},
         )
 
     def rows(self, terms: Terms) -> Tensor:
@@ -86,7 +103,8 @@ class TrainingProblem:
         """Loss (member,); `index` (member, batch) picks a mini-batch of the first task, the others are used whole."""
         total: Tensor = torch.zeros(len(parameters), dtype=parameters.dtype)
         for number, task in enumerate(self.tasks):
-            part = task if number or index is None else task.select(index)
+            known = replace(task, known=task.prepared)
+            part = known if number or index is None else known.select(index)
             terms = self.model.evaluate(parameters, part.prepared, part.objective.mass)
             total = total + part.rows(terms).square().sum((1, 2))
         if self.l1 is not None:

@@ -1,10 +1,13 @@
 """A network of features for T (or L), of any size, with the inverse or the forward objective."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 import torch
 
 from repro.codegen.c_source import c_source
-from repro.learning.affine_rows import affine_rows, has_affine_rows
+from repro.learning.affine_rows import AffineRows, affine_rows, has_affine_rows
 from repro.learning.kernels.kernel import Kernel, defines, listed
 from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.models.lagrangian import Lagrangian
@@ -45,24 +48,53 @@ def _constants(model: Lagrangian) -> str:
 
 def _pack(model: Lagrangian, task: TrainingTask, number: int) -> tuple[str, np.ndarray]:
     """The C text of a task's `Form`, and its samples (member, sample, column): [z, zdot, the entries that vary]."""
-    affine = affine_rows(model, task)
-    entries = [affine.weight.unsqueeze(-1)]
-    for row in range(affine.right.shape[-1]):
-        several = (affine.slope, affine.curvature, affine.potential)
-        entries += [affine.value[..., row, None], *(part[:, :, row] for part in several), affine.right[..., row, None]]
-    entries.append(affine.bends.flatten(2))
-    columns = [column for part in entries for column in part.double().unbind(-1)]
-    fixed = [int(x) if (x := column[0, 0].item()) in (0.0, 1.0) and (column == x).all() else None for column in columns]
-    places = [place for place, value in enumerate(fixed) if value is None]
-    numbers = [affine.right.shape[-1], affine.bends.shape[2], int(task.objective.mass), int(bool(affine.value.any()))]
+    members = [_entries(affine_rows(model, task.member(member))) for member in range(len(task.measured["q"]))]
+    columns = range(len(members[0].fixed))
+    same = [members[0].fixed[k] if all(m.fixed[k] == members[0].fixed[k] for m in members) else None for k in columns]
+    places = [place for place, value in enumerate(same) if value is None]
+    rows, bends, valued = members[0].sizes
+    numbers = [rows, bends, int(task.objective.mass), int(valued)]
     form = [
         f"static const int32_t places_{number}[] = {{{listed([*places, 0])}}};",
-        f"static const double fixed_{number}[] = {{{listed(value or 0 for value in fixed)}}};",
+        f"static const double fixed_{number}[] = {{{listed(value or 0 for value in same)}}};",
         f"static const Form form_{number} = {{{listed(numbers)}, {len(places)}, places_{number}, fixed_{number}}};",
         f"#define gradient_{number}(...) network_gradient(__VA_ARGS__, &form_{number})",
         "",
     ]
-    read = torch.stack(
-        [*affine.z.double().unbind(-1), *affine.zdot.double().unbind(-1), *(columns[k] for k in places)], -1
+    return "\n".join(form), np.stack([member.packed(places) for member in members])
+
+
+@dataclass(frozen=True)
+class _Entries:
+    """The samples of one member: z and zdot (sample, 2 n_z), and of [weight, rows, bends] what varies.
+
+    fixed: 0 or 1 of an entry with this value at every sample, else None; varying: its columns by place, (sample,); sizes:
+    rows, bends, and whether some row needs N itself.
+    """
+
+    inputs: np.ndarray
+    fixed: list[int | None]
+    varying: dict[int, np.ndarray]
+    sizes: tuple[int, int, bool]
+
+    def packed(self, places: Sequence[int]) -> np.ndarray:
+        """Columns [z, zdot, the entries at these places]."""
+        samples = len(self.inputs)
+        columns = [self.varying.get(k, np.full(samples, self.fixed[k], dtype=float)) for k in places]
+        return np.concatenate([self.inputs, *(column[:, None] for column in columns)], axis=1)
+
+
+def _entries(affine: AffineRows) -> _Entries:
+    parts = [affine.weight.unsqueeze(-1)]
+    for row in range(affine.right.shape[-1]):
+        several = (affine.slope, affine.curvature, affine.potential)
+        parts += [affine.value[..., row, None], *(part[:, :, row] for part in several), affine.right[..., row, None]]
+    parts.append(affine.bends.flatten(2))
+    columns = [column for part in parts for column in part[0].double().unbind(-1)]
+    fixed = [int(x) if (x := column[0].item()) in (0.0, 1.0) and (column == x).all() else None for column in columns]
+    return _Entries(
+        torch.cat([affine.z[0], affine.zdot[0]], dim=1).double().numpy(),
+        fixed,
+        {k: columns[k].numpy().copy() for k, value in enumerate(fixed) if value is None},
+        (affine.right.shape[-1], affine.bends.shape[2], bool(affine.value.any())),
     )
-    return "\n".join(form), read.contiguous().numpy()

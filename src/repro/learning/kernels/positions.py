@@ -26,16 +26,15 @@ def position_kernel(problem: TrainingProblem) -> Kernel | None:
     model = problem.model
     if not isinstance(model, Structured) or any(task.objective.momentum_weight for task in problem.tasks):
         return None
-    moving = tuple(
-        c for c in range(model.n_q) if any(task.prepared["position"][:, :, 2 + c].any() for task in problem.tasks)
-    )
+    jets = [_jets(task) for task in problem.tasks]
+    moving = tuple(c for c in range(model.n_q) if any(of_task[:, :, :, 1 + c].any() for of_task in jets))
     shared = [c_source(__file__, name) for name in ("matrix_products", "activations")]
     source = [_constants(model, moving), *shared, FUNCTIONS]
     source += [_physics(model, task.objective, moving, number) for number, task in enumerate(problem.tasks)]
     source.append(c_source(__file__, "jets"))
     for number in range(len(problem.tasks)):
         source.append(f"#define gradient_{number}(...) jets_gradient(__VA_ARGS__, physics_{number})\n")
-    return Kernel("".join(source), [_pack(task, moving) for task in problem.tasks])
+    return Kernel("".join(source), [_pack(*each, moving) for each in zip(problem.tasks, jets, strict=True)])
 
 
 @dataclass(frozen=True)
@@ -106,7 +105,13 @@ def _physics(model: Structured, objective: Objective, moving: tuple[int, ...], n
     )
 
 
-def _pack(task: TrainingTask, moving: tuple[int, ...]) -> np.ndarray:
+def _jets(task: TrainingTask) -> np.ndarray:
+    """Of the network's inputs (member, sample, unit, quantity): value, and derivatives with respect to q."""
+    members = [task.member(member).prepared["position"][0] for member in range(len(task.measured["q"]))]
+    return np.stack([jets[:, [0, *range(2, jets.shape[1])]].double().transpose(1, 2).numpy() for jets in members])
+
+
+def _pack(task: TrainingTask, jets: np.ndarray, moving: tuple[int, ...]) -> np.ndarray:
     """Samples (member, sample, column): the jets by unit and quantity, then COLUMNS."""
-    jets_of = task.prepared["position"][:, :, [0, *(2 + c for c in moving)]].double()
-    return np.concatenate([jets_of.transpose(2, 3).flatten(2).numpy(), pack(task)], axis=-1)
+    chosen = jets[..., [0, *(1 + c for c in moving)]]
+    return np.concatenate([chosen.reshape(*jets.shape[:2], -1), pack(task)], axis=-1)
