@@ -1,12 +1,30 @@
 """Predictions in chunks, and the truth."""
 
+from dataclasses import fields
+
 import numpy as np
+import pytest
 import torch
 
+from repro.codegen import point_function
+from repro.codegen.c_library import has_compiler
 from repro.evaluation import predictions
 from repro.evaluation.predictions import predict, truth
-from repro.models.bases import t2
+from repro.models.bases import t1, t2
+from repro.models.blackbox import BlackBox
+from repro.models.damped import Damped
 from repro.models.lagrangian import Lagrangian
+from repro.models.port_hamiltonian import PortHamiltonian
+from repro.models.structured import Structured
+
+STRUCTURED = Structured(2, np.array([0.9, 5.0]), hidden=(2,))
+MODELS = {
+    "network": Lagrangian(t2, 2, hidden=(4,)),
+    "structured": STRUCTURED,
+    "damped, transformed": Damped(Lagrangian(t1, 2, momentum_hidden=(2,)), "full"),
+    "port-Hamiltonian": PortHamiltonian(STRUCTURED, np.array([0.9, 5.0]), hidden=(2,)),
+    "black box": BlackBox(2, hidden=(3,)),
+}
 
 
 def test_chunks_change_nothing(data, monkeypatch):
@@ -19,6 +37,25 @@ def test_chunks_change_nothing(data, monkeypatch):
     for name in ("tau", "acceleration", "momentum", "kinetic", "potential", "mass"):
         np.testing.assert_allclose(getattr(pieces, name), getattr(whole, name), rtol=1e-12, atol=1e-12)
     assert pieces.transformed_momentum is None
+
+
+@pytest.mark.skipif(not has_compiler(), reason="compares compiled code")
+@pytest.mark.parametrize("name", MODELS)
+def test_compiled_predictions_are_those_of_torch(name, data, monkeypatch):
+    model, members = MODELS[name], range(data.members)
+    weights = model.initial([np.random.default_rng(k) for k in members])
+    weights += 0.1 * np.random.default_rng(0).normal(size=weights.shape)
+    arguments = (model, torch.from_numpy(weights), data.q, data.qd, data.qdd, data.tau)
+    expected = predict(*arguments)
+    for module in (predictions, point_function):
+        monkeypatch.setattr(module, "LEAST_POINTS", 1)
+    monkeypatch.setattr(point_function, "LEAST_WORK", 1)
+    ours = predict(*arguments)
+    for field in fields(expected):
+        one, other = getattr(ours, field.name), getattr(expected, field.name)
+        assert (one is None) == (other is None), field.name
+        if one is not None:
+            np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12 * np.abs(other).max())
 
 
 def test_single_precision_weights_predict_in_double(exact, data):

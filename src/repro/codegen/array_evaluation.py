@@ -7,6 +7,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from repro.codegen.point_function import pays, point_function
+
 BLOCK = 1024  # points evaluated together: enough to hide the call, few enough that repeated weights stay small
 
 
@@ -14,8 +16,8 @@ def evaluate(function: ca.Function, *arrays: np.ndarray) -> np.ndarray:
     """Evaluate a function of column vectors over arrays of points.
 
     arrays: (..., n_i) with leading axes that broadcast; an array (n_i,) is used at every point, and inputs of size 0 at
-    the end may be left out. Returns (..., r) for a column of r, (..., r, c) for a wider matrix. ValueError where sizes
-    do not fit.
+    the end may be left out. At many points the function is compiled, where there is a compiler. Returns (..., r) for a
+    column of r, (..., r, c) for a wider matrix. ValueError where sizes do not fit.
     """
     given = [np.asarray(array, dtype=float) for array in arrays]
     given += [np.zeros(0)] * (function.n_in() - len(given))
@@ -27,11 +29,13 @@ def evaluate(function: ca.Function, *arrays: np.ndarray) -> np.ndarray:
     rows, columns = function.size_out(0)
     flat = [array if array.ndim == 1 else _flatten(array, leading) for array in given]
     result = np.empty((points, columns, rows))
-    whole = points - points % BLOCK
-    for start in range(0, whole, BLOCK):
-        _map(function, [_rows(array, start, start + BLOCK) for array in flat], result[start : start + BLOCK])
-    if whole < points:
-        _map(function, [_rows(array, whole, points) for array in flat], result[whole:])
+    compiled = point_function(function, tuple(array.ndim == 1 for array in flat)) if pays(function, points) else None
+    if compiled is not None:
+        compiled([np.ascontiguousarray(array) for array in flat], result)
+    else:
+        for start in range(0, points, BLOCK):
+            stop = min(start + BLOCK, points)
+            _map(function, [_rows(array, start, stop) for array in flat], result[start:stop])
     return result.reshape(*leading, rows) if columns == 1 else result.swapaxes(1, 2).reshape(*leading, rows, columns)
 
 

@@ -8,6 +8,8 @@ import casadi as ca
 from repro.codegen.straight_line import statements
 
 LANES = 8  # doubles in the widest vector registers; a compiler splits a vector for narrower ones
+CONSTANT = "parameters"  # begins the name of an input that holds scalars, every other one holds vectors
+FAST = ("-O3", "-march=native", "-ffast-math", "-mprefer-vector-width=512")  # for the compiler
 
 TYPE = f"""
 #include <math.h>
@@ -55,7 +57,7 @@ FUNCTIONS = "\n".join(
 def vectorised(function: ca.Function, output: str, inputs: Sequence[str]) -> tuple[list[str], int]:
     """Statements over lanes of output = function(*inputs), and the number of work variables w0, w1, ... they need.
 
-    The input `parameters` holds scalars, every other input vectors. An output named `sum` is added to, not replaced.
+    Inputs whose name begins with CONSTANT hold scalars, all others vectors. An output `sum` is added to, not replaced.
     """
     lines, n_work = statements(function, inputs, output)
     return [_vector_statement(line, output) for line in lines], n_work
@@ -74,7 +76,7 @@ def vector_function(function: ca.Function, inputs: Sequence[str]) -> str:
 def _vector_statement(line: str, output: str) -> str:
     # scalars instead of an array of work variables: these stay in registers
     target, value = re.sub(r"\bw\[(\d+)\]", r"w\1", line).split(" = ", 1)
-    if value.startswith("parameters[") or _is_number(value):
+    if value.startswith(CONSTANT) or _is_number(value):
         value = f"splat({value})"
     else:
         value = re.sub(r"^(\w+)\(", r"v_\1(", value)

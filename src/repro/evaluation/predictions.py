@@ -1,29 +1,51 @@
 """Predictions of a fitted model at many samples, and the true quantities there."""
 
+from collections.abc import Sequence
 from dataclasses import fields, replace
+from functools import lru_cache
 
+import casadi
 import numpy as np
 import torch
 from torch import Tensor
 
 from repro.codegen.array_evaluation import evaluate
+from repro.codegen.c_library import has_compiler
+from repro.codegen.point_function import LEAST_POINTS
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
 from repro.models.model import Model
 from repro.models.terms import Terms
 
-CHUNK = 4096  # samples at a time, so that wide networks fit into memory
+CHUNK = 1024  # samples at a time, so that wide networks fit into memory
+MOST_PARAMETERS = 400  # above this an expression is too long to compile, and matrix products win
 
 
 def predict(model: Model, parameters: Tensor, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> Terms:
     """Predictions of every member at its own samples, as numpy arrays; q, qd, qdd, tau: (member, sample, n_q).
 
-    The acceleration is solved for where the model has a mass matrix only; the error of eq. (12b) is left out.
+    The acceleration is solved for where the model has a mass matrix only; the error of eq. (12b) is left out. Many
+    samples of a small model are predicted by compiled code.
     """
+    weights, arrays = parameters.double(), (q, qd, qdd, tau)
+    many = q.shape[1] >= LEAST_POINTS and has_compiler()
+    if many and 0 < model.n_parameters <= MOST_PARAMETERS:
+        pairs = zip(*arrays, weights.numpy(), strict=True)
+        return _split(model, np.stack([evaluate(_quantities(model), *of_member) for of_member in pairs]))
+    members = [_by_torch(model, weights[m : m + 1], [array[m : m + 1] for array in arrays]) for m in range(len(q))]
+
+    def stacked(name: str) -> np.ndarray | None:
+        parts = [getattr(terms, name) for terms in members]
+        return None if parts[0] is None else np.concatenate(parts)
+
+    return Terms(**{field.name: stacked(field.name) for field in fields(Terms)})
+
+
+def _by_torch(model: Model, weights: Tensor, arrays: Sequence[np.ndarray]) -> Terms:
+    """Predictions of one member, (1, sample, ...), by the model's own evaluation."""
     chunks = []
-    weights = parameters.double()
-    for start in range(0, q.shape[1], CHUNK):
-        part = [np.ascontiguousarray(array[:, start : start + CHUNK]) for array in (q, qd, qdd, tau)]
+    for start in range(0, arrays[0].shape[1], CHUNK):
+        part = [np.ascontiguousarray(array[:, start : start + CHUNK]) for array in arrays]
         prepared = {name: torch.from_numpy(array) for name, array in model.prepare(*part).items()}
         with torch.no_grad():
             terms = model.evaluate(weights, prepared, mass=True)
@@ -38,6 +60,41 @@ def predict(model: Model, parameters: Tensor, q: np.ndarray, qd: np.ndarray, qdd
         return None if parts[0] is None else torch.cat(parts, dim=1).numpy()
 
     return Terms(**{field.name: joined(field.name) for field in fields(Terms)})
+
+
+@lru_cache(maxsize=16)
+def _quantities(model: Model) -> casadi.Function:
+    """(q, qd, qdd, tau, parameters) -> [qdd | tau | p | T | V | M | p_tran]; of a model without energies the first."""
+    q, qd, qdd, tau = (casadi.SX.sym(name, model.n_q) for name in ("q", "qd", "qdd", "tau"))
+    parameters = casadi.SX.sym("parameters", model.n_parameters)
+    rows = [model.acceleration(q, qd, tau, parameters)]
+    if model.energetic:
+        momentum, energies = model.momentum(q, qd, parameters), model.energies(q, qd, parameters)
+        mass = casadi.vec(casadi.jacobian(momentum, qd))
+        rows += [model.inverse_dynamics(q, qd, qdd, parameters), momentum, energies.kinetic, energies.potential, mass]
+    if model.transforms:
+        rows.append(model.transformed_momentum(q, qd, parameters))
+    outputs = casadi.densify(casadi.vertcat(*rows))
+    return casadi.Function("quantities", [q, qd, qdd, tau, parameters], [outputs], {"cse": True})
+
+
+def _split(model: Model, rows: np.ndarray) -> Terms:
+    """The quantities (member, sample, row), taken apart."""
+    n_q = model.n_q
+    if not model.energetic:
+        return Terms(acceleration=rows)
+    acceleration, tau, momentum, energies, mass, transformed = np.split(
+        rows, np.cumsum([n_q, n_q, n_q, 2, n_q * n_q]), axis=-1
+    )
+    return Terms(
+        tau=tau,
+        momentum=momentum,
+        kinetic=energies[..., 0],
+        potential=energies[..., 1],
+        mass=mass.reshape(*mass.shape[:-1], n_q, n_q),
+        transformed_momentum=transformed if model.transforms else None,
+        acceleration=acceleration,
+    )
 
 
 def at_rest(model: Model, parameters: Tensor, q: np.ndarray) -> Terms:

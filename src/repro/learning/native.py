@@ -8,9 +8,10 @@ import numpy as np
 
 from repro.codegen.c_library import CompilerError, load_library
 from repro.codegen.c_source import c_source
+from repro.codegen.lanes import FAST
 from repro.learning import kernels
 from repro.learning.kernels.generated import generated_kernel
-from repro.learning.kernels.kernel import FLAGS, Kernel, address
+from repro.learning.kernels.kernel import Kernel, address
 from repro.learning.kernels.network_kernel import network_kernel
 from repro.learning.kernels.positions import position_kernel
 from repro.learning.training_problem import TrainingProblem
@@ -70,7 +71,7 @@ def can_compile() -> bool:
     """Whether generated code can be compiled here."""
     # a compiler without the C library's headers is common, and a processor may refuse the flags
     try:
-        load_library("#include <math.h>\n#include <stdint.h>\n", FLAGS)
+        load_library("#include <math.h>\n#include <stdint.h>\n", FAST)
     except (CompilerError, OSError):
         return False
     return True
@@ -83,7 +84,7 @@ def _training_library(kernel: Kernel, n_parameters: int) -> ctypes.CDLL:
         calls.append(f"  gradient_{number}(data[{number}], {order}, {count}, 1.0 / {count}, parameters, total);")
     values = {"outputs": 1 + n_parameters, "n_parameters": n_parameters, "calls": "\n".join(calls)}
     text = c_source(kernels.__file__, "training", **values)
-    library = load_library(kernel.source + text, FLAGS)
+    library = load_library(kernel.source + text, FAST)
     library.adam_epoch.restype = ctypes.c_double
     library.loss_and_gradient.restype = None
     return library

@@ -28,7 +28,7 @@ class Damped(Model):
         angles = (positions or cart_with_links(model.n_q)).angles
         self.shapes = diagonal(model.n_q, angles) if damping == "diagonal" else full(model.n_q)
         self.names = tuple(f"c{index}" for index in range(len(self.shapes)))
-        self.inverse, self.energetic = model.inverse, model.energetic
+        self.inverse, self.energetic, self.transforms = model.inverse, model.energetic, model.transforms
         self.model_slice = slice(0, model.n_parameters)
         self.damping_slice = slice(model.n_parameters, model.n_parameters + len(self.shapes))
 

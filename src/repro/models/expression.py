@@ -22,8 +22,6 @@ class ExpressionModel(Model):
     One output stack [tau | p | T | V | M, upper entries | p_tran, if any | eq. (12b) error] (..., n_rows) a sample.
     """
 
-    transforms = False  # has a network of its own for the momentum, eq. (8)
-
     def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
         """The samples themselves, (..., 4 n_q)."""
         return {"samples": np.concatenate([q, qd, qdd, tau], axis=-1)}

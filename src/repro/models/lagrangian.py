@@ -45,6 +45,7 @@ class Lagrangian(Model):
         self.input_scale = input_scale
         shown = positions or cart_with_links(n_q)
         self.transform = None if momentum_hidden is None else MomentumTransform(n_q, tuple(momentum_hidden), shown)
+        self.transforms = self.transform is not None
         n_kinetic = len(self.kinetic_features) if self.network is None else self.network.n_parameters
         n_potential = len(self.potential_features)
         self.kinetic_slice = slice(0, n_kinetic)

@@ -41,6 +41,7 @@ class Model(ABC):
     n_q: int
     inverse = True  # predicts tau: the inverse objective applies
     energetic = True  # has a Lagrangian
+    transforms = False  # has a momentum of its own, eq. (8)
     fixed = slice(0, 0)  # weights that a fit does not change
     upstream = slice(0, 0)  # weights that come from trained sub-models, the same for every random start
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from repro.codegen.c_library import load_library
 from repro.codegen.c_source import c_source
-from repro.codegen.lanes import FUNCTIONS, TYPE, vectorised
-from repro.learning.kernels.kernel import FLAGS, Kernel, address
+from repro.codegen.lanes import FAST, FUNCTIONS, TYPE, vectorised
+from repro.learning.kernels.kernel import Kernel, address
 from repro.learning.objective import Objective
 from repro.learning.symbolic import COLUMNS, residual, symbols
 from repro.learning.training_problem import TrainingProblem, TrainingTask
@@ -94,7 +94,7 @@ def _rows_library(model: Model, objective: Objective) -> tuple[ctypes.CDLL, int]
         casadi.Function("rows", s.inputs, [casadi.densify(casadi.vec(outputs))], {"cse": True}), "out", INPUTS
     )
     text = c_source(__file__, "generated_rows", number=0, outputs=outputs.numel(), **_body(model.n_q, lines, n_work))
-    return load_library(_PRELUDE + text, FLAGS), rows.numel()
+    return load_library(_PRELUDE + text, FAST), rows.numel()
 
 
 def _body(n_q: int, lines: Sequence[str], n_work: int) -> dict[str, object]:

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-FLAGS = ("-O3", "-march=native", "-ffast-math", "-mprefer-vector-width=512")
-
 
 @dataclass(frozen=True)
 class Kernel:

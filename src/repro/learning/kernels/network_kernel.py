@@ -68,8 +68,8 @@ def _pack(model: Lagrangian, task: TrainingTask, number: int) -> tuple[str, np.n
 class _Entries:
     """The samples of one member: z and zdot (sample, 2 n_z), and of [weight, rows, bends] what varies.
 
-    fixed: 0 or 1 of an entry with this value at every sample, else None; varying: its columns by place, (sample,); sizes:
-    rows, bends, and whether some row needs N itself.
+    fixed: 0 or 1 of an entry with this value at every sample, else None; varying: its columns by place, (sample,);
+    sizes: rows, bends, and whether some row needs N itself.
     """
 
     inputs: np.ndarray
