@@ -22,7 +22,7 @@ DT = 0.005
 def motion(system, steps=25, seed=0):
     """Stretches (step, 9, 2 n_q) of the plant under random forces (step, 8)."""
     applied = np.repeat(np.random.default_rng(seed).uniform(-4, 4, steps), 8)
-    tau = applied[None, :, None] * system.input_map[:, 0]
+    tau = applied[None, :, None] * np.eye(system.n_q)[0]
     start = random_start(system, 0.8, seed, 0).state
     states = simulate(dynamics_of(system).acceleration, start[None], tau, DT, angles=system.angles)[0]
     return np.stack([states[8 * k : 8 * k + 9] for k in range(steps)]), applied.reshape(steps, 8)

@@ -9,6 +9,7 @@ from repro.control.interval import interval
 from repro.control.matrix_network import MatrixNetwork
 from repro.control.optimal_control_problem import NodeWeights, Obstacle, OptimalControlProblem
 from repro.control.predictive_model import PredictiveModel
+from repro.mechanics.inputs import input_map
 from repro.models.bases import t2
 from repro.models.lagrangian import Lagrangian
 
@@ -19,7 +20,7 @@ def model():
 
 
 def test_its_functions_are_those_of_the_scalar_form(model, system):
-    scalar, matrices = PredictiveModel(model, system, canonical=False), MatrixNetwork(model, ca.DM(system.input_map))
+    scalar, matrices = PredictiveModel(model, system, canonical=False), MatrixNetwork(model, input_map(system))
     generator = np.random.default_rng(0)
     (weights,) = model.initial([generator])
     for _ in range(5):

@@ -24,7 +24,7 @@ PENDULUM = dynamics_of(SYSTEM)
 
 def random_tau(members: int, steps: int) -> np.ndarray:
     force = np.stack([np.random.default_rng(seed).uniform(-5, 5, (steps, 1)) for seed in range(members)])
-    return force @ SYSTEM.input_map.T
+    return force @ np.eye(SYSTEM.n_q)[:1]
 
 
 def upright(members: int) -> np.ndarray:
@@ -218,14 +218,14 @@ def test_no_steps_and_no_trajectories_are_fine() -> None:
     "wrong",
     [
         {"initial": np.zeros((1, 3))},
-        {"tau": np.zeros((1, 5, 1))},
-        {"tau": np.zeros((2, 5, 2))},
+        {"u": np.zeros((1, 5, 1))},
+        {"u": np.zeros((2, 5, 2))},
         {"parameters": np.zeros(3)},
         {"substeps": 0},
     ],
 )
 def test_shapes_that_do_not_fit_are_refused(wrong: dict) -> None:
-    arguments = {"initial": np.zeros((1, 4)), "tau": np.zeros((1, 5, 2)), "time_step": 0.04} | wrong
+    arguments = {"initial": np.zeros((1, 4)), "u": np.zeros((1, 5, 2)), "time_step": 0.04} | wrong
     with pytest.raises(ValueError, match="got"):
         simulate(PENDULUM.acceleration, **arguments)
 
@@ -259,10 +259,10 @@ def test_without_a_compiler_casadi_takes_over_with_one_notice(caplog: pytest.Log
 
 def test_compiled_code_is_kept_and_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    c_engine.CompiledIntegrator(["qdd[0] = 2.0 * tau[0]"], 0, 1)
+    c_engine.CompiledIntegrator(["qdd[0] = 2.0 * u[0]"], 0, 1, 1)
     (library,) = (tmp_path / "repro").iterdir()
     made = library.stat().st_mtime_ns
-    c_engine.CompiledIntegrator(["qdd[0] = 2.0 * tau[0]"], 0, 1)
+    c_engine.CompiledIntegrator(["qdd[0] = 2.0 * u[0]"], 0, 1, 1)
     assert [(path, path.stat().st_mtime_ns) for path in (tmp_path / "repro").iterdir()] == [(library, made)]
 
 

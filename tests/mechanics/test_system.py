@@ -183,7 +183,7 @@ def test_energy_balance_of_chains_at_every_step(n: int) -> None:
     system = load("cart_rods", n=n)
     random = np.random.default_rng(n)
     start = np.concatenate([random.uniform(-3, 3, (4, n + 1)), random.uniform(-1, 1, (4, n + 1))], axis=1)
-    force = random.uniform(-4, 4, (4, 100, 1)) * system.input_map[:, 0]
+    force = random.uniform(-4, 4, (4, 100, 1)) * np.eye(n + 1)[0]
     dynamics = dynamics_of(system)
     states = simulate(dynamics.acceleration, start, force, 0.04, angles=system.angles)
     energy = evaluate(dynamics.hamiltonian, states[..., : n + 1], states[..., n + 1 :])[..., 0]

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import casadi as ca
 
 PART = 500
-INPUTS = ("q", "qd", "tau", "parameters")
+INPUTS = ("q", "qd", "u", "parameters")
 OUTPUT = "qdd"
 
 BINARY = {

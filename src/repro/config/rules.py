@@ -235,7 +235,7 @@ RULES: tuple[Callable[[Config], Iterator[str]], ...] = (
 
 def _inputs(system: "System") -> str:
     """The inputs and coordinates of a system in words."""
-    count = system.input_map.shape[1]
+    count = len(system.inputs)
     names = ", ".join(coordinate.name for coordinate in system.coordinates)
     return f"system={system.name} has {count} input{'s' * (count > 1)} and coordinates {names}"
 

@@ -9,6 +9,7 @@ from repro.control.controller import Controller, ControlStep
 from repro.control.geometry import Disc
 from repro.control.outcome import Outcome, judge
 from repro.mechanics.derive import dynamics_of
+from repro.mechanics.inputs import under_inputs
 from repro.mechanics.simulate import simulate
 from repro.mechanics.system import System
 
@@ -61,7 +62,7 @@ def run_loop(
     states[0] = start.state
     observed = measured(states[0], system, conditions.noise, generator)
     steps, force = [], 0.0
-    acceleration = dynamics_of(plant).acceleration
+    acceleration = under_inputs(dynamics_of(plant).acceleration, plant)
     # a plant of its own for every start: not worth a compilation each
     engine = "casadi" if conditions.mismatch and conditions.mismatch_kind == "physical" else "auto"
     for k in range(n_steps):
@@ -71,9 +72,9 @@ def run_loop(
         force = step.force
         first = k * SUBSTEPS
         disturbance = conditions.disturbance * generator.standard_normal()
-        tau = (commanded + disturbance)[None, :, None] * plant.input_map[:, 0]
+        held = (commanded + disturbance)[None, :, None]
         motion = simulate(
-            acceleration, states[None, first], tau, time_step / SUBSTEPS, angles=plant.angles, engine=engine
+            acceleration, states[None, first], held, time_step / SUBSTEPS, angles=plant.angles, engine=engine
         )
         states[first : first + SUBSTEPS + 1] = motion[0]
         now = states[first + SUBSTEPS]

@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from repro.mechanics.inputs import input_matrix
 from repro.mechanics.system import System
 from repro.plugins.options import PluginOptions, Positive
 
@@ -40,4 +41,4 @@ class ControllerOptions(ControlOptions):
         first, *links = system.coordinates
         on_cart = np.eye(system.n_q)[:, :1]
         is_cart = not first.is_angle and bool(links) and all(link.is_angle for link in links)
-        return is_cart and np.array_equal(system.input_map, on_cart)
+        return is_cart and np.array_equal(input_matrix(system, np.zeros(system.n_q)), on_cart)

@@ -23,7 +23,7 @@ class MatrixNetwork:
     """Functions of L = N(z(q, qd)) - beta . v(q) at a state x = [q, qd], for its weights."""
 
     model: Lagrangian
-    input_map: ca.DM
+    input_map: ca.Function
 
     @cached_property
     def energy(self) -> ca.Function:
@@ -47,7 +47,7 @@ class MatrixNetwork:
         x, weights = self._symbols()
         force = ca.MX.sym("f")
         mass, rest = self._motion(x, weights)
-        push = ca.mtimes(self.input_map, force) - rest
+        push = ca.mtimes(self.input_map(x[: self.model.n_q]), force) - rest
         return ca.Function(
             "derivative", [x, force, weights], [ca.vertcat(x[self.model.n_q :], _solver(self.model.n_q)(mass, push))]
         )
@@ -58,7 +58,7 @@ class MatrixNetwork:
         x, weights = self._symbols()
         qdd, force = ca.MX.sym("qdd", self.model.n_q), ca.MX.sym("f")
         mass, rest = self._motion(x, weights)
-        residual = ca.mtimes(mass, qdd) + rest - ca.mtimes(self.input_map, force)
+        residual = ca.mtimes(mass, qdd) + rest - ca.mtimes(self.input_map(x[: self.model.n_q]), force)
         return ca.Function("inverse", [x, qdd, force, weights], [residual])
 
     def _motion(self, x: ca.MX, weights: ca.MX) -> tuple[ca.MX, ca.MX]:

@@ -13,6 +13,7 @@ import casadi as ca
 import numpy as np
 
 from repro.codegen.array_evaluation import evaluate
+from repro.mechanics.inputs import input_matrix
 from repro.mechanics.system import System
 from repro.models.model import Model
 
@@ -38,7 +39,7 @@ class MomentumBalance:
 
         samples: (intervals + 1, 2 n_q); forces: (intervals,) in N, held between samples.
         """
-        impulse = self.system.input_map[:, 0] * np.sum(forces) * self.dt
+        impulse = input_matrix(self.system, samples[0, : self.model.n_q])[:, 0] * np.sum(forces) * self.dt
         explained, jacobian = self._explained(samples.T, weights)
         return impulse - np.asarray(explained).ravel(), np.asarray(jacobian)
 

@@ -7,6 +7,7 @@ from typing import Any
 import casadi as ca
 
 from repro.control.matrix_network import MatrixNetwork, is_wide
+from repro.mechanics.inputs import input_map
 from repro.mechanics.system import System
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import EnergyExpressions, Model
@@ -70,7 +71,7 @@ class PredictiveModel:
     @cached_property
     def _matrices(self) -> MatrixNetwork:
         assert isinstance(self.model, Lagrangian)
-        return MatrixNetwork(self.model, ca.DM(self.system.input_map))
+        return MatrixNetwork(self.model, input_map(self.system))
 
     def potential_cost(self, potential: Any) -> Any:
         """V_cost: -V where theta = 0 is up (minimising it erects), V as printed otherwise."""
@@ -78,9 +79,8 @@ class PredictiveModel:
 
     def acceleration(self, q: ca.SX, qd: ca.SX, force: ca.SX, weights: ca.SX) -> ca.SX:
         """The forward dynamics, qdd."""
-        return self.model.acceleration(q, qd, ca.SX(ca.DM(self.system.input_map)) @ force, weights)
+        return self.model.acceleration(q, qd, input_map(self.system)(q) @ force, weights)
 
     def residual(self, q: ca.SX, qd: ca.SX, qdd: ca.SX, force: ca.SX, weights: ca.SX) -> ca.SX:
         """The inverse model as an implicit equation, (7b): tau_hat(q, qd, qdd) - tau, zero along a motion."""
-        tau = ca.SX(ca.DM(self.system.input_map)) @ force
-        return self.model.inverse_dynamics(q, qd, qdd, weights) - tau
+        return self.model.inverse_dynamics(q, qd, qdd, weights) - input_map(self.system)(q) @ force

@@ -17,6 +17,7 @@ from math import factorial, prod
 import casadi as ca
 
 from repro.control.predictive_model import PredictiveModel
+from repro.mechanics.inputs import input_map
 
 THIRD = 3  # derivatives of M and V that second derivatives of qdd need
 
@@ -82,7 +83,7 @@ class Rate:
         q, qd, force = z[:n_q], z[n_q : 2 * n_q], z[2 * n_q :]
         qdd, mu = ca.SX.sym("qdd", n_q), ca.SX.sym("mu", n_q)
         taylor = _quadratic_energy(self.model, q, qd, w)
-        tau = ca.SX(ca.DM(self.model.system.input_map)) @ force
+        tau = input_map(self.model.system)(q) @ force
         everything = ca.vertcat(z, qdd)
         if taylor is None:
             parts = _derivatives(self.model.model.inverse_dynamics(q, qd, qdd, w) - tau, z, qdd, mu)

@@ -21,7 +21,7 @@ class RandomForce(Options):
     train_fraction: Share = 0.8
     train_samples: Count | None = None
     time_step: Positive = 0.04
-    force_limit: Positive = 5.0
+    force_limit: Positive | None = 5.0
     start: Literal["upright", "hanging"] = "upright"
     reset: Literal["start", "random"] = "start"
     labels: Literal["exact", "differenced"] = "exact"

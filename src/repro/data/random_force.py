@@ -9,6 +9,7 @@ from repro.data.checks import check_choice, check_not_negative, check_positive, 
 from repro.data.dataset import Dataset
 from repro.data.differentiation import difference
 from repro.mechanics.derive import dynamics_of
+from repro.mechanics.inputs import generalised_force, input_limits, under_inputs
 from repro.mechanics.simulate import simulate
 from repro.mechanics.system import System
 
@@ -25,7 +26,7 @@ def random_force(
     train_fraction: float = 0.8,
     train_samples: int | None = None,
     time_step: float = 0.04,
-    force_limit: float = 5.0,
+    force_limit: float | None = None,
     regime: str = "episodes",
     episode_steps: int = 1000,
     start: str = "upright",
@@ -37,7 +38,9 @@ def random_force(
     qd_noise: float = 0.0,
     common: bool = False,
 ) -> Dataset:
-    """Simulate one member per seed under a force U(-force_limit, force_limit) N held over each step of time_step s.
+    """Simulate one member per seed under inputs U(-force_limit, force_limit) held over each step of time_step s.
+
+    force_limit: of every input in its unit; None takes the system's limit of each.
 
     regime: `long` is one trajectory, `episodes` starts anew every episode_steps; start: `upright` or `hanging` at rest;
     reset: each episode from the `start`, or at `random` (any angle, abs(xd) <= 1 m/s, abs(thetad) <= 3 rad/s);
@@ -48,7 +51,8 @@ def random_force(
     range.
     """
     check_seeds(seeds)
-    check_positive(samples=samples, time_step=time_step, force_limit=force_limit, episode_steps=episode_steps)
+    limits = input_limits(system) if force_limit is None else np.full(len(system.inputs), float(force_limit))
+    check_positive(samples=samples, time_step=time_step, force_limit=limits.min(), episode_steps=episode_steps)
     noise = {"tau": tau_noise, "qdd": qdd_noise, "q": q_noise, "qd": qd_noise}
     check_not_negative(**{f"{name}_noise": deviation for name, deviation in noise.items()})
     check_choice("regime", regime, ("episodes", "long"))
@@ -58,10 +62,10 @@ def random_force(
     n_train = training_size(samples, train_fraction)
     length = samples if regime == "long" else min(episode_steps, samples)
     streams = [_streams(seed) for seed in (seeds[:1] if common else seeds)]
-    forces = np.stack([s["force"].uniform(-force_limit, force_limit, (samples, _inputs(system))) for s in streams])
+    inputs = np.stack([s["force"].uniform(-limits, limits, (samples, len(limits))) for s in streams])
     episodes = -(-samples // length)
     starts = np.stack([_starts(system, episodes, start, reset, s["reset"]) for s in streams])
-    states, tau = _trajectories(system, starts, forces, length, time_step)
+    states, tau = _trajectories(system, starts, inputs, length, time_step)
     exact = Dataset.from_motion(
         system,
         states,
@@ -91,10 +95,6 @@ def _streams(seed: int) -> dict[str, np.random.Generator]:
     return {name: np.random.default_rng([seed, index]) for index, name in enumerate(STREAMS)}
 
 
-def _inputs(system: System) -> int:
-    return int(system.input_map.shape[1])
-
-
 def _starts(system: System, episodes: int, start: str, reset: str, stream: np.random.Generator) -> np.ndarray:
     """Return initial states (episode, 2 n_q)."""
     q = np.tile(system.upright if start == "upright" else system.hanging, (episodes, 1))
@@ -107,17 +107,16 @@ def _starts(system: System, episodes: int, start: str, reset: str, stream: np.ra
 
 
 def _trajectories(
-    system: System, starts: np.ndarray, forces: np.ndarray, length: int, time_step: float
+    system: System, starts: np.ndarray, inputs: np.ndarray, length: int, time_step: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """States (member, sample, 2 n_q) and tau; starts: (member, episode, 2 n_q), forces: (member, sample, n_inputs)."""
-    members, samples, _ = forces.shape
-    tau = forces @ system.input_map.T
+    """States (member, sample, 2 n_q) and tau; starts: (member, episode, 2 n_q), inputs: (member, sample, n_u)."""
+    members, samples, n_u = inputs.shape
     missing = starts.shape[1] * length - samples
-    held = np.pad(tau, ((0, 0), (0, missing), (0, 0))).reshape(-1, length, system.n_q)
-    states = simulate(
-        dynamics_of(system).acceleration, starts.reshape(len(held), -1), held, time_step, angles=system.angles
-    )
-    return states[:, :-1].reshape(members, -1, 2 * system.n_q)[:, :samples], tau
+    held = np.pad(inputs, ((0, 0), (0, missing), (0, 0))).reshape(-1, length, n_u)
+    acceleration = under_inputs(dynamics_of(system).acceleration, system)
+    states = simulate(acceleration, starts.reshape(len(held), -1), held, time_step, angles=system.angles)
+    states = states[:, :-1].reshape(members, -1, 2 * system.n_q)[:, :samples]
+    return states, generalised_force(system, states[..., : system.n_q], inputs)
 
 
 def _measure(

@@ -2,22 +2,40 @@
 
 import numpy as np
 
+from repro.mechanics.inputs import input_matrix
+from repro.mechanics.system import System
 
-def supplied_power(q: np.ndarray, tau: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Mean power that the generalised forces supply over each step, (..., samples - 1) in W.
 
-    q (..., samples, n_q) in m and rad, tau (..., samples, n_q) in N and N m, held over the step after its sample,
-    time (samples,) in s. Since tau is held, sum_i tau_i (change of q_i) is the exact work, whatever the motion between.
+def supplied_power(system: System, states: np.ndarray, u: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Mean power that the inputs supply over each step, (..., samples - 1) in W: sum_i u_i (B'qd)_i.
+
+    states (..., samples, 2 n_q) and u (..., samples, n_u), held over the step after its sample; time (samples,) in s.
+    Simpson's rule on the cubic through both ends of a step: exact for a constant B, of fourth order otherwise.
     """
-    work = np.sum(tau[..., :-1, :] * np.diff(q, axis=-2), axis=-1)
-    return np.asarray(work / np.diff(time))
+    q, qd = states[..., : system.n_q], states[..., system.n_q :]
+    length = np.diff(time)[:, None]
+    start, end = (q[..., :-1, :], qd[..., :-1, :]), (q[..., 1:, :], qd[..., 1:, :])
+    middle = (start[0] + end[0]) / 2 + length * (start[1] - end[1]) / 8
+    middle_rate = 1.5 * (end[0] - start[0]) / length - (start[1] + end[1]) / 4
+    powers = (
+        share * _power(system, at, rate, u[..., :-1, :])
+        for share, (at, rate) in zip((1 / 6, 4 / 6, 1 / 6), (start, (middle, middle_rate), end), strict=True)
+    )
+    return np.asarray(sum(powers))
 
 
-def power_balance(q: np.ndarray, tau: np.ndarray, energy: np.ndarray, time: np.ndarray) -> dict[str, np.ndarray]:
+def power_balance(
+    system: System, states: np.ndarray, u: np.ndarray, energy: np.ndarray, time: np.ndarray
+) -> dict[str, np.ndarray]:
     """Mean powers over the step after each sample, (samples,) in W, zero at the last: supplied, dH/dt and dissipated.
 
-    q and tau (samples, n_q) as for `supplied_power`, energy (samples,) in J, time (samples,) in s.
+    states (samples, 2 n_q) and u (samples, n_u) as for `supplied_power`, energy (samples,) in J, time (samples,) in s.
     """
-    supplied = np.append(supplied_power(q, tau, time), 0.0)
+    supplied = np.append(supplied_power(system, states, u, time), 0.0)
     stored = np.append(np.diff(energy) / np.diff(time), 0.0)
     return {"supplied": supplied, "dH/dt": stored, "dissipated": supplied - stored}
+
+
+def _power(system: System, q: np.ndarray, qd: np.ndarray, u: np.ndarray) -> np.ndarray:
+    velocities = np.einsum("...qu,...q->...u", input_matrix(system, q), qd)
+    return np.asarray(np.sum(u * velocities, axis=-1))

@@ -12,7 +12,9 @@ from torch import Tensor
 from repro.data.dataset import Dataset
 from repro.evaluation.metrics import MetricValues
 from repro.evaluation.predictions import predict
+from repro.mechanics.inputs import inputs_from_force, is_constant, under_inputs
 from repro.mechanics.simulate import simulate
+from repro.mechanics.system import System
 from repro.models.model import Model
 
 LARGEST = 2000  # weights: above this the generated simulator takes longer to compile than it saves
@@ -45,13 +47,42 @@ def acceleration(model: Model) -> casadi.Function:
     return casadi.Function("acceleration", [q, qd, tau, parameters], [casadi.densify(qdd)], {"cse": True})
 
 
-def first_points(model: Model, parameters: Tensor, part: Dataset) -> ModelRollout:
+@dataclass(frozen=True)
+class Driven:
+    """A model under what a data set's steps hold: the inputs of a system whose B depends on q, otherwise tau."""
+
+    model: Model
+    part: Dataset
+    system: System | None
+
+    @property
+    def by_inputs(self) -> bool:
+        """Whether the inputs are held, so that tau changes within a step."""
+        return self.system is not None and not is_constant(self.system)
+
+    @property
+    def held(self) -> np.ndarray:
+        """What is held over each step, (member, sample, n_q or n_u)."""
+        part, system = self.part, self.system
+        return inputs_from_force(system, part.q, part.tau) if system and self.by_inputs else part.tau
+
+    def simulate(self, weights: np.ndarray, initial: np.ndarray, held: np.ndarray) -> np.ndarray:
+        """States (batch, steps + 1, 2 n_q) from initial (batch, 2 n_q) with weights (batch, n_parameters)."""
+        motion = acceleration(self.model)
+        if self.system and self.by_inputs:
+            motion = under_inputs(motion, self.system)
+        return simulate(motion, initial, held, self.part.time_step, parameters=weights, angles=self.part.angles)
+
+
+def first_points(model: Model, parameters: Tensor, part: Dataset, system: System | None = None) -> ModelRollout:
     """Roll the model out over the first test points, as in Fig. 4."""
     points = min(POINTS, part.samples)
+    driven = Driven(model, part, system)
+    held = driven.held
     plant = np.concatenate([part.q, part.qd], axis=-1)[:, :points]
     states = plant.copy()
     for start, stop in _segments(part.episode[:points]):
-        rolled = _simulate(model, parameters.double().numpy(), plant[:, start], part.tau[:, start : stop - 1], part)
+        rolled = driven.simulate(parameters.double().numpy(), plant[:, start], held[:, start : stop - 1])
         states[:, start:stop] = rolled
     euler = plant.copy()
     predicted = predict(model, parameters, *(array[:, :points] for array in (part.q, part.qd, part.qdd, part.tau)))
@@ -73,16 +104,19 @@ def rollout_errors(rollout: ModelRollout, split: str, part: Dataset) -> Iterator
             yield MetricValues(split, f"{name}[{component}]", values, unit)
 
 
-def one_step_errors(model: Model, parameters: Tensor, part: Dataset, split: str) -> Iterator[MetricValues]:
+def one_step_errors(
+    model: Model, parameters: Tensor, part: Dataset, split: str, system: System | None = None
+) -> Iterator[MetricValues]:
     """Mean errors of velocities after one sample time of the model's exact flow, over the first test points."""
     inside = np.flatnonzero(np.diff(part.episode[: min(POINTS, part.samples)]) == 0)
     if not len(inside):
         return
     states = np.concatenate([part.q, part.qd], axis=-1)
     flat = states[:, inside].reshape(-1, states.shape[-1])
-    tau = part.tau[:, inside].reshape(-1, 1, part.n_q)
+    driven = Driven(model, part, system)
+    held = driven.held[:, inside]
     weights = np.repeat(parameters.double().numpy(), len(inside), axis=0)
-    following = _simulate(model, weights, flat, tau, part)[:, 1]
+    following = driven.simulate(weights, flat, held.reshape(len(flat), 1, -1))[:, 1]
     error = np.abs(following.reshape(part.members, len(inside), -1) - states[:, inside + 1])
     error = np.where(np.isfinite(error), error, np.inf)
     for component, coordinate in enumerate(part.coordinates):
@@ -90,7 +124,9 @@ def one_step_errors(model: Model, parameters: Tensor, part: Dataset, split: str)
         yield MetricValues(split, f"onestep_exact_qd[{component}]", error[..., part.n_q + component].mean(1), unit)
 
 
-def window_error(model: Model, parameters: Tensor, part: Dataset, split: str) -> Iterator[MetricValues]:
+def window_error(
+    model: Model, parameters: Tensor, part: Dataset, split: str, system: System | None = None
+) -> Iterator[MetricValues]:
     """Relative error over 2 s windows, as Finzi et al. (2020): the geometric mean of |z - z'| / (|z| + |z'|).
 
     z = (x - x0, cos theta, sin theta, qd).
@@ -102,19 +138,17 @@ def window_error(model: Model, parameters: Tensor, part: Dataset, split: str) ->
     starts = fits[np.linspace(0, len(fits) - 1, min(WINDOWS, len(fits))).astype(int)]
     states = np.concatenate([part.q, part.qd], axis=-1)
     true = np.stack([states[:, s : s + steps + 1] for s in starts], axis=1)
-    tau = np.stack([part.tau[:, s : s + steps] for s in starts], axis=1)
+    driven = Driven(model, part, system)
+    all_held = driven.held
+    held = np.stack([all_held[:, s : s + steps] for s in starts], axis=1)
     shape = true.shape
     weights = np.repeat(parameters.double().numpy(), len(starts), axis=0)
-    rolled = _simulate(model, weights, true[:, :, 0].reshape(-1, shape[-1]), tau.reshape(-1, *tau.shape[2:]), part)
+    rolled = driven.simulate(weights, true[:, :, 0].reshape(-1, shape[-1]), held.reshape(-1, *held.shape[2:]))
     z, z_hat = (_embedded(array, true[:, :, :1], part)[:, :, 1:] for array in (true, rolled.reshape(shape)))
     distance = np.linalg.norm(z - z_hat, axis=-1)
     relative = distance / (np.linalg.norm(z, axis=-1) + np.linalg.norm(z_hat, axis=-1))
     relative = np.where(np.isfinite(relative), np.maximum(relative, 1e-16), 1.0)
     yield MetricValues(split, "rollout_error", np.exp(np.log(relative).mean((1, 2))), "1")
-
-
-def _simulate(model: Model, weights: np.ndarray, initial: np.ndarray, tau: np.ndarray, part: Dataset) -> np.ndarray:
-    return simulate(acceleration(model), initial, tau, part.time_step, parameters=weights, angles=part.angles)
 
 
 def _segments(episode: np.ndarray) -> Iterator[tuple[int, int]]:

@@ -15,21 +15,22 @@ from repro.mechanics.substeps import SubstepRule
 class CompiledIntegrator:
     """One compiled acceleration; see `simulate` for what the arguments mean."""
 
-    def __init__(self, statements: Sequence[str], n_work: int, n_q: int) -> None:
+    def __init__(self, statements: Sequence[str], n_work: int, n_q: int, n_u: int) -> None:
         accelerate = c_maths.function("accelerate", INPUTS, OUTPUT, statements, n_work)
-        source = f"{c_maths.preamble()}\n#define N_Q {n_q}\n{accelerate}{c_source(__file__, 'runge_kutta')}"
+        sizes = f"#define N_Q {n_q}\n#define N_U {n_u}\n"
+        source = f"{c_maths.preamble()}\n{sizes}{accelerate}{c_source(__file__, 'runge_kutta')}"
         self._simulate = load_library(source, c_maths.flags(statements)).simulate
         whole, real, array = ctypes.c_int64, ctypes.c_double, ctypes.c_void_p
         self._simulate.argtypes = [whole, whole, real, array, array, whole, array, whole, real, real, real, array]
         self._simulate.restype = None
 
-    def __call__(self, rule: SubstepRule, tau: np.ndarray, parameters: np.ndarray, states: np.ndarray) -> None:
+    def __call__(self, rule: SubstepRule, u: np.ndarray, parameters: np.ndarray, states: np.ndarray) -> None:
         """Fill states[:, 1:] from states[:, 0]; every array is contiguous."""
         angles = np.array(rule.angles, dtype=np.int64)
         self._simulate(
-            *tau.shape[:2],
+            *u.shape[:2],
             rule.time_step,
-            tau.ctypes.data,
+            u.ctypes.data,
             parameters.ctypes.data,
             parameters.shape[1] if len(parameters) > 1 else 0,
             angles.ctypes.data,

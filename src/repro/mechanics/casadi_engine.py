@@ -19,12 +19,12 @@ class InterpretedIntegrator:
         self._step = _step(acceleration)
         self._run = lru_cache(maxsize=256)(self._steps)
 
-    def __call__(self, rule: SubstepRule, tau: np.ndarray, parameters: np.ndarray, states: np.ndarray) -> None:
+    def __call__(self, rule: SubstepRule, u: np.ndarray, parameters: np.ndarray, states: np.ndarray) -> None:
         """Fill states[:, 1:] from states[:, 0]."""
-        batch, steps, n_q = tau.shape
+        batch, steps, n_u = u.shape
         n_x = self._n_x
         weights = np.broadcast_to(parameters, (batch, parameters.shape[1]))
-        column, following = np.empty(n_x + n_q + 1 + weights.shape[1]), np.empty(n_x + n_q + 1 + weights.shape[1])
+        column, following = np.empty(n_x + n_u + 1 + weights.shape[1]), np.empty(n_x + n_u + 1 + weights.shape[1])
         alive = np.arange(batch)
         for k in range(steps):
             counts = rule.substeps(states[alive, k])
@@ -32,9 +32,9 @@ class InterpretedIntegrator:
             alive, counts = alive[counts > 0], counts[counts > 0]
             for b, count in zip(alive.tolist(), counts.tolist(), strict=True):
                 column[:n_x] = states[b, k]
-                column[n_x : n_x + n_q] = tau[b, k]
-                column[n_x + n_q] = rule.time_step / count
-                column[n_x + n_q + 1 :] = weights[b]
+                column[n_x : n_x + n_u] = u[b, k]
+                column[n_x + n_u] = rule.time_step / count
+                column[n_x + n_u + 1 :] = weights[b]
                 buffer, run = self._run(count)
                 buffer.set_arg(0, column.data)
                 buffer.set_res(0, following.data)
@@ -48,13 +48,13 @@ class InterpretedIntegrator:
 
 
 def _step(acceleration: ca.Function) -> ca.Function:
-    """[x; tau; h; parameters] after one Runge-Kutta step of x, the rest unchanged: a function that can be repeated."""
+    """[x; u; h; parameters] after one Runge-Kutta step of x, the rest unchanged: a function that can be repeated."""
     n_q = acceleration.numel_out(0)
-    x, tau, h = ca.SX.sym("x", 2 * n_q), ca.SX.sym("tau", n_q), ca.SX.sym("h")
+    x, u, h = ca.SX.sym("x", 2 * n_q), ca.SX.sym("u", acceleration.numel_in(2)), ca.SX.sym("h")
     parameters = ca.SX.sym("parameters", acceleration.numel_in(3))
 
     def rate(at: ca.SX) -> ca.SX:
-        return ca.vertcat(at[n_q:], acceleration(at[:n_q], at[n_q:], tau, parameters))
+        return ca.vertcat(at[n_q:], acceleration(at[:n_q], at[n_q:], u, parameters))
 
-    column = ca.vertcat(x, tau, h, parameters)
-    return ca.Function("step", [column], [ca.vertcat(rk4_step(rate, x, h), tau, h, parameters)])
+    column = ca.vertcat(x, u, h, parameters)
+    return ca.Function("step", [column], [ca.vertcat(rk4_step(rate, x, h), u, h, parameters)])

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from repro.mechanics.inputs import Input, unit_columns
 from repro.mechanics.system import Coordinate, System
 
 
@@ -53,6 +54,15 @@ class Chain(System):
         numbers = [""] if len(self.links) == 1 else range(1, len(self.links) + 1)
         cart = Coordinate("x", "m", False, cyclic=True)
         return (cart, *(Coordinate(f"theta{number}", "rad", True) for number in numbers))
+
+    @property
+    def inputs(self) -> tuple[Input, ...]:
+        """The force on the cart."""
+        return (Input("force", "N", 5.0),)
+
+    def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
+        """The force acts along the cart's position."""
+        return unit_columns(self.n_q, 0)
 
     def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
         """Kinetic energy in J (sections V-A and V-B)."""

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from repro.errors import UserError
+from repro.mechanics.inputs import Input
 from repro.mechanics.system_options import SystemOptions
 from repro.plugins.plugin import plugin, plugin_names
 
@@ -99,9 +100,13 @@ class System(ABC):
         return self._links_at(math.pi if self.reading == "physical" else 0.0)
 
     @property
-    def input_map(self) -> np.ndarray:
-        """Matrix (n_q, n_inputs) of tau = input_map @ f: one force, on the cart."""
-        return np.eye(self.n_q)[:, :1]
+    @abstractmethod
+    def inputs(self) -> tuple[Input, ...]:
+        """The inputs u, in order."""
+
+    @abstractmethod
+    def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
+        """Rows of B(q), (n_q, n_u): the generalised force is tau = B(q) u. Entries are numbers or expressions in q."""
 
     @abstractmethod
     def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:

@@ -18,6 +18,7 @@ from repro.control.controller import ControlStep
 from repro.control.controller_options import ControllerOptions
 from repro.errors import UserError
 from repro.mechanics.derive import dynamics_of
+from repro.mechanics.inputs import under_inputs
 from repro.mechanics.system import System
 
 if TYPE_CHECKING:
@@ -96,8 +97,8 @@ def lqr(system: System, time_step: float) -> np.ndarray:
 
     n_q = system.n_q
     x, f = ca.SX.sym("x", 2 * n_q), ca.SX.sym("f")
-    tau = ca.SX(ca.DM(system.input_map)) @ f
-    rate = ca.vertcat(x[n_q:], dynamics_of(system).acceleration(x[:n_q], x[n_q:], tau, ca.SX(0, 1)))
+    acceleration = under_inputs(dynamics_of(system).acceleration, system)
+    rate = ca.vertcat(x[n_q:], acceleration(x[:n_q], x[n_q:], f, ca.SX(0, 1)))
     linear = ca.Function("linear", [x, f], [ca.jacobian(rate, x), ca.jacobian(rate, f)])
     a, b = (np.asarray(part) for part in linear(np.concatenate([system.upright, np.zeros(n_q)]), 0.0))
     held = expm(np.block([[a, b], [np.zeros((1, 2 * n_q + 1))]]) * time_step)

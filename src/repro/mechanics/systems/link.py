@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from repro.mechanics.inputs import Input, unit_columns
 from repro.mechanics.system import Coordinate, System
 
 
@@ -21,6 +22,15 @@ class SpringLink(System):
     def coordinates(self) -> tuple[Coordinate, ...]:
         """The extension of the spring."""
         return (Coordinate("x", "m", False),)
+
+    @property
+    def inputs(self) -> tuple[Input, ...]:
+        """The force on the mass."""
+        return (Input("force", "N", 5.0),)
+
+    def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
+        """The force acts along the extension."""
+        return unit_columns(self.n_q, 0)
 
     def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
         """Kinetic energy in J."""

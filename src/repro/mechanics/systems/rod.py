@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import numpy as np
-
 from repro.mechanics.chain import Link
+from repro.mechanics.inputs import Input, unit_columns
 from repro.mechanics.system import Coordinate, System
 
 
@@ -38,9 +37,13 @@ class FreeRod(System):
         )
 
     @property
-    def input_map(self) -> np.ndarray:
-        """Force and torque, (3, 3)."""
-        return np.eye(3)
+    def inputs(self) -> tuple[Input, ...]:
+        """The components of the force, and the torque."""
+        return Input("force_x", "N", 5.0), Input("force_y", "N", 5.0), Input("torque", "N m", 5.0)
+
+    def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
+        """Each acts along its coordinate."""
+        return unit_columns(self.n_q, 0, 1, 2)
 
     def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
         """Kinetic energy in J."""

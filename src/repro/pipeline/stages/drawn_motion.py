@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from repro.mechanics.inputs import input_matrix
 from repro.mechanics.system import System
 
 
@@ -14,5 +15,5 @@ def world_points(system: System, states: np.ndarray) -> np.ndarray:
 
 def driven_forces(system: System, tau: np.ndarray) -> dict[str, np.ndarray]:
     """The components of tau (steps, n_q) that the inputs of a system reach, by the name of their coordinate."""
-    driven = np.any(system.input_map != 0, axis=1)
+    driven = np.any(tau != 0, axis=0) | np.any(input_matrix(system, np.ones(system.n_q)) != 0, axis=1)
     return {c.name: tau[:, index] for index, c in enumerate(system.coordinates) if driven[index]}

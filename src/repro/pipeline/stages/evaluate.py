@@ -116,7 +116,7 @@ def measure(
     free: D_H, whose test part is measured too (split `free`); others: metrics that were taken elsewhere; horizons: s of
     free motion after which the energies of plant and model are compared.
     """
-    rollout = first_points(fit.model, fit.parameters, data.test) if can_simulate(fit.model) else None
+    rollout = first_points(fit.model, fit.parameters, data.test, system) if can_simulate(fit.model) else None
     metrics = [*_metrics(fit, data, system, gauge, rollout), *others]
     if free is not None:
         metrics += [
@@ -187,8 +187,8 @@ def _metrics(
         yield from damping_errors(fit.model, fit.parameters, test, system, "test")
     if rollout is not None:
         yield from rollout_errors(rollout, "test", test)
-        yield from one_step_errors(fit.model, fit.parameters, test, "test")
-        yield from window_error(fit.model, fit.parameters, test, "test")
+        yield from one_step_errors(fit.model, fit.parameters, test, "test", system)
+        yield from window_error(fit.model, fit.parameters, test, "test", system)
         yield from passivity(fit.model, fit.parameters, test, system, "test")
     each = np.ones(len(fit.seeds))
     yield MetricValues("train", "fit_seconds", each * fit.seconds / len(fit.seeds), "s")

@@ -9,6 +9,7 @@ import pandas as pd
 from repro.control.closed_loop import SUBSTEPS
 from repro.control.loop_tables import energies
 from repro.evaluation.power_balance import power_balance
+from repro.mechanics.inputs import generalised_force
 from repro.mechanics.system import System, load_system
 from repro.pipeline.stage_options import RecordingOptions
 from repro.pipeline.stages.close_loops import FIRST, LOOPS
@@ -45,7 +46,8 @@ def record(
     }
     if loop["clearance"].size:
         charts["clearance"] = ("m", loop["clearance"][::SUBSTEPS][:steps])
-    tau = force[:, None] * system.input_map[:, 0]
+    inputs = force[:, None]
+    tau = generalised_force(system, states[:, : system.n_q], inputs)
     energy = energies(system, states)
     recording = RunRecording(
         run=run,
@@ -56,7 +58,7 @@ def record(
         plant=DrawnMotion(state=states, energies=energy, points=world_points(system, states)),
         models={},
         forces=driven_forces(system, tau),
-        power=power_balance(states[:, : system.n_q], tau, energy["H"], time),
+        power=power_balance(system, states, inputs, energy["H"], time),
         obstacle=(*loop["obstacle"],) if loop["obstacle"].size else None,
         predicted=world_points(system, predicted)[:, :, -1],
         charts={name: (unit, np.asarray(values, dtype=float)) for name, (unit, values) in charts.items()},

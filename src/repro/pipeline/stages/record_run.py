@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from repro.evaluation.power_balance import power_balance
+from repro.mechanics.inputs import inputs_from_force
 from repro.mechanics.system import System, load_system
 from repro.pipeline.stage_options import RecordingOptions
 from repro.pipeline.stages.drawn_motion import driven_forces, world_points
@@ -68,7 +69,8 @@ def recording_of(
     names = [name for name, _ in coordinates] + [f"{name}d" for name, _ in coordinates]
     plant = _motion(first, "plant", names, system)
     tau = first[[f"tau[{index}]" for index in range(system.n_q)]].to_numpy()
-    power = power_balance(plant.state[:, : system.n_q], tau, plant.energies["H"], time)
+    inputs = inputs_from_force(system, plant.state[:, : system.n_q], tau)
+    power = power_balance(system, plant.state, inputs, plant.energies["H"], time)
     restart = np.append(np.diff(first["episode"].to_numpy()) != 0, False)
     return RunRecording(
         run=run,
