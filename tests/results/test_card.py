@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from repro.config.places import CONF
-from repro.config.registry import groups, read_yaml, settings
+from repro.config.registry import groups, read_settings, settings
 from repro.config.schema import Config, scaled
 from repro.errors import UserError
 from repro.pipeline.card import WITHOUT_EFFECT, card_of
@@ -19,7 +19,7 @@ from repro.results.run_setting import RunSetting
 from repro.results.selectors import alike
 from repro.tracking.plain_data import flattened
 
-WHOLE = read_yaml(CONF / "config.yaml")
+WHOLE = read_settings(CONF / "config.yaml")
 CHOSEN = {group: option for entry in WHOLE["defaults"] if entry != "_self_" for group, option in entry.items()}
 OUTSIDE = {key: value for key, value in WHOLE.items() if key != "defaults"}
 CHOICES = ("kind", "name", "source")  # keys that choose among options, whose other settings go with them

@@ -17,12 +17,12 @@ from repro.claims.claims import load_claims
 from repro.config.compose import parse, plan
 from repro.config.overrides import REPRODUCED_AT, expand, experiments
 from repro.config.places import CONF, EXPERIMENTS
+from repro.config.registry import settings
 from repro.config.schema import scaled
 from repro.sweep.planned_job import PlannedJob
-from repro.sweep.relevant_jobs import answering
 from repro.tracking.paths import project_folder
 
-CLAIMS = project_folder() / "paper" / "claims.yaml"
+CLAIMS = load_claims(project_folder() / "paper" / "claims.yaml")
 
 
 @pytest.mark.parametrize("name", experiments())
@@ -34,13 +34,14 @@ def test_an_experiment_says_how_to_run_it_and_what_it_asks(name):
 
 @cache
 def jobs_of(name):
-    return plan(expand([f"experiment={name}", "scale=paper"]))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("repro.config.compose.JOBS_A_PROCESS", 1000)  # the suite itself runs in several processes
+        return plan(expand([f"experiment={name}", "scale=paper"]))
 
 
 def at_scale(composed, scale):
     """The configuration of a job at another scale, without composing it again."""
-    chosen = {"scale": yaml.safe_load((CONF / "scale" / f"{scale}.yaml").read_text())}
-    return scaled(parse(composed.config.model_dump() | chosen))
+    return scaled(parse(composed.config.model_dump() | {"scale": settings("scale", scale)}))
 
 
 @pytest.mark.parametrize("name", experiments())
@@ -51,8 +52,9 @@ def test_all_jobs_compose_at_every_scale(name):
             config = at_scale(composed, scale)
             assert config.experiment == name
             assert config.optimiser.unit is None or config.optimiser.length >= 1
-    asked = [claim for claim in load_claims(CLAIMS) if claim.experiment == name]
-    unanswered = [claim.name for claim in asked if not answering(claim, [PlannedJob.of(composed) for composed in jobs])]
+    planned = [PlannedJob.of(composed) for composed in jobs]
+    asked = [claim for claim in CLAIMS if claim.experiment == name]
+    unanswered = [claim.name for claim in asked if not any(job.answers(claim) for job in planned)]
     assert not unanswered, "claims that no job of the experiment answers"
     anchors = {"truth"} if "control" in name else {"trivial", "degenerate"}
     assert anchors <= {composed.config.model.kind for composed in jobs}, "the anchor rows"
@@ -81,7 +83,7 @@ def test_the_smallest_scale_leaves_out_long_motions_and_long_chains():
 
 
 def test_every_claim_on_timing_names_a_comparison_that_is_made():
-    asked = {claim.predicate.bench["name"] for claim in load_claims(CLAIMS) if claim.experiment == EXPERIMENT}
+    asked = {claim.predicate.bench["name"] for claim in CLAIMS if claim.experiment == EXPERIMENT}
     assert asked <= {comparison.name for comparison in comparisons("smoke")}
 
 

@@ -1,13 +1,15 @@
 """From overrides to checked configurations, by Hydra; what was composed before is read from a file."""
 
+import copy
 import signal
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import lru_cache
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
@@ -15,11 +17,15 @@ from repro.config.composed_cache import Cache
 from repro.config.error_lines import lines
 from repro.config.overrides import EXPERIMENT, REPRODUCED_AT, check, experiment_of, first_lines, renamed
 from repro.config.places import CONF, ROOT
+from repro.config.registry import groups
 from repro.config.rules import impossible
 from repro.config.schema import Config
 from repro.errors import UserError
 from repro.tracking.cores import allowed_cores
 from repro.tracking.text import hydra_quoted
+
+if TYPE_CHECKING:
+    from omegaconf import DictConfig
 
 NEEDS_QUOTES = set("[]{}() $*;&|")
 JOBS_A_PROCESS = 10  # fewer cost less than to start a process for them
@@ -111,21 +117,43 @@ def _composing(jobs: Sequence[tuple[str, ...]]) -> Iterator[Iterator[dict[str, A
 
 
 def _composed(overrides: Sequence[str]) -> dict[str, Any]:
-    import hydra
     import yaml
-    from hydra.core.global_hydra import GlobalHydra
+    from hydra.core.override_parser.overrides_parser import OverridesParser
     from hydra.errors import HydraException
     from omegaconf import OmegaConf
-    from omegaconf.errors import OmegaConfBaseException
+    from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException
 
     try:
-        if not GlobalHydra.instance().is_initialized():
-            hydra.initialize_config_dir(str(CONF), version_base="1.3")
-        composed = hydra.compose(
-            "config", [f"hydra.searchpath=[{hydra_quoted(f'file://{ROOT}')}]", *WITHOUT_HYDRAS_OWN, *overrides]
-        )
-        resolved = OmegaConf.to_container(composed, resolve=True, throw_on_missing=False)
+        config = copy.deepcopy(_chosen(tuple(o for o in overrides if not _is_value(o))))
+        for override in OverridesParser.create().parse_overrides([o for o in overrides if _is_value(o)]):
+            try:
+                OmegaConf.update(config, override.key_or_group, override.value(), merge=True)
+            except (ConfigAttributeError, ConfigKeyError):
+                raise UserError(f"{override.key_or_group}: unknown key; the chosen option has no such key") from None
+        resolved = OmegaConf.to_container(config, resolve=True, throw_on_missing=False)
     except (HydraException, OmegaConfBaseException, yaml.YAMLError) as error:
         raise UserError(first_lines(error)) from None
     assert isinstance(resolved, dict)
-    return {str(key): value for key, value in resolved.items() if key not in ("hydra", REPRODUCED_AT)}
+    return {str(key): value for key, value in resolved.items() if key != REPRODUCED_AT}
+
+
+def _is_value(override: str) -> bool:
+    """Whether an override sets a value (data.samples=100, seeds=3), which Hydra sets after all choices are made."""
+    key = override.partition("=")[0]
+    return key[0] not in "+~" and key.partition(".")[0] != "hydra" and ("." in key or key not in groups())
+
+
+@lru_cache(maxsize=256)
+def _chosen(choices: tuple[str, ...]) -> "DictConfig":
+    """What Hydra makes of an experiment and the options of groups; jobs that differ in values alone share it."""
+    import hydra
+    from hydra.core.global_hydra import GlobalHydra
+    from omegaconf import open_dict
+
+    if not GlobalHydra.instance().is_initialized():
+        hydra.initialize_config_dir(str(CONF), version_base="1.3")
+    searchpath = f"hydra.searchpath=[{hydra_quoted(f'file://{ROOT}')}]"
+    composed = hydra.compose("config", [searchpath, *WITHOUT_HYDRAS_OWN, *choices])
+    with open_dict(composed):
+        composed.pop("hydra", None)
+    return composed

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from repro.config.places import CONF
-from repro.config.registry import groups, read_yaml, settings
+from repro.config.registry import groups, read_settings, settings
 from repro.config.schema import Config
 from repro.tracking.plain_data import flattened
 
@@ -14,7 +14,7 @@ CHOICE = ("name", "kind", "source")  # the keys by which the options of a group 
 def defaults_of(config: Config) -> Config:
     """The same option of every group (conf/GROUP/OPTION.yaml), and nothing else set."""
     chosen = config.model_dump(mode="json")
-    outside = {key: value for key, value in read_yaml(CONF / "config.yaml").items() if key != "defaults"}
+    outside = {key: value for key, value in read_settings(CONF / "config.yaml").items() if key != "defaults"}
     options = {group: _nearest(group, chosen[group]) for group in groups()}
     return Config.model_validate({**outside, **options})
 

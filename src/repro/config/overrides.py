@@ -23,7 +23,7 @@ def experiments(reproduced_at: str = "") -> list[str]:
     names = sorted(path.stem for path in EXPERIMENTS.glob("*.yaml"))
     if not reproduced_at:
         return names
-    scales = {name: registry.read_yaml(EXPERIMENTS / f"{name}.yaml").get(REPRODUCED_AT) for name in names}
+    scales = {name: registry.read_settings(EXPERIMENTS / f"{name}.yaml").get(REPRODUCED_AT) for name in names}
     return [name for name in names if reproduced_at in (scales[name] or [reproduced_at])]
 
 
@@ -84,7 +84,7 @@ def _sweep_lines(overrides: Sequence[str]) -> list[list[str]]:
     name = experiment_of(overrides)
     if not name:
         return [[]]
-    return [str(line).split() for line in registry.read_yaml(EXPERIMENTS / f"{name}.yaml").get("sweep") or [""]]
+    return [str(line).split() for line in registry.read_settings(EXPERIMENTS / f"{name}.yaml").get("sweep") or [""]]
 
 
 def _product(overrides: Sequence[str]) -> Iterable[tuple[str, ...]]:
@@ -159,6 +159,4 @@ def first_lines(error: Exception) -> str:
     """The useful part of what Hydra says, on one line."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     useful = [line for line in lines if not line.startswith(("full_key", "object_type", "reference_type", "To append"))]
-    message = "; ".join(useful[:3])
-    missing = re.fullmatch(r"Could not override '([\w.]+)'\.?", message)
-    return f"{missing[1]}: unknown key; the chosen option has no such key" if missing else message
+    return "; ".join(useful[:3])

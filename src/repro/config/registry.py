@@ -4,10 +4,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from repro.config.places import CONF, EXPERIMENTS
 from repro.errors import UserError
+from repro.tracking.yaml_file import read_yaml
 
 
 @cache
@@ -20,7 +19,7 @@ def groups() -> dict[str, list[str]]:
 @cache
 def settings(group: str, option: str) -> dict[str, Any]:
     """The keys of an option with their values, those of its base included; UserError for a file that is no YAML."""
-    own = read_yaml(CONF / group / f"{option}.yaml")
+    own = read_settings(CONF / group / f"{option}.yaml")
     merged: dict[str, Any] = {}
     for layer in own.get("defaults", ["_self_"]):
         merged = _merged(merged, own if layer == "_self_" else settings(group, layer))
@@ -28,12 +27,9 @@ def settings(group: str, option: str) -> dict[str, Any]:
 
 
 @cache
-def read_yaml(path: Path) -> dict[str, Any]:
+def read_settings(path: Path) -> dict[str, Any]:
     """The content of a file of settings; UserError for one that is no YAML."""
-    try:
-        content = yaml.safe_load(path.read_text())
-    except yaml.YAMLError as error:
-        raise UserError(f"{path} is no valid YAML: {' '.join(str(error).split())}") from None
+    content = read_yaml(path)
     if not isinstance(content, dict):
         raise UserError(f"{path} must hold `key: value` lines")
     return content

@@ -5,6 +5,7 @@ from functools import cache, lru_cache
 from pathlib import Path
 
 from repro.config.places import CONF
+from repro.config.registry import read_settings
 from repro.config.schema import Config
 from repro.errors import UserError
 from repro.tracking.load import Run, load_run
@@ -49,10 +50,7 @@ def n_coordinates(part: str, config: Config) -> int:
 
 @cache
 def _named() -> dict[str, str]:
-    import yaml
-
-    named: dict[str, str] = yaml.safe_load((CONF / "sub_models.yaml").read_text())
-    return named
+    return read_settings(CONF / "sub_models.yaml")
 
 
 @lru_cache(maxsize=64)

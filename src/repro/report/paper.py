@@ -20,6 +20,7 @@ from repro.report.tables.identifiability import IdentifiabilityTable
 from repro.report.tables.models import ModelTable
 from repro.report.tables.paired import PairedTable
 from repro.tracking.paths import project_folder
+from repro.tracking.yaml_file import read_yaml
 
 FILE = "report.yaml"
 STANDARD = (TIMING, SENSITIVITY)  # figures of any paper
@@ -62,14 +63,9 @@ def paper_folder() -> Path:
 @cache
 def load_paper(folder: Path) -> Paper:
     """Read report.yaml. Raises UserError naming the key and what is wrong with it."""
-    import yaml
-
     path = folder / FILE
     try:
-        return TypeAdapter(Paper).validate_python(yaml.safe_load(path.read_text(encoding="utf-8")))
-    except (OSError, yaml.YAMLError) as error:
-        message = f"{path} cannot be read: {error}"
-        raise UserError(message) from error
+        return TypeAdapter(Paper).validate_python(read_yaml(path))
     except ValidationError as error:
         first = error.errors()[0]
         message = f"{path}, {'.'.join(str(part) for part in first['loc'])}: {first['msg']}"

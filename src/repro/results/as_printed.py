@@ -5,6 +5,7 @@ from pathlib import Path
 
 from repro.errors import UserError
 from repro.results.columns import Settings
+from repro.tracking.yaml_file import read_yaml
 
 # Name -> dotted key -> value.
 Protocols = Mapping[str, Settings]
@@ -12,12 +13,11 @@ Protocols = Mapping[str, Settings]
 
 def load_protocols(path: Path) -> Protocols:
     """Read paper/as_printed.yaml. Raises UserError when it cannot be read or holds something else."""
-    import yaml
-
+    content = read_yaml(path)
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))["protocols"]
-        return {str(name): {str(key): value for key, value in printed.items()} for name, printed in content.items()}
-    except (OSError, yaml.YAMLError, KeyError, TypeError, AttributeError) as error:
+        stored = content["protocols"].items()
+        return {str(name): {str(key): value for key, value in printed.items()} for name, printed in stored}
+    except (KeyError, TypeError, AttributeError) as error:
         message = f"{path} must hold `protocols`, each a mapping of dotted keys of the configuration to values: {error}"
         raise UserError(message) from error
 

@@ -6,6 +6,7 @@ from typing import Self
 
 from repro.errors import UserError
 from repro.results.as_printed import Protocols, load_protocols
+from repro.tracking.yaml_file import read_yaml
 
 
 @dataclass(frozen=True)
@@ -24,13 +25,11 @@ class Gathering:
     @classmethod
     def load(cls, paper: Path) -> Self:
         """Read as_printed.yaml and motions.yaml in a paper's folder. Raises UserError for a damaged file."""
-        import yaml
-
         path = paper / "motions.yaml"
+        content = read_yaml(path)
         try:
-            content = yaml.safe_load(path.read_text(encoding="utf-8"))
             trajectories, closed_loops = (tuple(map(str, content[key])) for key in ("trajectories", "closed_loops"))
-        except (OSError, yaml.YAMLError, KeyError, TypeError) as error:
+        except (KeyError, TypeError) as error:
             message = f"{path} must hold the lists `trajectories` and `closed_loops` of names of experiments: {error}"
             raise UserError(message) from error
         return cls(load_protocols(paper / "as_printed.yaml"), trajectories, closed_loops)

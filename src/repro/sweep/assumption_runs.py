@@ -12,7 +12,6 @@ from repro.errors import UserError
 from repro.results.results import SENSITIVITY, Case
 from repro.sweep.experiment_list import ExperimentList, ListedJob
 from repro.sweep.planned_job import PlannedJob, plan_jobs
-from repro.sweep.relevant_jobs import answering
 from repro.tracking.files import disk_errors_explained
 from repro.tracking.paths import Paths
 
@@ -87,8 +86,8 @@ def _tried_claims(ledger: Sequence[Assumption], claims: Mapping[str, Claim], pat
     for row, trial, claim in tried:
         answers = [
             job
-            for job in answering(claim, jobs_of[claim.experiment, trial.both])
-            if not trial.only or trial.only in job.composed.overrides
+            for job in jobs_of[claim.experiment, trial.both]
+            if job.answers(claim) and (not trial.only or trial.only in job.composed.overrides)
         ]
         if not answers:
             raise UserError(f"assumptions.yaml, {row.id}: no job of {claim.experiment} answers {claim.name}")

@@ -1,11 +1,17 @@
 """A job of a sweep before it runs: what it will make, whether that is there already, and about how long it takes."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Self
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Self
 
+from repro.claims.claims import Claim
 from repro.config.compose import Composed, plan
+from repro.data.data_options import RandomForce
+from repro.pipeline.card import card_of
 from repro.pipeline.plan import Pipeline
+from repro.results.schema import as_text
+from repro.results.selectors import agrees
 from repro.sweep.expected_time import MeasuredTimes, expected_seconds
 from repro.tracking.paths import Paths
 from repro.tracking.record import Record
@@ -39,6 +45,21 @@ class PlannedJob:
     def label(self) -> str:
         """A short name for progress lines."""
         return f"{self.pipeline.name} {self.run.rpartition('-')[2][:6]}"
+
+    def answers(self, claim: Claim) -> bool:
+        """Whether a selector of the claim means its run, as far as the settings show before it is run."""
+        return any(agrees(lambda name: as_text(self._columns.get(name)), where) for where in claim.selectors)
+
+    @cached_property
+    def _columns(self) -> dict[str, Any]:
+        """The card that its run will have, or that of its closed loops where it has any, by column."""
+        config, n_train = self.pipeline.config, None
+        if isinstance(config.data, RandomForce):
+            share = int(config.data.samples * config.data.train_fraction)
+            n_train = min(share, config.data.train_samples or share)
+        card = card_of(config)
+        card = replace(card, measured={"n_train": n_train, "epochs": card.settings.get("optimiser.epochs", 0)})
+        return {**card.settings, **card.run_columns(), **({} if config.control.kind == "none" else card.loop_columns())}
 
     def failures(self, store: Store) -> list[Record]:
         """Those of its stages whose last attempt failed."""
