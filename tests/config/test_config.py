@@ -9,7 +9,7 @@ from repro.plugins.plugin import plugin_names
 MISTAKES = {
     "system=spi": "system=spi: allowed are {systems} (did you mean sip?)",
     "system.m2=0.1": "system.m2: unknown key; the chosen option has no such key",
-    "system=sip system.m2=0.1": "system.m2=0.1: unknown key 'm2'; allowed are L1, damping",
+    "system=sip system.m2=0.1": "system.m2=0.1: unknown key 'm2'; allowed are L1, coulomb, damping",
     "sytem=sip": "unknown key 'sytem' (did you mean system?); allowed are basis, ",
     "optimiser.epoch=3": "optimiser.epoch=3: unknown key 'epoch' (did you mean epochs?); allowed are batch_size,",
     "optimiser=adam optimiser.restarts=3": "unknown key 'restarts'; allowed are batch_size, decay",
@@ -66,7 +66,7 @@ COMBINATIONS = {
     "chain=[2]": "joins copies of a link; use system=link",
     "system=sip whole_chain=[2]": "is sampled from the true chain; use system=link",
     "objective=port": "the rows of eq. (12b) need model=port_hamiltonian",
-    "sequence=joint system.damping=[0.1,0.1]": "D_H keeps its energy only without damping",
+    "sequence=joint system.damping=[0.1,0.1]": "D_H keeps its energy only without friction",
     "data=file data.path={file} sequence=joint": "data=file goes with sequence=main",
     "data=file data.path={file} model=degenerate": "is made from the true system",
     "data=file data.path={file} curriculum=growing_episodes": "data=file goes with curriculum=none",

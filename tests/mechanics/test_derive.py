@@ -4,9 +4,11 @@ import pytest
 
 from repro.codegen.array_evaluation import BLOCK, evaluate
 from repro.mechanics.derive import Dynamics, derive, dynamics_of, euler_lagrange
-from repro.mechanics.system import READINGS, load, names
+from repro.mechanics.system import load, names
 
-every_system = pytest.mark.parametrize("system", [load(name, reading) for name in names() for reading in READINGS])
+every_system = pytest.mark.parametrize(
+    "system", [load(name) for name in names()] + [load(name, "printed") for name in ("sip", "dip")]
+)
 
 
 def sampled(n_q: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

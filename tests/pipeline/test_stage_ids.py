@@ -14,21 +14,21 @@ CASES = {
 }
 IDS = {
     "closed form": [
-        "sip-episodes1000-8ac0b373da",
-        "sip-lagrangian-t1-inverse-least-squares-461f9cbb50",
-        "sip-lagrangian-t1-inverse-least-squares-60dc4174b2",
+        "sip-episodes1000-11bbf40718",
+        "sip-lagrangian-t1-inverse-least-squares-a94ce4e4f9",
+        "sip-lagrangian-t1-inverse-least-squares-bdd8ffe250",
     ],
     "pretrained": [
-        "dip-long-1f16de6111",
-        "dip-free-09b7d23214",
-        "dip-lagrangian-fxf-inverse-adam-pretrain-d5a09ce827",
-        "dip-lagrangian-fxf-inverse-adam-pretrain-f1ffb1c7e3",
+        "dip-long-2a077904e7",
+        "dip-free-cfe7fa2133",
+        "dip-lagrangian-fxf-inverse-adam-pretrain-92f672c4f0",
+        "dip-lagrangian-fxf-inverse-adam-pretrain-b98e285758",
     ],
     "driven": [
-        "sip-episodes1000-1610a00873",
-        "sip-truth-fdaae1dd11",
-        "sip-truth-sip-best-63027b07b4",
-        "sip-truth-sip-best-5b24e9d0a7",
+        "sip-episodes1000-c8999d9489",
+        "sip-truth-ca7883ddf3",
+        "sip-truth-sip-best-9bfd7e0ada",
+        "sip-truth-sip-best-a14b293853",
     ],
 }
 

@@ -9,7 +9,7 @@ from repro.config.plugin_options import MODELS
 from repro.config.schema import Config
 from repro.config.submodels import n_coordinates
 from repro.control.controller_options import ControllerOptions
-from repro.data.data_options import RecordingFile
+from repro.data.data_options import RandomForce, RecordingFile
 from repro.errors import UserError
 from repro.learning.objective_options import Equation
 from repro.learning.sequence_options import SequenceKind
@@ -45,6 +45,14 @@ def _system(config: Config) -> Iterator[str]:
         true_system(config)
     except UserError as error:
         yield f"system: {error}"
+
+
+def _start_of_data(config: Config) -> Iterator[str]:
+    if isinstance(config.data, RandomForce) and not [*_system(config)]:
+        try:
+            true_system(config).at_rest(config.data.start)
+        except UserError as error:
+            yield f"data.start: {error}"
 
 
 def _basis_of_another_system(config: Config) -> Iterator[str]:
@@ -128,8 +136,11 @@ def _l1(config: Config) -> Iterator[str]:
 
 
 def _free_motion_keeps_its_energy(config: Config) -> Iterator[str]:
-    if config.model.fitted and config.sequence.kind.uses_free_motion and any(config.system.damping):
-        yield f"system.damping = {config.system.damping}: D_H keeps its energy only without damping"
+    if not config.model.fitted or not config.sequence.kind.uses_free_motion:
+        return
+    for name, values in (("damping", config.system.damping), ("coulomb", config.system.coulomb)):
+        if any(values):
+            yield f"system.{name} = {values}: D_H keeps its energy only without friction"
 
 
 def _pretraining_epochs(config: Config) -> Iterator[str]:
@@ -214,6 +225,7 @@ def _closed_loop(config: Config) -> Iterator[str]:
 
 RULES: tuple[Callable[[Config], Iterator[str]], ...] = (
     _system,
+    _start_of_data,
     _basis_of_another_system,
     _closed_form,
     _without_energies,

@@ -26,8 +26,9 @@ class SystemSection(Section):
 
     name: str
     damping: list[NotNegative]
-    damping_frame: Literal["relative", "absolute"]
-    damping_growth: NotNegative
+    coulomb: list[NotNegative] = Field(default_factory=list)
+    damping_frame: Literal["relative", "absolute"] = "relative"
+    damping_growth: NotNegative = 0.0
 
     @property
     def constants(self) -> dict[str, int | float]:
@@ -36,8 +37,15 @@ class SystemSection(Section):
 
     def options(self, reading: "Reading") -> SystemOptions:
         """The system in a reading of the paper's conventions."""
-        damping = tuple(self.damping)
-        return SystemOptions(self.name, reading.name, damping, self.damping_frame, self.damping_growth, self.constants)
+        return SystemOptions(
+            self.name,
+            reading.name,
+            tuple(self.damping),
+            self.damping_frame,
+            self.damping_growth,
+            tuple(self.coulomb),
+            self.constants,
+        )
 
 
 class Reading(Section):

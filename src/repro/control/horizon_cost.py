@@ -63,7 +63,7 @@ class HorizonCost:
             cost += weights.kinetic * kinetic + weights.potential * self.model.potential_cost(potential)
         if weights.angle:
             system = self.model.system
-            cost += weights.angle * sum(self._angle_error(q[i] - float(system.upright[i])) for i in system.angles)
+            cost += weights.angle * sum(self._angle_error(q[i] - float(system.at_rest()[i])) for i in system.angles)
         return cost
 
     def _angle_error(self, error: Expression) -> Expression:

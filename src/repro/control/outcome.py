@@ -51,7 +51,7 @@ def judge(time: np.ndarray, states: np.ndarray, clearance: np.ndarray | None, sy
 def is_erect(states: np.ndarray, system: System, x_des: float) -> np.ndarray:
     """Whether every angle is within 5 degrees of upright, modulo a turn, and |x - x_des| < 0.05 m; (n,)."""
     angles = list(system.angles)
-    errors = states[..., angles] - system.upright[angles]
+    errors = states[..., angles] - system.at_rest()[angles]
     turned = np.abs((errors + np.pi) % (2 * np.pi) - np.pi)
     with np.errstate(invalid="ignore"):
         return np.asarray(np.all(turned < ANGLE, axis=-1) & (np.abs(states[..., 0] - x_des) < POSITION))

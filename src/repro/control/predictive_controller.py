@@ -90,7 +90,7 @@ class PredictiveController:
         system = self.of.model.system
         angles = list(system.angles)
         states = np.repeat(state[None], self.of.n_intervals + 1, axis=0)
-        if np.all(np.cos(state[angles] - system.upright[angles]) > np.cos(NEAR_UPRIGHT)):
+        if np.all(np.cos(state[angles] - system.at_rest()[angles]) > np.cos(NEAR_UPRIGHT)):
             return self.of.guess(states, np.zeros_like(forces))
         shared = np.append(self.x_des, self.weights)
         for k, (length, force) in enumerate(zip(self.of.problem.intervals, forces, strict=True)):

@@ -8,6 +8,7 @@ import casadi as ca
 
 from repro.control.matrix_network import MatrixNetwork, is_wide
 from repro.mechanics.inputs import input_map
+from repro.mechanics.link_angles import LinkAngles
 from repro.mechanics.system import System
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import EnergyExpressions, Model
@@ -75,7 +76,7 @@ class PredictiveModel:
 
     def potential_cost(self, potential: Any) -> Any:
         """V_cost: -V where theta = 0 is up (minimising it erects), V as printed otherwise."""
-        return -potential if self.system.reading == "physical" else potential
+        return -potential if not isinstance(self.system, LinkAngles) or self.system.reading == "physical" else potential
 
     def acceleration(self, q: ca.SX, qd: ca.SX, force: ca.SX, weights: ca.SX) -> ca.SX:
         """The forward dynamics, qdd."""

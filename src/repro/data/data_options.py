@@ -22,7 +22,7 @@ class RandomForce(Options):
     train_samples: Count | None = None
     time_step: Positive = 0.04
     force_limit: Positive | None = 5.0
-    start: Literal["upright", "hanging"] = "upright"
+    start: str | None = None
     reset: Literal["start", "random"] = "start"
     labels: Literal["exact", "differenced"] = "exact"
     tau_noise: NotNegative = 0.0

@@ -11,8 +11,9 @@ import numpy as np
 from repro.codegen.array_evaluation import evaluate
 from repro.errors import UserError
 from repro.mechanics.compile import active_engine
+from repro.mechanics.coordinate import Coordinate
 from repro.mechanics.derive import dynamics_of
-from repro.mechanics.system import Coordinate, System
+from repro.mechanics.system import System
 
 ARRAYS = "data.npz"
 DESCRIPTION = "data.json"

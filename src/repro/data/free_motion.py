@@ -30,15 +30,17 @@ def free_motion(
 ) -> Dataset:
     """Simulate free motion from rest at each point of a grid over [0.03, 3.11] rad, for `steps` samples (V-B).
 
-    grid: `product` has `initial_angles` angles a link in all combinations, `diagonal` has all links at the same angle.
+    Translations lie within their `reset_ranges`. grid: `product` has `initial_angles` values of each coordinate in all
+    combinations, `diagonal` has all links at the same angle.
     Every member has the same trajectories; its seed shuffles which whole ones are for training. The energy of all
     samples of a trajectory is that of its start, V there. UserError for a damped system or an argument out of range.
     """
     check_seeds(seeds)
     check_positive(initial_angles=initial_angles, steps=steps, time_step=time_step)
     check_choice("grid", grid, ("product", "diagonal"))
-    if any(system.damping):
-        raise UserError(f"damping = {list(system.damping)}: free motion keeps its energy only without damping")
+    if not system.frictionless:
+        friction = f"damping = {list(system.damping)}, coulomb = {list(system.coulomb)}"
+        raise UserError(f"{friction}: free motion keeps its energy only without friction")
     q_start = _grid(system, initial_angles, grid)
     n_train = training_size(len(q_start), train_fraction, "initial_angles") * steps
     dynamics = dynamics_of(system)
@@ -69,14 +71,23 @@ def free_motion(
 
 
 def _grid(system: System, initial_angles: int, grid: str) -> np.ndarray:
-    """Return coordinates (points, n_q): `initial_angles` ** number of angles, or `initial_angles` on the diagonal."""
-    angles = np.linspace(FIRST_ANGLE, LAST_ANGLE, initial_angles)
-    links = len(system.angles)
-    if grid == "product" and initial_angles**links > MOST_STARTS:
+    """Return coordinates (points, n_q): all combinations of `initial_angles` values each, or those on the diagonal.
+
+    Cyclic coordinates, and those that a random episode too starts from 0, stay there.
+    """
+    ranges = {
+        i: (FIRST_ANGLE, LAST_ANGLE) if coordinate.is_angle else span
+        for i, (coordinate, (span, _)) in enumerate(zip(system.coordinates, system.reset_ranges, strict=True))
+        if not coordinate.cyclic and span[0] < span[1]
+    }
+    points = [np.linspace(*span, initial_angles) for span in ranges.values()]
+    starts = initial_angles ** (len(points) if grid == "product" else 1)
+    if starts > MOST_STARTS:
         raise UserError(
-            f"initial_angles = {initial_angles}: with {links} links these are {initial_angles**links} trajectories, "
-            f"more than {MOST_STARTS}; take fewer, or grid = 'diagonal'"
+            f"initial_angles = {initial_angles}: over {len(points)} coordinates these are {starts} trajectories, more "
+            f"than {MOST_STARTS}; take fewer, or grid = 'diagonal'"
         )
-    q = np.zeros((initial_angles if grid == "diagonal" else initial_angles**links, system.n_q))
-    q[:, system.angles] = angles[:, None] if grid == "diagonal" else list(itertools.product(angles, repeat=links))
+    q = np.zeros((starts, system.n_q))
+    if points:
+        q[:, [*ranges]] = list(zip(*points, strict=True) if grid == "diagonal" else itertools.product(*points))
     return q

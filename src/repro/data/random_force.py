@@ -14,8 +14,6 @@ from repro.mechanics.simulate import simulate
 from repro.mechanics.system import System
 
 STREAMS = ("force", "reset", "tau", "qdd", "q", "qd")
-RESET_SPEED = 1.0  # m/s
-RESET_RATE = 3.0  # rad/s
 
 
 def random_force(
@@ -29,7 +27,7 @@ def random_force(
     force_limit: float | None = None,
     regime: str = "episodes",
     episode_steps: int = 1000,
-    start: str = "upright",
+    start: str | None = None,
     reset: str = "start",
     labels: str = "exact",
     tau_noise: float = 0.0,
@@ -42,8 +40,8 @@ def random_force(
 
     force_limit: of every input in its unit; None takes the system's limit of each.
 
-    regime: `long` is one trajectory, `episodes` starts anew every episode_steps; start: `upright` or `hanging` at rest;
-    reset: each episode from the `start`, or at `random` (any angle, abs(xd) <= 1 m/s, abs(thetad) <= 3 rad/s);
+    regime: `long` is one trajectory, `episodes` starts anew every episode_steps; start: name of a state of rest of the
+    system, its first one by default; reset: each episode from the `start`, or at `random` within its `reset_ranges`;
     labels: qdd `exact`, or `differenced` from qd. Noise is a standard deviation in the unit of the quantity. Noise and
     differencing touch the training part alone, so that a test error is an error of the model.
     train_samples: only the first so many of the training part are kept, so that fits from more or from less data meet
@@ -56,7 +54,6 @@ def random_force(
     noise = {"tau": tau_noise, "qdd": qdd_noise, "q": q_noise, "qd": qd_noise}
     check_not_negative(**{f"{name}_noise": deviation for name, deviation in noise.items()})
     check_choice("regime", regime, ("episodes", "long"))
-    check_choice("start", start, ("upright", "hanging"))
     check_choice("reset", reset, ("start", "random"))
     check_choice("labels", labels, ("exact", "differenced"))
     n_train = training_size(samples, train_fraction)
@@ -95,14 +92,14 @@ def _streams(seed: int) -> dict[str, np.random.Generator]:
     return {name: np.random.default_rng([seed, index]) for index, name in enumerate(STREAMS)}
 
 
-def _starts(system: System, episodes: int, start: str, reset: str, stream: np.random.Generator) -> np.ndarray:
+def _starts(system: System, episodes: int, start: str | None, reset: str, stream: np.random.Generator) -> np.ndarray:
     """Return initial states (episode, 2 n_q)."""
-    q = np.tile(system.upright if start == "upright" else system.hanging, (episodes, 1))
-    qd = np.zeros_like(q)
-    if reset == "random":
-        turns = np.array([coordinate.is_angle for coordinate in system.coordinates])
-        q = np.where(turns, stream.uniform(-np.pi, np.pi, q.shape), q)
-        qd = stream.uniform(-1.0, 1.0, q.shape) * np.where(turns, RESET_RATE, RESET_SPEED)
+    q = np.tile(system.at_rest(start), (episodes, 1))
+    if reset == "start":
+        return np.concatenate([q, np.zeros_like(q)], axis=1)
+    low, high = np.array(system.reset_ranges).transpose(2, 1, 0)
+    q = stream.uniform(low[0], high[0], q.shape)
+    qd = (low[1] + high[1]) / 2 + stream.uniform(-1.0, 1.0, q.shape) * (high[1] - low[1]) / 2
     return np.concatenate([q, qd], axis=1)
 
 

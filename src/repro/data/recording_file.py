@@ -10,7 +10,7 @@ from repro.data.checks import check_positive, training_size
 from repro.data.dataset import Dataset
 from repro.data.differentiation import difference
 from repro.errors import UserError
-from repro.mechanics.system import Coordinate
+from repro.mechanics.coordinate import Coordinate
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -56,9 +56,9 @@ class RestStates:
 
     def anchor_error(self, canonical: bool) -> np.ndarray:
         """Learned less true energy of the upright rest, (member, 1) in J; canonical: V~ there, else T + V."""
-        q = np.broadcast_to(self.system.upright, (len(self.parameters), 1, self.system.n_q))
+        q = np.broadcast_to(self.system.at_rest(), (len(self.parameters), 1, self.system.n_q))
         upright = at_rest(self.model, self.parameters, q)
-        energy = evaluate(dynamics_of(self.system).hamiltonian, self.system.upright, np.zeros(self.system.n_q))[0]
+        energy = evaluate(dynamics_of(self.system).hamiltonian, self.system.at_rest(), np.zeros(self.system.n_q))[0]
         kinetic = -upright.kinetic if canonical else upright.kinetic
         error: np.ndarray = upright.potential + kinetic - energy
         return error

@@ -10,7 +10,7 @@ from torch import Tensor
 from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
 from repro.evaluation.metrics import MetricValues
-from repro.mechanics.chain import joint_rates
+from repro.mechanics.coordinate import joint_rates
 from repro.mechanics.system import System
 from repro.models.model import Model
 
@@ -45,9 +45,7 @@ def damping_errors(
 
 def _joint_motions(system: System) -> np.ndarray:
     """Columns: the velocities (n_q,) at which one joint alone turns, all links beyond it with it."""
-    if system.damping_frame == "absolute":
-        return np.eye(system.n_q)
-    return np.linalg.inv(joint_rates(system.n_q, system.angles))
+    return np.linalg.inv(joint_rates(system.n_q, system.jointed))
 
 
 @lru_cache(maxsize=16)

@@ -8,7 +8,7 @@ import numpy as np
 
 from repro.errors import UserError
 from repro.export import casadi_functions, torch_module
-from repro.mechanics.system import Coordinate
+from repro.mechanics.coordinate import Coordinate
 from repro.models.model import Model
 from repro.tracking.files import write_json, write_text
 

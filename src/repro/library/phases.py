@@ -79,7 +79,7 @@ def _anchor_task(model: Model, data: TrainingData, objective: Objective) -> Trai
     """The energy of one state, the upright rest, as in III-A.1 after Greydanus et al. (2019)."""
     system = data.system
     shape = (len(data.seeds), 1, system.n_q)
-    q, zero = np.broadcast_to(system.upright, shape).copy(), np.zeros(shape)
+    q, zero = np.broadcast_to(system.at_rest(), shape).copy(), np.zeros(shape)
     energy = evaluate(dynamics_of(system).hamiltonian, q, zero)[..., 0]
     state = Dataset(
         q=q, qd=zero, qdd=zero, tau=zero, time=np.zeros(1), episode=np.zeros(1, dtype=int), n_train=1,

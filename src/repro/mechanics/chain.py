@@ -3,13 +3,15 @@
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from typing import Any
 
-import numpy as np
-
+from repro.mechanics.coordinate import Coordinate
 from repro.mechanics.inputs import Input, unit_columns
-from repro.mechanics.system import Coordinate, System
+from repro.mechanics.link_angles import LinkAngles
+from repro.mechanics.shapes import Block, InputArrow, Segment, Shape
+
+CART = (0.28, 0.1)  # half its width and height as drawn, in parts of the first link's length
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,7 @@ class Link:
 
 
 @dataclass(frozen=True)
-class Chain(System):
+class Chain(LinkAngles):
     """Cart and links, each at the end of the one before; link angles are absolute.
 
     With a_ij the arm of angle j at the centre of mass of link i (the length of link j < i, the centre distance of i),
@@ -53,7 +55,8 @@ class Chain(System):
         """The cart's position and the angle of every link."""
         numbers = [""] if len(self.links) == 1 else range(1, len(self.links) + 1)
         cart = Coordinate("x", "m", False, cyclic=True)
-        return (cart, *(Coordinate(f"theta{number}", "rad", True) for number in numbers))
+        links = (Coordinate(f"theta{n}", "rad", True, absolute=i > 0) for i, n in enumerate(numbers))
+        return (cart, *links)
 
     @property
     def inputs(self) -> tuple[Input, ...]:
@@ -88,6 +91,13 @@ class Chain(System):
         ends = accumulate(steps, lambda at, step: (at[0] + step[0], at[1] + step[1]), initial=(q[0], 0.0 * q[0]))
         return [list(end) for end in ends]
 
+    def shapes(self, q: Sequence[Any], m: Any) -> list[Shape]:
+        """The cart and its links."""
+        points = self.body_points(q, m)
+        width, height = (part * self.links[0].length for part in CART)
+        links = [Segment(*ends) for ends in pairwise(points)]
+        return [Block(points[0], (width, height), wheels=True), *links, InputArrow(points[0], (1.0, 0.0))]
+
     def _first_moment(self, j: int) -> float:
         return sum(link.mass * self._arm(i, j) for i, link in enumerate(self.links))
 
@@ -99,11 +109,3 @@ class Chain(System):
         if j > i:
             return 0.0
         return self.links[j].centre if j == i else self.links[j].length
-
-
-def joint_rates(n_q: int, angles: Sequence[int]) -> np.ndarray:
-    """Matrix B (n_q, n_q) of the rates B qd of the joints: of two successive angles the second turns on the first."""
-    matrix = np.eye(n_q)
-    for i in set(angles) & {angle + 1 for angle in angles}:
-        matrix[i, i - 1] = -1.0
-    return matrix

@@ -1,73 +1,63 @@
-"""What every mechanical system says about itself, and how one is found by name."""
+"""What a true system is: its coordinates, energies, friction and inputs, from which everything else is derived."""
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from typing import Any, ClassVar
 
 import numpy as np
 
 from repro.errors import UserError
+from repro.mechanics.coordinate import Coordinate, jointed
 from repro.mechanics.inputs import Input
+from repro.mechanics.shapes import Shape
 from repro.mechanics.system_options import SystemOptions
 from repro.plugins.plugin import plugin, plugin_names
 
-READINGS = ("physical", "printed")
-DAMPING_FRAMES = ("relative", "absolute")
+Range = tuple[float, float]
 
-
-@dataclass(frozen=True)
-class Coordinate:
-    """One generalised coordinate: its name, its unit, whether it is an angle, and whether it is cyclic.
-
-    Neither T nor V depends on a cyclic coordinate.
-    """
-
-    name: str
-    unit: str
-    is_angle: bool
-    cyclic: bool = False
+SLIDING = 0.01  # m/s, rad/s or A: well above this rate a dry friction has its full size
+TURN: Range = (-math.pi, math.pi)  # rad
+LINKS_ALONE = {"reading": "physical", "damping_frame": "relative", "damping_growth": 0.0}  # settings of `LinkAngles`
+RATES: Mapping[str, Range] = {"rad": (-3.0, 3.0), "m": (-1.0, 1.0)}  # of random starts, rad/s and m/s
 
 
 @dataclass(frozen=True)
 class System(ABC):
-    """A cart that carries a chain of links; the constants of a concrete system are further fields.
+    """A mechanism; its constants are further fields of a concrete one.
 
     Energies take sequences of n_q scalar components and a maths namespace `m` with cos and sin (numpy, torch, casadi).
-    The reading fixes where an absolute link angle is zero: `physical` upright, `printed` hanging (as in eq. 13).
-    Damping is one viscous coefficient a joint, cart first: N s/m, then N m s/rad. That of a link at angle th is
-    (1 + damping_growth sin(th)^2) times as large.
+    damping: one viscous coefficient a coordinate; coulomb: one dry friction a coordinate, in the unit of its force.
     """
 
     name: ClassVar[str]
+    settings: ClassVar[tuple[str, ...]] = ("damping", "coulomb")  # fields that are no constants
+    signed: ClassVar[tuple[str, ...]] = ()  # constants that need not be positive
 
-    reading: str = "physical"
     damping: tuple[float, ...] = ()
-    damping_frame: str = "relative"
-    damping_growth: float = 0.0
+    coulomb: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        _check_choice("reading", self.reading, READINGS)
-        _check_choice("damping_frame", self.damping_frame, DAMPING_FRAMES)
-        damping = tuple(float(coefficient) for coefficient in self.damping) or (0.0,) * self.n_q
-        if len(damping) != self.n_q or not all(math.isfinite(c) and c >= 0 for c in damping):
-            raise UserError(
-                f"damping of {self.name} needs {self.n_q} non-negative numbers "
-                f"({', '.join(c.name for c in self.coordinates)}); got {list(self.damping)}"
-            )
-        if not math.isfinite(self.damping_growth) or self.damping_growth < 0:
-            raise UserError(f"damping_growth = {self.damping_growth} of {self.name}: must not be negative")
-        object.__setattr__(self, "damping", damping)
+        for name in ("damping", "coulomb"):
+            given = getattr(self, name)
+            values = tuple(float(coefficient) for coefficient in given) or (0.0,) * self.n_q
+            if len(values) != self.n_q or not all(math.isfinite(c) and c >= 0 for c in values):
+                raise UserError(
+                    f"{name} of {self.name} needs {self.n_q} non-negative numbers "
+                    f"({', '.join(c.name for c in self.coordinates)}); got {list(given)}"
+                )
+            object.__setattr__(self, name, values)
         for constant in self.constants():
             value = getattr(self, constant)
-            if not math.isfinite(value) or value <= 0:
-                raise UserError(f"{constant} = {value} of {self.name}: must be a positive number")
+            if not math.isfinite(value) or (value <= 0 and constant not in self.signed):
+                number = "number" if constant in self.signed else "positive number"
+                raise UserError(f"{constant} = {value} of {self.name}: must be a {number}")
 
     @classmethod
     def constants(cls) -> tuple[str, ...]:
         """Names of the constants that a concrete system adds."""
-        return tuple(field.name for field in fields(cls) if field.name not in System.__dataclass_fields__)
+        return tuple(field.name for field in fields(cls) if field.name not in cls.settings)
 
     @property
     @abstractmethod
@@ -85,19 +75,28 @@ class System(ABC):
         return tuple(i for i, coordinate in enumerate(self.coordinates) if coordinate.is_angle)
 
     @property
-    def up(self) -> float:
-        """Cosine of the upright angle: 1 where angles are measured from upright, -1 where from hanging."""
-        return 1.0 if self.reading == "physical" else -1.0
+    def rest_states(self) -> Mapping[str, tuple[float, ...]]:
+        """Coordinates (n_q,) of named states of rest; the first is where data start and where an energy is known."""
+        return {"rest": (0.0,) * self.n_q}
+
+    def at_rest(self, name: str | None = None) -> np.ndarray:
+        """Coordinates (n_q,) of a state of rest, the first one by default; UserError names those that there are."""
+        states = self.rest_states
+        chosen = next(iter(states)) if name is None else name
+        _check_choice(f"start of {self.name}", chosen, tuple(states))
+        return np.array(states[chosen])
 
     @property
-    def upright(self) -> np.ndarray:
-        """Coordinates (n_q,) with every link pointing up and the cart at 0."""
-        return self._links_at(0.0 if self.reading == "physical" else math.pi)
+    def reset_ranges(self) -> tuple[tuple[Range, Range], ...]:
+        """Per coordinate the (low, high) of its value and of its rate at the start of a random episode.
 
-    @property
-    def hanging(self) -> np.ndarray:
-        """Coordinates (n_q,) with every link pointing down and the cart at 0."""
-        return self._links_at(math.pi if self.reading == "physical" else 0.0)
+        Any angle, at up to 3 rad/s; a translation at 0, or within 0.5 m of it where an energy depends on it, at up to
+        1 m/s.
+        """
+        return tuple(
+            (TURN if c.is_angle else (0.0, 0.0) if c.cyclic else (-0.5, 0.5), RATES.get(c.unit, (-1.0, 1.0)))
+            for c in self.coordinates
+        )
 
     @property
     @abstractmethod
@@ -114,28 +113,43 @@ class System(ABC):
 
     @abstractmethod
     def potential(self, q: Sequence[Any], m: Any) -> Any:
-        """Potential energy V in J, zero where every link is level."""
+        """Potential energy V in J."""
 
     @abstractmethod
     def body_points(self, q: Sequence[Any], m: Any) -> list[list[Any]]:
         """World points [x, y] in m, y up: the cart, then the end of every link."""
 
+    @abstractmethod
+    def shapes(self, q: Sequence[Any], m: Any) -> Sequence[Shape]:
+        """What a picture shows, in world coordinates [x, y] in m, y up."""
+
+    @property
+    def jointed(self) -> tuple[int, ...]:
+        """Positions of the coordinates whose friction acts on their rate relative to that of the one before."""
+        return jointed(self.coordinates)
+
+    @property
+    def frictionless(self) -> bool:
+        """Whether its energy is kept without input."""
+        return not any((*self.damping, *self.coulomb))
+
     def dissipation(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
-        """Rayleigh function in W: half the power lost in the joints, on relative or absolute rates."""
+        """Rayleigh function in W, whose slopes in qd are the friction: c v^2/2, and f |v| rounded below SLIDING."""
         power = 0.0
-        for i, coefficient in enumerate(self.damping):
-            jointed = self.damping_frame == "relative" and i and {i - 1, i} <= {*self.angles}
-            rate = qd[i] - qd[i - 1] if jointed else qd[i]
-            growth = 1 + self.damping_growth * m.sin(q[i]) ** 2 if self.damping_growth and i in self.angles else 1.0
-            power = power + 0.5 * coefficient * growth * rate**2
+        for i, (viscous, dry) in enumerate(zip(self.damping, self.coulomb, strict=True)):
+            rate = qd[i] - qd[i - 1] if i in self.jointed else qd[i]
+            power = power + 0.5 * viscous * self.growth(i, q, m) * rate**2
+            if dry:
+                power = power + dry * ((rate**2 + SLIDING**2) ** 0.5 - SLIDING)
         return power
 
-    def describe(self) -> dict[str, object]:
-        """Return name, reading, damping and constants as plain data."""
-        return {"name": self.name} | asdict(self) | {"damping": list(self.damping)}
+    def growth(self, i: int, q: Sequence[Any], m: Any) -> Any:
+        """Factor of the viscous coefficient of coordinate i at q."""
+        return 1.0
 
-    def _links_at(self, angle: float) -> np.ndarray:
-        return np.array([angle if coordinate.is_angle else 0.0 for coordinate in self.coordinates])
+    def describe(self) -> dict[str, object]:
+        """Return name, friction and constants as plain data."""
+        return {"name": self.name} | asdict(self) | {name: list(getattr(self, name)) for name in ("damping", "coulomb")}
 
 
 def names() -> tuple[str, ...]:
@@ -149,6 +163,7 @@ def load(
     damping: Sequence[float] | None = None,
     damping_frame: str = "relative",
     damping_growth: float = 0.0,
+    coulomb: Sequence[float] | None = None,
     **constants: float,
 ) -> System:
     """Return the system of that name, its constants changed where given; UserError for what is not allowed."""
@@ -161,10 +176,18 @@ def load(
     )
     for constant in constants:
         _check_choice(f"constant of {name}", constant, found.constants())
-    joints = tuple(damping or ())
-    return found(
-        reading=reading, damping=joints, damping_frame=damping_frame, damping_growth=damping_growth, **constants
-    )
+    settings: dict[str, Any] = {"damping": tuple(damping or ()), "coulomb": tuple(coulomb or ())}
+    for setting, value in {
+        "reading": reading, "damping_frame": damping_frame, "damping_growth": damping_growth
+    }.items():  # fmt: skip
+        if setting in found.settings:
+            settings[setting] = value
+        elif value != LINKS_ALONE[setting]:
+            raise UserError(
+                f"{setting} = {value!r}: is for the links of the paper; system={name} goes with "
+                f"{setting} = {LINKS_ALONE[setting]!r}"
+            )
+    return found(**(settings | constants))
 
 
 def load_system(options: SystemOptions) -> System:
@@ -175,6 +198,7 @@ def load_system(options: SystemOptions) -> System:
         options.damping,
         options.damping_frame,
         options.damping_growth,
+        options.coulomb,
         **options.constants,
     )
 

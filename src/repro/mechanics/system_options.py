@@ -16,6 +16,7 @@ class SystemOptions(Options):
     damping: tuple[float, ...] = ()
     damping_frame: Literal["relative", "absolute"] = "relative"
     damping_growth: float = 0.0
+    coulomb: tuple[float, ...] = ()
     constants: Mapping[str, float] = field(default_factory=dict)
 
     def plain(self) -> dict[str, Any]:

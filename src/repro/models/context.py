@@ -6,7 +6,8 @@ from types import ModuleType
 import numpy as np
 
 from repro.errors import UserError
-from repro.mechanics.system import Coordinate, System
+from repro.mechanics.coordinate import Coordinate
+from repro.mechanics.system import System
 from repro.models.features import FeatureMap
 from repro.models.model import Model
 from repro.models.position import PositionFeatures, position_features

@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from repro.mechanics.chain import joint_rates
+from repro.mechanics.coordinate import joint_rates
 from repro.models.model import EnergyExpressions, Model, Prepared
 from repro.models.model_options import Damping
 from repro.models.position import PositionFeatures, cart_with_links
@@ -25,8 +25,8 @@ class Damped(Model):
 
     def __init__(self, model: Model, damping: Damping, positions: PositionFeatures | None = None) -> None:
         self.model, self.n_q = model, model.n_q
-        angles = (positions or cart_with_links(model.n_q)).angles
-        self.shapes = diagonal(model.n_q, angles) if damping == "diagonal" else full(model.n_q)
+        jointed = (positions or cart_with_links(model.n_q)).jointed
+        self.shapes = diagonal(model.n_q, jointed) if damping == "diagonal" else full(model.n_q)
         self.names = tuple(f"c{index}" for index in range(len(self.shapes)))
         self.inverse, self.energetic, self.transforms = model.inverse, model.energetic, model.transforms
         self.model_slice = slice(0, model.n_parameters)
@@ -92,9 +92,9 @@ def without_damping(model: Model) -> Model:
     return model.model if isinstance(model, Damped) else model
 
 
-def diagonal(n_q: int, angles: Sequence[int]) -> np.ndarray:
+def diagonal(n_q: int, jointed: Sequence[int]) -> np.ndarray:
     """Shapes E_k (n_q, n_q, n_q) of the matrix of a viscous friction in every joint."""
-    rates = joint_rates(n_q, angles)
+    rates = joint_rates(n_q, jointed)
     shapes: np.ndarray = np.einsum("ki,kj->kij", rates, rates)
     return shapes
 

@@ -8,7 +8,8 @@ import casadi
 import numpy as np
 
 from repro.codegen.array_evaluation import evaluate
-from repro.mechanics.system import Coordinate, System
+from repro.mechanics.coordinate import Coordinate
+from repro.mechanics.system import System
 from repro.models.model import Model
 
 REACH = 2.0  # m on either side of the start

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from repro.mechanics.system import Coordinate
+from repro.mechanics.coordinate import Coordinate, jointed
 from repro.models.products import Features
 
 
@@ -14,11 +14,13 @@ from repro.models.products import Features
 class PositionFeatures:
     """Features of q (n_q,): angles enter as cos and sin, translations (column, scale) divided by their scale in m.
 
-    A cyclic coordinate, such as the position of a cart, changes neither T nor V, and so it is left out.
+    A cyclic coordinate, such as the position of a cart, changes neither T nor V, and so it is left out. jointed:
+    coordinates whose friction acts on their rate relative to that of the one before.
     """
 
     angles: tuple[int, ...]
     translations: tuple[tuple[int, float], ...] = ()
+    jointed: tuple[int, ...] = ()
 
     def inertia(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
         """Inputs of a network for M(q), dimensionless, by name."""
@@ -37,11 +39,12 @@ class PositionFeatures:
 def position_features(coordinates: Sequence[Coordinate], scale: np.ndarray | None = None) -> PositionFeatures:
     """Features for these coordinates; scale: (n_q,) typical size of each in m (1 by default), used for translations."""
     sizes = np.ones(len(coordinates)) if scale is None else scale
-    angles = tuple(i for i, coordinate in enumerate(coordinates) if coordinate.is_angle)
-    moved = [i for i, coordinate in enumerate(coordinates) if not coordinate.is_angle and not coordinate.cyclic]
-    return PositionFeatures(angles, tuple((i, float(sizes[i])) for i in moved))
+    shown = [i for i, coordinate in enumerate(coordinates) if not coordinate.cyclic]
+    angles = tuple(i for i in shown if coordinates[i].is_angle)
+    moved = tuple((i, float(sizes[i])) for i in shown if not coordinates[i].is_angle)
+    return PositionFeatures(angles, moved, jointed(coordinates))
 
 
 def cart_with_links(n_q: int) -> PositionFeatures:
     """Features of a cart, whose position is cyclic, with n_q - 1 links."""
-    return PositionFeatures(tuple(range(1, n_q)))
+    return PositionFeatures(tuple(range(1, n_q)), jointed=tuple(range(2, n_q)))

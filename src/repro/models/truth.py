@@ -81,6 +81,6 @@ def _coefficients(system: System, kinetic: FeatureMap, potential: FeatureMap) ->
         columns, values = evaluate(terms, q, qd), evaluate(energy, q, qd)[:, 0]
         solution, *_ = np.linalg.lstsq(columns, values, rcond=None)
         if not np.allclose(columns @ solution, values, rtol=0, atol=1e-9 * np.abs(values).max()):
-            raise UserError(f"model=truth: the energies of {system.name}, reading={system.reading}, are no chain's")
+            raise UserError(f"model=truth: the energies of {system.name}, are no chain's")
         found.append(solution)
     return np.concatenate(found)

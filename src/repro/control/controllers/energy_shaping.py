@@ -63,11 +63,11 @@ class EnergyShaping:
         self._dynamics = dynamics_of(self.system)
         self._feedback = lqr(self.system, self.time_step)
         at_rest = np.zeros(2)
-        self._energy_up = float(self._dynamics.potential(self.system.upright, at_rest, []))
+        self._energy_up = float(self._dynamics.potential(self.system.at_rest(), at_rest, []))
 
     def decide(self, state: np.ndarray) -> ControlStep:
         """The force at a state (4,)."""
-        error = state - np.concatenate([self.system.upright, np.zeros(2)])
+        error = state - np.concatenate([self.system.at_rest(), np.zeros(2)])
         error[0] -= self.x_des
         error[1] = (error[1] + np.pi) % (2 * np.pi) - np.pi
         if abs(error[1]) < LQR_ANGLE and abs(error[3]) < LQR_RATE:
@@ -100,7 +100,7 @@ def lqr(system: System, time_step: float) -> np.ndarray:
     acceleration = under_inputs(dynamics_of(system).acceleration, system)
     rate = ca.vertcat(x[n_q:], acceleration(x[:n_q], x[n_q:], f, ca.SX(0, 1)))
     linear = ca.Function("linear", [x, f], [ca.jacobian(rate, x), ca.jacobian(rate, f)])
-    a, b = (np.asarray(part) for part in linear(np.concatenate([system.upright, np.zeros(n_q)]), 0.0))
+    a, b = (np.asarray(part) for part in linear(np.concatenate([system.at_rest(), np.zeros(n_q)]), 0.0))
     held = expm(np.block([[a, b], [np.zeros((1, 2 * n_q + 1))]]) * time_step)
     a, b = held[:-1, :-1], held[:-1, -1:]
     value = solve_discrete_are(a, b, np.diag(STATE_COST), np.array([[FORCE_COST]]))

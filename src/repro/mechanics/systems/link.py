@@ -4,8 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from repro.mechanics.coordinate import Coordinate
 from repro.mechanics.inputs import Input, unit_columns
-from repro.mechanics.system import Coordinate, System
+from repro.mechanics.shapes import Block, InputArrow, Segment, Shape, Spring
+from repro.mechanics.system import Range, System
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,16 @@ class SpringLink(System):
     def potential(self, q: Sequence[Any], m: Any) -> Any:
         """Energy of the spring in J."""
         return 0.5 * self.k1 * q[0] ** 2 + 0.25 * self.k3 * q[0] ** 4
+
+    @property
+    def reset_ranges(self) -> tuple[tuple[Range, Range], ...]:
+        """At rest length, moving."""
+        return (((0.0, 0.0), (-1.0, 1.0)),)
+
+    def shapes(self, q: Sequence[Any], m: Any) -> list[Shape]:
+        """The mass, and the spring to a wall 1 m away at rest."""
+        at, wall = (q[0], 0.0), (-1.0, 0.0)
+        return [Segment((-1.0, -0.2), (-1.0, 0.2)), Spring(wall, at), Block(at, (0.1, 0.1)), InputArrow(at, (1.0, 0.0))]
 
     def body_points(self, q: Sequence[Any], m: Any) -> list[list[Any]]:
         """World points [x, y] in m of the mass and of the wall, 1 m away at rest."""

@@ -5,12 +5,15 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from repro.mechanics.chain import Link
+from repro.mechanics.coordinate import Coordinate
 from repro.mechanics.inputs import Input, unit_columns
-from repro.mechanics.system import Coordinate, System
+from repro.mechanics.link_angles import LinkAngles
+from repro.mechanics.shapes import Segment, Shape
+from repro.mechanics.system import TURN, Range
 
 
 @dataclass(frozen=True)
-class FreeRod(System):
+class FreeRod(LinkAngles):
     """A rod of mass m2 and length L2 (kg, m, m/s^2): its centre, y up whatever the reading, and its angle as a link.
 
     V = m2 g y. Both components of the force and the torque are inputs.
@@ -45,6 +48,12 @@ class FreeRod(System):
         """Each acts along its coordinate."""
         return unit_columns(self.n_q, 0, 1, 2)
 
+    @property
+    def reset_ranges(self) -> tuple[tuple[Range, Range], ...]:
+        """At the origin, at any angle."""
+        still = (0.0, 0.0)
+        return (still, (-1.0, 1.0)), (still, (-1.0, 1.0)), (TURN, (-3.0, 3.0))
+
     def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
         """Kinetic energy in J."""
         xd, yd, rate = qd
@@ -59,3 +68,8 @@ class FreeRod(System):
         x, y, angle = q
         right, up = self.link.centre * m.sin(angle), self.up * self.link.centre * m.cos(angle)
         return [[x - right, y - up], [x + right, y + up]]
+
+    def shapes(self, q: Sequence[Any], m: Any) -> list[Shape]:
+        """The rod."""
+        start, end = self.body_points(q, m)
+        return [Segment(start, end)]

@@ -57,6 +57,7 @@ def build(context: Context, options: Options) -> Model:
     """The joined model; UserError for parts that do not fit together."""
     import numpy as np
 
+    from repro.mechanics.link_angles import LinkAngles
     from repro.models.bases import rigid_body
     from repro.models.hinged import Hinged, RodOfUnknownMass
     from repro.models.lagrangian import Lagrangian
@@ -71,7 +72,7 @@ def build(context: Context, options: Options) -> Model:
         second = RodOfUnknownMass(options.rod_length, options.gravity)
     else:
         second = Lagrangian(rigid_body, 3)
-    up = 1.0 if context.system is None else context.system.up
+    up = context.system.up if isinstance(context.system, LinkAngles) else 1.0
     return Hinged(
         context.parts[0].model,
         second,

@@ -1,0 +1,48 @@
+"""A generalised coordinate and what it means: all that a model is told of a mechanism besides its samples."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+FORCES = {"m": "N", "rad": "N m", "C": "V"}  # unit of a coordinate -> unit of the force that does work along it
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One generalised coordinate: its name and its unit.
+
+    is_angle: it is the same after a whole turn. cyclic: neither T nor V depends on it. absolute: an angle measured from
+    the vertical although its joint is on the link before it, so that friction acts on the difference of two rates.
+    """
+
+    name: str
+    unit: str
+    is_angle: bool
+    cyclic: bool = False
+    absolute: bool = False
+
+    @property
+    def force_unit(self) -> str:
+        """Unit of the generalised force along it."""
+        return FORCES.get(self.unit, f"J/{self.unit}")
+
+    @property
+    def rate_unit(self) -> str:
+        """Unit of its rate."""
+        return "A" if self.unit == "C" else f"{self.unit}/s"
+
+
+def joint_rates(n_q: int, jointed: Sequence[int]) -> np.ndarray:
+    """Matrix (n_q, n_q) of the rates of all joints; those of the `jointed` coordinates are relative to the one before.
+
+    A coordinate is jointed where it is an `absolute` angle.
+    """
+    matrix = np.eye(n_q)
+    matrix[list(jointed), [i - 1 for i in jointed]] = -1.0
+    return matrix
+
+
+def jointed(coordinates: Sequence[Coordinate]) -> tuple[int, ...]:
+    """Positions of the absolute angles."""
+    return tuple(i for i, coordinate in enumerate(coordinates) if coordinate.absolute)
