@@ -4,8 +4,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from repro.mechanics.chain import Link
+from repro.mechanics.coordinate import Coordinate
 from repro.mechanics.inputs import Input
-from repro.mechanics.system import Coordinate, System
+from repro.mechanics.shapes import Segment
+from repro.mechanics.system import System
 
 
 @dataclass(frozen=True)
@@ -37,9 +39,9 @@ class TwoRotors(System):
     def potential(self, q, m):
         return self.mass * self.g * q[1]
 
-    def body_points(self, q, m):
+    def shapes(self, q, m):
         right, up = self.arm * m.cos(q[2]), self.arm * m.sin(q[2])
-        return [[q[0] - right, q[1] - up], [q[0] + right, q[1] + up]]
+        return [Segment([q[0] - right, q[1] - up], [q[0] + right, q[1] + up])]
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,7 @@ class ElbowPendulum(System):
 
     @property
     def coordinates(self):
-        return Coordinate("theta1", "rad", True), Coordinate("theta2", "rad", True)
+        return Coordinate("theta1", "rad", True), Coordinate("theta2", "rad", True, absolute=True)
 
     @property
     def inputs(self):
@@ -72,6 +74,7 @@ class ElbowPendulum(System):
         rod = Link.rod(0.2, 0.5)
         return self.g * rod.mass * ((rod.centre + rod.length) * m.cos(q[0]) + rod.centre * m.cos(q[1]))
 
-    def body_points(self, q, m):
+    def shapes(self, q, m):
         elbow = [0.5 * m.sin(q[0]), 0.5 * m.cos(q[0])]
-        return [[0.0 * q[0], 0.0 * q[0]], elbow, [elbow[0] + 0.5 * m.sin(q[1]), elbow[1] + 0.5 * m.cos(q[1])]]
+        tip = [elbow[0] + 0.5 * m.sin(q[1]), elbow[1] + 0.5 * m.cos(q[1])]
+        return [Segment([0.0 * q[0], 0.0 * q[0]], elbow), Segment(elbow, tip)]

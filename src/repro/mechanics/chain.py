@@ -9,7 +9,7 @@ from typing import Any
 from repro.mechanics.coordinate import Coordinate
 from repro.mechanics.inputs import Input, unit_columns
 from repro.mechanics.link_angles import LinkAngles
-from repro.mechanics.shapes import Block, InputArrow, Segment, Shape
+from repro.mechanics.shapes import Block, InputArrow, Point, Segment, Shape
 
 CART = (0.28, 0.1)  # half its width and height as drawn, in parts of the first link's length
 
@@ -82,7 +82,7 @@ class Chain(LinkAngles):
         """Potential energy in J (sections V-A and V-B, signed by the reading)."""
         return sum(self.up * self.g * self._first_moment(j) * m.cos(angle) for j, angle in enumerate(q[1:]))
 
-    def body_points(self, q: Sequence[Any], m: Any) -> list[list[Any]]:
+    def body_points(self, q: Sequence[Any], m: Any) -> list[Point]:
         """World points [x, y] in m of the cart and the end of every link."""
         steps = [
             (link.length * m.sin(angle), self.up * link.length * m.cos(angle))

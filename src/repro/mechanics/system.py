@@ -11,7 +11,7 @@ import numpy as np
 from repro.errors import UserError
 from repro.mechanics.coordinate import Coordinate, jointed
 from repro.mechanics.inputs import Input
-from repro.mechanics.shapes import Shape
+from repro.mechanics.shapes import Point, Segment, Shape
 from repro.mechanics.system_options import SystemOptions
 from repro.plugins.plugin import plugin, plugin_names
 
@@ -116,12 +116,13 @@ class System(ABC):
         """Potential energy V in J."""
 
     @abstractmethod
-    def body_points(self, q: Sequence[Any], m: Any) -> list[list[Any]]:
-        """World points [x, y] in m, y up: the cart, then the end of every link."""
-
-    @abstractmethod
     def shapes(self, q: Sequence[Any], m: Any) -> Sequence[Shape]:
         """What a picture shows, in world coordinates [x, y] in m, y up."""
+
+    def body_points(self, q: Sequence[Any], m: Any) -> list[Point]:
+        """World points [x, y] in m, y up: the start of the first solid segment, and the end of each."""
+        solid = [shape for shape in self.shapes(q, m) if isinstance(shape, Segment) and shape.solid]
+        return [*(segment.a for segment in solid[:1]), *(segment.b for segment in solid)]
 
     @property
     def jointed(self) -> tuple[int, ...]:

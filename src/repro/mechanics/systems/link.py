@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from repro.mechanics.coordinate import Coordinate
 from repro.mechanics.inputs import Input, unit_columns
-from repro.mechanics.shapes import Block, InputArrow, Segment, Shape, Spring
+from repro.mechanics.shapes import Block, InputArrow, Point, Segment, Shape, Spring
 from repro.mechanics.system import Range, System
 
 
@@ -50,8 +50,13 @@ class SpringLink(System):
     def shapes(self, q: Sequence[Any], m: Any) -> list[Shape]:
         """The mass, and the spring to a wall 1 m away at rest."""
         at, wall = (q[0], 0.0), (-1.0, 0.0)
-        return [Segment((-1.0, -0.2), (-1.0, 0.2)), Spring(wall, at), Block(at, (0.1, 0.1)), InputArrow(at, (1.0, 0.0))]
+        return [
+            Segment((-1.0, -0.2), (-1.0, 0.2), solid=False),
+            Spring(wall, at),
+            Block(at, (0.1, 0.1)),
+            InputArrow(at, (1.0, 0.0)),
+        ]
 
-    def body_points(self, q: Sequence[Any], m: Any) -> list[list[Any]]:
+    def body_points(self, q: Sequence[Any], m: Any) -> list[Point]:
         """World points [x, y] in m of the mass and of the wall, 1 m away at rest."""
         return [[q[0], 0.0 * q[0]], [-1.0 + 0.0 * q[0], 0.0 * q[0]]]

@@ -8,7 +8,7 @@ from repro.mechanics.chain import Link
 from repro.mechanics.coordinate import Coordinate
 from repro.mechanics.inputs import Input, unit_columns
 from repro.mechanics.link_angles import LinkAngles
-from repro.mechanics.shapes import Segment, Shape
+from repro.mechanics.shapes import Point, Segment, Shape
 from repro.mechanics.system import TURN, Range
 
 
@@ -63,7 +63,7 @@ class FreeRod(LinkAngles):
         """Potential energy in J."""
         return self.link.mass * self.g * q[1]
 
-    def body_points(self, q: Sequence[Any], m: Any) -> list[list[Any]]:
+    def body_points(self, q: Sequence[Any], m: Any) -> list[Point]:
         """World points [x, y] in m of both ends."""
         x, y, angle = q
         right, up = self.link.centre * m.sin(angle), self.up * self.link.centre * m.cos(angle)
