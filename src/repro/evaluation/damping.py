@@ -25,7 +25,7 @@ def damping_errors(
     Nothing for a model without friction, or a system without damping. The coefficient of a joint is C along the motion
     that turns this joint alone: all rates from this joint outwards are equal.
     """
-    if not any(system.damping) or not _has_friction(model):
+    if not any(system.damping) or model.not_symbolic is not None or not _has_friction(model):
         return
     q, qd = (array[:, :STATES] for array in (part.q, part.qd))
     members = zip(q, qd, parameters.double().numpy(), strict=True)

@@ -9,7 +9,7 @@ from torch import Tensor
 from repro.codegen.array_evaluation import evaluate
 from repro.evaluation.discrete_gradient import NotQuadraticError, integrate, phase_space
 from repro.evaluation.metrics import MetricValues
-from repro.evaluation.rollouts import acceleration
+from repro.evaluation.model_motion import model_motion
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
 from repro.mechanics.system import System
@@ -77,7 +77,7 @@ def energy_curves(motion: FreeMotion, seeds: Sequence[int]) -> Iterator[tuple[in
 
 
 def _roll(model: Model, weights: np.ndarray, starts: np.ndarray, steps: int, system: System) -> np.ndarray:
-    if model.energetic:
+    if model.energetic and model.not_symbolic is None:
         try:
             space = phase_space(model)
         except NotQuadraticError:
@@ -86,7 +86,7 @@ def _roll(model: Model, weights: np.ndarray, starts: np.ndarray, steps: int, sys
             states = integrate(space, evaluate(space.to_phase, starts, weights), steps, TIME_STEP, weights)
             return np.stack([evaluate(space.to_rates, x, w) for x, w in zip(states, weights, strict=True)])
     tau = np.zeros((len(starts), steps, system.n_q))
-    return simulate(acceleration(model), starts, tau, TIME_STEP, parameters=weights, angles=system.angles)
+    return model_motion(model, weights, starts, tau, TIME_STEP, system.angles)
 
 
 def _energy(system: System, states: np.ndarray) -> np.ndarray:

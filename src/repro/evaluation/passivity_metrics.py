@@ -19,8 +19,10 @@ def passivity(
 ) -> Iterator[MetricValues]:
     """The worst margin over random states by the model's own energy and by the plant's, and how often the latter fails.
 
-    Nothing where the model's equations are singular.
+    Nothing where the model's equations are singular, or have no symbolic form.
     """
+    if model.not_symbolic is not None:
+        return
     velocities = part.qd.reshape(-1, part.n_q).std(axis=0)
     states = States.random(part.coordinates, velocities, STATES, np.random.default_rng(9))
     weights = parameters.double().numpy()

@@ -2,18 +2,16 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 from itertools import pairwise
 
-import casadi
 import numpy as np
 from torch import Tensor
 
 from repro.data.dataset import Dataset
 from repro.evaluation.metrics import MetricValues
+from repro.evaluation.model_motion import model_motion
 from repro.evaluation.predictions import predict
-from repro.mechanics.inputs import inputs_from_force, is_constant, under_inputs
-from repro.mechanics.simulate import simulate
+from repro.mechanics.inputs import inputs_from_force, is_constant
 from repro.mechanics.system import System
 from repro.models.model import Model
 
@@ -35,16 +33,7 @@ class ModelRollout:
 
 def can_simulate(model: Model) -> bool:
     """Whether the model has an equation of motion that is worth compiling."""
-    return 0 < model.n_parameters <= LARGEST
-
-
-@lru_cache(maxsize=16)
-def acceleration(model: Model) -> casadi.Function:
-    """qdd = f(q, qd, tau, parameters) of a model, as a CasADi function."""
-    q, qd, tau = (casadi.SX.sym(name, model.n_q) for name in ("q", "qd", "tau"))
-    parameters = casadi.SX.sym("parameters", model.n_parameters)
-    qdd = model.acceleration(q, qd, tau, parameters)
-    return casadi.Function("acceleration", [q, qd, tau, parameters], [casadi.densify(qdd)], {"cse": True})
+    return model.not_symbolic is not None or 0 < model.n_parameters <= LARGEST
 
 
 @dataclass(frozen=True)
@@ -68,10 +57,8 @@ class Driven:
 
     def simulate(self, weights: np.ndarray, initial: np.ndarray, held: np.ndarray) -> np.ndarray:
         """States (batch, steps + 1, 2 n_q) from initial (batch, 2 n_q) with weights (batch, n_parameters)."""
-        motion = acceleration(self.model)
-        if self.system and self.by_inputs:
-            motion = under_inputs(motion, self.system)
-        return simulate(motion, initial, held, self.part.time_step, parameters=weights, angles=self.part.angles)
+        system = self.system if self.by_inputs else None
+        return model_motion(self.model, weights, initial, held, self.part.time_step, self.part.angles, system)
 
 
 def first_points(model: Model, parameters: Tensor, part: Dataset, system: System | None = None) -> ModelRollout:

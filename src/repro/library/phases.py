@@ -9,6 +9,7 @@ import torch
 
 from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
+from repro.errors import UserError
 from repro.learning.objective import Objective
 from repro.learning.objective_options import ObjectiveOptions
 from repro.learning.sequence_options import SequenceKind, SequenceOptions
@@ -25,11 +26,11 @@ from repro.models.passivity_margin import States
 
 @dataclass(frozen=True)
 class TrainingData:
-    """What a model is trained on: the datasets of the curriculum, then D; D_H, where it is learned; the system."""
+    """What a model is trained on: the datasets of the curriculum, then D; D_H and the system, or None."""
 
     forced: Sequence[Dataset]
     free: Dataset | None
-    system: System
+    system: System | None
     seeds: Sequence[int]
 
 
@@ -77,7 +78,8 @@ def phases_of(model: Model, objective: ObjectiveOptions, sequence: SequenceOptio
 
 def _anchor_task(model: Model, data: TrainingData, objective: Objective) -> TrainingTask:
     """The energy of one state, the upright rest, as in III-A.1 after Greydanus et al. (2019)."""
-    system = data.system
+    if (system := data.system) is None:
+        raise UserError("sequence anchored: the true system is needed, whose energy at the upright rest is the anchor")
     shape = (len(data.seeds), 1, system.n_q)
     q, zero = np.broadcast_to(system.at_rest(), shape).copy(), np.zeros(shape)
     energy = evaluate(dynamics_of(system).hamiltonian, q, zero)[..., 0]

@@ -42,6 +42,7 @@ class Model(ABC):
     inverse = True  # predicts tau: the inverse objective applies
     energetic = True  # has a Lagrangian
     transforms = False  # has a momentum of its own, eq. (8)
+    not_symbolic: str | None = None  # why it has no CasADi expressions, where it has none
     fixed = slice(0, 0)  # weights that a fit does not change
     upstream = slice(0, 0)  # weights that come from trained sub-models, the same for every random start
 

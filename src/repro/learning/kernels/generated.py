@@ -71,7 +71,7 @@ def generated_rows(problem: TrainingProblem) -> GeneratedRows | None:
 
 
 def _small(problem: TrainingProblem) -> bool:
-    if problem.model.n_parameters > MOST_PARAMETERS:
+    if problem.model.n_parameters > MOST_PARAMETERS or problem.model.not_symbolic is not None:
         return False
     sizes = [len(_gradient_statements(problem.model, task.objective)[0]) for task in problem.tasks]
     return max(sizes) <= MOST_STATEMENTS

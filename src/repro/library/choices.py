@@ -1,0 +1,65 @@
+"""The typed options of a choice, by its name: what the command line reads from conf/ and Python code from here."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from repro.control.controller_options import ControllerOptions
+from repro.errors import UserError
+from repro.learning.objective_options import ObjectiveOptions
+from repro.learning.optimiser_options import OptimiserOptions
+from repro.mechanics.system import System, load
+from repro.models.model_options import ModelOptions
+from repro.plugins.plugin import nearest, plugin
+
+
+def model(name: str, **options: Any) -> ModelOptions:
+    """Options of a model (a file of models/kinds); UserError for what it does not have, or does not allow."""
+    chosen = _checked("models.kinds", name, options)
+    assert isinstance(chosen, ModelOptions)
+    if problem := next(chosen.problems(), None):
+        raise UserError(problem)
+    return chosen
+
+
+def optimiser(name: str, **options: Any) -> OptimiserOptions:
+    """Options of an optimiser (a file of learning/optimisers); UserError as for `model`."""
+    chosen = _checked("learning.optimisers", name, options)
+    assert isinstance(chosen, OptimiserOptions)
+    return chosen
+
+
+def controller(name: str, **options: Any) -> ControllerOptions:
+    """Options of a controller (a file of control/controllers); UserError as for `model`."""
+    chosen = _checked("control.controllers", name, options)
+    assert isinstance(chosen, ControllerOptions)
+    return chosen
+
+
+def objective(name: str, **options: Any) -> ObjectiveOptions:
+    """Options of an objective (`inverse`, `forward`, `port`, ...); UserError as for `model`."""
+    chosen: ObjectiveOptions = validated(ObjectiveOptions, f"objective {name}", {"kind": name, **options})
+    return chosen
+
+
+def system(name: str, *, damping: Sequence[float] = (), reading: str = "physical", **constants: float) -> System:
+    """A mechanical system (a file of mechanics/systems) with its constants; UserError for one that it does not have."""
+    return load(name, reading, damping, "relative", 0.0, **constants)
+
+
+def _checked(folder: str, name: str, options: dict[str, Any]) -> object:
+    return validated(plugin(folder, name).Options, name, options)
+
+
+def validated(kind: type[Any], name: str, options: dict[str, Any]) -> Any:
+    """Options of a dataclass from keywords; UserError names the key, and what is allowed."""
+    try:
+        return TypeAdapter(kind).validate_python(options)
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(str(part) for part in first["loc"])
+        if first["type"] == "unexpected_keyword_argument":
+            allowed = sorted(kind.__dataclass_fields__)
+            raise UserError(f"{name} has no option {key}{nearest(key, allowed)}; it has {', '.join(allowed)}") from None
+        raise UserError(f"{key} = {first['input']!r} of {name}: {first['msg']}") from None

@@ -1,0 +1,175 @@
+"""Datasets from Python: one's own arrays or data frame, or a simulated system."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from repro.data.checks import training_size
+from repro.data.data_options import RandomForce, arguments
+from repro.data.dataset import Dataset
+from repro.data.differentiation import difference
+from repro.data.random_force import random_force
+from repro.errors import UserError
+from repro.library.choices import system as system_of
+from repro.library.choices import validated
+from repro.mechanics.system import Coordinate, System
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def dataset(
+    q: ArrayLike,
+    qd: ArrayLike,
+    tau: ArrayLike,
+    *,
+    time_step: float,
+    qdd: ArrayLike | None = None,
+    episode: ArrayLike | None = None,
+    coordinates: Sequence[str | Coordinate] | None = None,
+    angles: Iterable[str] = (),
+    cyclic: Iterable[str] = (),
+    train_fraction: float = 0.8,
+) -> Dataset:
+    """Measured samples as a dataset; the first part is for training, the rest for testing.
+
+    Parameters
+    ----------
+    q, qd, tau, qdd
+        Positions (m, rad), velocities, generalised forces (N, N m) and accelerations, each (sample, n_q), or
+        (member, sample, n_q) for independent members. Without qdd, qd is differenced within episodes, which blurs it
+        over each step.
+    time_step
+        Between two samples, s.
+    episode
+        (sample,) a label that changes where a new motion starts; one motion by default.
+    coordinates
+        Names, q0, q1, ... by default; angles are in rad, all others in m.
+    angles, cyclic
+        Names of the coordinates that are angles, and of those on which neither T nor V depends.
+
+    Raises
+    ------
+    UserError
+        For shapes that do not fit, numbers that are not finite, and names that are no coordinate.
+
+    Examples
+    --------
+    >>> import numpy as np, repro
+    >>> t = np.arange(500)[:, None] * 0.01
+    >>> data = repro.dataset(np.sin(t), np.cos(t), 0 * t, time_step=0.01, coordinates=["x"])
+    >>> data.members, data.samples, data.n_train
+    (1, 500, 400)
+    """
+    arrays = {"q": q, "qd": qd, "tau": tau} | ({} if qdd is None else {"qdd": qdd})
+    numbers = {name: _members(name, values) for name, values in arrays.items()}
+    shape = numbers["q"].shape
+    for name, values in numbers.items():
+        if values.shape != shape:
+            raise UserError(f"{name} has shape {values.shape}, q has {shape}: they must be equal")
+    labels = np.zeros(shape[1], dtype=np.int64) if episode is None else np.unique(episode, return_inverse=True)[1]
+    if labels.shape != shape[1:2]:
+        raise UserError(f"episode has shape {labels.shape}: one label per sample is needed, ({shape[1]},)")
+    time = np.arange(shape[1]) * time_step
+    if "qdd" not in numbers:
+        numbers["qdd"] = difference(numbers["qd"], time, labels)
+    return Dataset(
+        **numbers, time=time, episode=labels, n_train=training_size(shape[1], train_fraction),
+        coordinates=_coordinates(coordinates, shape[2], set(angles), set(cyclic)), time_step=time_step,
+        provenance={"source": "arrays"},
+    )  # fmt: skip
+
+
+def dataset_from_frame(
+    frame: "pd.DataFrame", *, q: Sequence[str], qd: Sequence[str], tau: Sequence[str], qdd: Sequence[str] = (),
+    episode: str | None = None, coordinates: Sequence[str | Coordinate] | None = None, **options: Any,
+) -> Dataset:  # fmt: skip
+    """The columns of a data frame as a dataset; one row per sample, one column name per coordinate.
+
+    coordinates are named after the columns of q by default; further options as for `dataset`. UserError for a column
+    that is not there.
+    """
+    named = {"q": list(q), "qd": list(qd), "tau": list(tau)} | ({"qdd": list(qdd)} if qdd else {})
+    columns = [name for names in named.values() for name in names] + ([] if episode is None else [episode])
+    if missing := [name for name in columns if name not in frame]:
+        raise UserError(f"the frame has no column {missing[0]!r}; it has {', '.join(map(str, frame.columns))}")
+    arrays: dict[str, Any] = {role: frame[names].to_numpy(dtype=float) for role, names in named.items()}
+    labels = None if episode is None else frame[episode].to_numpy()
+    return dataset(**arrays, episode=labels, coordinates=coordinates or list(q), **options)
+
+
+def simulate(system: str | System, *, seeds: int | Sequence[int] = 1, **options: Any) -> Dataset:
+    """A system driven by a random force, with exact labels unless options say otherwise: D of the paper.
+
+    Parameters
+    ----------
+    system
+        Its name, such as "dip", or what `repro.system` returns.
+    seeds
+        How many independent members, or the seed of each.
+    options
+        As in conf/data/episodes.yaml: samples, time_step (s), force_limit (N), reset, tau_noise, ...
+
+    Raises
+    ------
+    UserError
+        For an option that does not exist or is out of range.
+
+    Examples
+    --------
+    >>> import repro
+    >>> repro.simulate("sip", samples=200, reset="random").q.shape
+    (1, 200, 2)
+    """
+    plant = system_of(system) if isinstance(system, str) else system
+    source = validated(RandomForce, "simulate", options)
+    return random_force(plant, seeds=seed_list(seeds), **arguments(source))
+
+
+def seed_list(seeds: int | Sequence[int]) -> tuple[int, ...]:
+    """So many seeds from 0, or these."""
+    return tuple(range(seeds)) if isinstance(seeds, int) else tuple(int(seed) for seed in seeds)
+
+
+def for_members(data: Dataset, members: int) -> Dataset:
+    """The dataset with a copy for each member where it has one alone; UserError where it has another number."""
+    if data.members == members:
+        return data
+    if data.members != 1:
+        raise UserError(f"the data have {data.members} members and {members} seeds are given: one of both, or as many")
+    arrays = {name: getattr(data, name) for name in ("q", "qd", "qdd", "tau", "energy")}
+    kept = {field.name: getattr(data, field.name) for field in fields(data)}
+    repeated = {name: None if a is None else np.repeat(a, members, axis=0) for name, a in arrays.items()}
+    return Dataset(**(kept | repeated))
+
+
+def _members(name: str, values: ArrayLike) -> np.ndarray:
+    array = np.array(values, dtype=float)
+    if array.ndim == 2:
+        array = array[None]
+    if array.ndim != 3:
+        raise UserError(f"{name} has shape {np.shape(values)}: (sample, n_q) or (member, sample, n_q) is needed")
+    bad = np.argwhere(~np.isfinite(array))
+    if len(bad):
+        raise UserError(f"{name} has no finite number at sample {bad[0, 1]}, coordinate {bad[0, 2]}")
+    return array
+
+
+def _coordinates(
+    names: Sequence[str | Coordinate] | None, n_q: int, angles: set[str], cyclic: set[str]
+) -> tuple[Coordinate, ...]:
+    chosen = list(names) if names is not None else [f"q{index}" for index in range(n_q)]
+    if len(chosen) != n_q:
+        raise UserError(f"coordinates names {len(chosen)}, q has {n_q}")
+    known = {entry if isinstance(entry, str) else entry.name for entry in chosen}
+    if unknown := sorted((angles | cyclic) - known):
+        raise UserError(f"{unknown[0]!r} is no coordinate; there are {', '.join(sorted(known))}")
+    return tuple(
+        entry
+        if isinstance(entry, Coordinate)
+        else Coordinate(entry, "rad" if entry in angles else "m", entry in angles, entry in cyclic)
+        for entry in chosen
+    )

@@ -1,0 +1,109 @@
+"""Fit a model to data, from Python."""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from repro.data.dataset import Dataset
+from repro.learning.objective_options import ObjectiveOptions
+from repro.learning.optimiser_options import OptimiserOptions
+from repro.learning.result import Progress, silent
+from repro.learning.sequence_options import SequenceOptions
+from repro.learning.training_options import Training
+from repro.library import choices
+from repro.library.datasets import for_members, seed_list
+from repro.library.ensemble import build_model, fit_ensemble
+from repro.library.fitted_model import FittedModel
+from repro.library.phases import TrainingData
+from repro.mechanics.system import System
+from repro.models.model import Model
+from repro.models.model_options import ModelOptions
+
+if TYPE_CHECKING:
+    from torch import nn
+
+
+def fit(
+    data: Dataset,
+    model: "str | ModelOptions | Callable[[], nn.Module]" = "structured",
+    *,
+    objective: str | ObjectiveOptions = "inverse",
+    optimiser: str | OptimiserOptions = "levenberg_marquardt",
+    basis: str = "raw",
+    seeds: int | Sequence[int] = 1,
+    sequence: SequenceOptions | None = None,
+    free: Dataset | None = None,
+    system: System | None = None,
+    device: str = "cpu",
+    progress: Progress = silent,
+) -> FittedModel:
+    """Fit one model per seed to the training part of the data.
+
+    Parameters
+    ----------
+    data
+        One member for all seeds, or one per seed; see `repro.dataset` and `repro.simulate`.
+    model
+        A name ("structured", "lagrangian", ...), what `repro.model` returns, or a class or function that returns a
+        `torch.nn.Module` for L(q, qd), (T, V), qdd(q, qd, tau) or the parts of a port-Hamiltonian system, see
+        `repro.models.torch_module.Form`.
+    objective
+        "inverse" (the error of tau), "forward" (of qdd), or what `repro.objective` returns.
+    optimiser
+        A name, or what `repro.optimiser` returns.
+    basis
+        Features of T and V, for the models that have some: a file of models/bases.
+    seeds
+        How many members, or the seed of each: it draws the start and the order of the batches.
+    sequence, free
+        In which order D and D_H (`free`: motion without force, of known energy) are learned.
+    system
+        The true system, for models and sequences that need it.
+    device
+        "cpu" or "cuda".
+    progress
+        Called with the share that is done and a few words.
+
+    Returns
+    -------
+    FittedModel
+        The ensemble; equal to what `repro run` stores for the same choices, to the bit.
+
+    Raises
+    ------
+    UserError
+        For choices that do not exist or do not fit each other.
+
+    Examples
+    --------
+    >>> import repro
+    >>> data = repro.simulate("sip", samples=1000, reset="random")
+    >>> fitted = repro.fit(data, "lagrangian", basis="t1", optimiser="least_squares")
+    >>> bool(fitted.score(data).loc["mae_tau", 0] < 1e-9)
+    True
+    """
+    numbers = seed_list(seeds)
+    whole = for_members(data, len(numbers))
+    training = Training(
+        choices.objective(objective) if isinstance(objective, str) else objective,
+        sequence or SequenceOptions(),
+        choices.optimiser(optimiser) if isinstance(optimiser, str) else optimiser,
+        device,
+    )
+    built = _model(model, basis, whole, system)
+    trained = TrainingData([whole], free, system, numbers)
+    fitted, seconds = fit_ensemble(built, training, trained, progress)
+    return FittedModel(
+        built, fitted.parameters.double().numpy(), numbers, whole, tuple(fitted.status), seconds, fitted.curves, system
+    )
+
+
+def _model(
+    model: "str | ModelOptions | Callable[[], nn.Module]", basis: str, data: Dataset, system: System | None
+) -> Model:
+    if isinstance(model, str):
+        model = choices.model(model)
+    if isinstance(model, ModelOptions):
+        return build_model(model, basis, [data], system)
+    from repro.models.torch_module import TorchModule
+
+    return TorchModule(model, data.n_q)
