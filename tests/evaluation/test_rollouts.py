@@ -10,9 +10,9 @@ from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
 from repro.evaluation import rollouts
+from repro.evaluation.model_motion import acceleration
 from repro.evaluation.rollouts import (
     POINTS,
-    acceleration,
     can_simulate,
     first_points,
     one_step_errors,

@@ -9,7 +9,8 @@ from repro.control.controller_options import ControllerOptions
 from repro.errors import UserError
 from repro.learning.objective_options import ObjectiveOptions
 from repro.learning.optimiser_options import OptimiserOptions
-from repro.mechanics.system import System, load
+from repro.mechanics.system import System, load_system
+from repro.mechanics.system_options import SystemOptions
 from repro.models.model_options import ModelOptions
 from repro.plugins.plugin import nearest, plugin
 
@@ -45,7 +46,8 @@ def objective(name: str, **options: Any) -> ObjectiveOptions:
 
 def system(name: str, *, damping: Sequence[float] = (), reading: str = "physical", **constants: float) -> System:
     """A mechanical system (a file of mechanics/systems) with its constants; UserError for one that it does not have."""
-    return load(name, reading, damping, "relative", 0.0, **constants)
+    options = {"name": name, "reading": reading, "damping": damping, "constants": constants}
+    return load_system(validated(SystemOptions, name, options))
 
 
 def _checked(folder: str, name: str, options: dict[str, Any]) -> object:

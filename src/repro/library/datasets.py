@@ -15,7 +15,8 @@ from repro.data.random_force import random_force
 from repro.errors import UserError
 from repro.library.choices import system as system_of
 from repro.library.choices import validated
-from repro.mechanics.system import Coordinate, System
+from repro.mechanics.coordinate import Coordinate
+from repro.mechanics.system import System
 
 if TYPE_CHECKING:
     import pandas as pd
