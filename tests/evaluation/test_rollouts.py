@@ -9,7 +9,7 @@ import torch
 from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
-from repro.evaluation import rollouts
+from repro.evaluation import model_motion
 from repro.evaluation.model_motion import acceleration
 from repro.evaluation.rollouts import (
     POINTS,
@@ -133,7 +133,7 @@ def test_a_window_error_is_a_geometric_mean_of_relative_distances(exact, system,
         states[:, 1:, 2] = speeds
         return states
 
-    monkeypatch.setattr(rollouts, "simulate", moving)
+    monkeypatch.setattr(model_motion, "simulate", moving)
     expected = np.exp(np.log(speeds / (1 + np.sqrt(1 + speeds**2))).mean())
     np.testing.assert_allclose(_values(window_error(*exact, part, "test"))["rollout_error"], expected, rtol=1e-12)
 

@@ -31,7 +31,7 @@ WEIGHTS, ABOUT = "weights.npz", "about.json"
 
 
 @dataclass(frozen=True)
-class Energies:
+class EnergyValues:
     """T, V and H = p . qd - L in J, each (member, ...)."""
 
     kinetic: np.ndarray
@@ -96,7 +96,7 @@ class FittedModel:
         """M = d2L/dqd2, (member, ..., n_q, n_q) in kg or kg m^2; at rest unless qd is given."""
         return self._defined("mass", self._predicted(q, np.zeros_like(q, dtype=float) if qd is None else qd))
 
-    def energies(self, q: ArrayLike, qd: ArrayLike, *, canonical: bool = True) -> Energies:
+    def energies(self, q: ArrayLike, qd: ArrayLike, *, canonical: bool = True) -> EnergyValues:
         """T, V and H, (member, ...) in J.
 
         L is unique only up to a constant and dF(q)/dt. canonical: T is 0 and least at rest, T - T(q, 0) - p(q, 0) . qd;
@@ -110,7 +110,7 @@ class FittedModel:
             kinetic = kinetic - rest.kinetic - (rest.momentum * flat_qd).sum(-1)
             potential = potential - rest.kinetic
         values = kinetic, potential, terms.hamiltonian(flat_qd)
-        return Energies(*(value.reshape(self.members, *shape) for value in values))
+        return EnergyValues(*(value.reshape(self.members, *shape) for value in values))
 
     def port_form(self, q: ArrayLike, qd: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """dH/dx and (J - R) dH/dx of eq. (5) at x = [q; p], (member, ..., 2 n_q) each.

@@ -45,7 +45,7 @@ def fit(
     model
         A name ("structured", "lagrangian", ...), what `repro.model` returns, or a class or function that returns a
         `torch.nn.Module` for L(q, qd), (T, V), qdd(q, qd, tau) or the parts of a port-Hamiltonian system, see
-        `repro.models.torch_module.Form`.
+        `repro.models.module_model.Form`.
     objective
         "inverse" (the error of tau), "forward" (of qdd), or what `repro.objective` returns.
     optimiser
@@ -104,6 +104,6 @@ def _model(
         model = choices.model(model)
     if isinstance(model, ModelOptions):
         return build_model(model, basis, [data], system)
-    from repro.models.torch_module import TorchModule
+    from repro.models.module_model import ModuleModel
 
-    return TorchModule(model, data.n_q)
+    return ModuleModel(model, data.n_q)

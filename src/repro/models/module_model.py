@@ -38,7 +38,7 @@ class Form(StrEnum):
     PORT = "port"
 
 
-class TorchModule(Model):
+class ModuleModel(Model):
     """An ensemble of copies of one module, in float64; the weights of a copy are one row of the parameters.
 
     factory: returns a new module with its random start; every tensor that it is handed is one sample, (n_q,), under

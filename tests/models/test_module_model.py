@@ -7,7 +7,7 @@ import torch
 from torch import nn
 
 from repro.errors import UserError
-from repro.models.torch_module import Form, TorchModule, form_of
+from repro.models.module_model import Form, ModuleModel, form_of
 
 
 class Lagrangian(nn.Module):
@@ -74,7 +74,7 @@ def _prepared(model, samples):
 
 @pytest.fixture(params=FORMS, ids=lambda factory: factory.__name__)
 def model(request):
-    return TorchModule(request.param, 2)
+    return ModuleModel(request.param, 2)
 
 
 def _weights(model, members=2):
@@ -123,11 +123,11 @@ def test_gradients_of_rows_agree_with_finite_differences(model):
 
 
 def test_a_port_module_loses_exactly_its_friction():
-    model = TorchModule(Port, 2)
+    model = ModuleModel(Port, 2)
     weights = _weights(model)
     q, qd, _, _ = _samples(2)
     zero = np.zeros_like(q)
-    without = TorchModule(Port, 2)
+    without = ModuleModel(Port, 2)
     with torch.no_grad():
         moving = model.evaluate(weights, _prepared(model, (q, qd, zero, zero)))
     names = list(without.shapes)
@@ -140,14 +140,14 @@ def test_a_port_module_loses_exactly_its_friction():
 
 
 def test_an_operation_without_symbol_is_named_and_the_rest_works():
-    model = TorchModule(Opaque, 2)
+    model = ModuleModel(Opaque, 2)
     assert model.not_symbolic == "erfc has no symbolic form"
     terms = model.evaluate(_weights(model), _prepared(model, _samples(0)), mass=True)
     assert torch.isfinite(terms.tau).all()
 
 
 def test_starts_follow_the_seeds_alone():
-    model = TorchModule(Lagrangian, 2)
+    model = ModuleModel(Lagrangian, 2)
     torch.manual_seed(5)
     first = model.initial([np.random.default_rng(1)])
     torch.rand(3)
