@@ -21,7 +21,6 @@ NUMBER = Claim(
     unit="N",
     printed=0.3,
     selector={"basis": "t2", "regime": "episodes", "objective": "inverse"},
-    tolerance={"factor": 1.5, "reason": "one run"},
 )
 PAIR = Claim(
     **TEXTS,

@@ -16,9 +16,9 @@ def sensitivity(store):
 
 def test_a_claim_finds_the_run_that_stands_in_though_its_card_is_another(sensitivity):
     number, pair, metric = assumption_effects(sensitivity, CLAIMS)
-    assert (number.ours.verdict, number.other.verdict, number.moved) == ("matched", "worse", True)
+    assert (number.ours.leaning, number.other.leaning, number.moved) == ("consistent", "outside", True)
     assert (number.ours.estimate.median, number.other.estimate.median) == (0.3, 3.0)
-    assert (pair.ours.verdict, pair.other.verdict, pair.moved) == ("matched", "not reproduced", True)
+    assert (pair.ours.leaning, pair.other.leaning, pair.moved) == ("supported", "not supported", True)
     assert pair.other.estimate.median == pytest.approx(5.0)
     assert (metric.choice, metric.other.estimate.median, metric.moved) == ("metric=mae_tau", 3.0, True)
     assert all(each.ours.preview and each.other.preview for each in (number, pair, metric))
@@ -27,7 +27,7 @@ def test_a_claim_finds_the_run_that_stands_in_though_its_card_is_another(sensiti
 def test_what_was_not_run_has_not_moved(sensitivity):
     case = replace(sensitivity.cases[0], instead="sip-run-of-another-store")
     (one,) = assumption_effects(replace(sensitivity, cases=(case,)), CLAIMS)
-    assert (one.ours.verdict, one.other.verdict, one.moved) == ("matched", "not run", None)
+    assert (one.ours.leaning, one.other.verdict, one.moved) == ("consistent", "not run", None)
 
 
 def test_cases_and_results_are_stored_and_read_back(sensitivity, tmp_path):

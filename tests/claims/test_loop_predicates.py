@@ -11,13 +11,17 @@ def judged(results, parameters):
     return TypeAdapter(Predicate).validate_python(parameters).judge(Evidence(results, EXPERIMENT))
 
 
-@pytest.mark.parametrize(("successes", "holds"), [(10, True), (9, True), (8, False)])
-def test_the_share_of_loops_that_succeed(successes, holds):
-    stored = results([loop(k, k < successes) for k in range(10)])
+@pytest.mark.parametrize(
+    ("successes", "outcome", "leans"),
+    [(40, "holds", True), (37, "open", True), (35, "open", False), (20, "fails", False)],
+)
+def test_the_share_of_loops_that_succeed(successes, outcome, leans):
+    stored = results([loop(k, k < successes) for k in range(40)])
     finding = judged(stored, {"name": "loops_succeed", "share_of_loops": 0.9, "loops": {"setting": "sip"}})
-    assert (finding.holds, finding.estimate.median, finding.estimate.n) == (holds, successes / 10, 10)
+    assert (finding.decision.outcome, finding.decision.leans) == (outcome, leans)
+    assert (finding.estimate.median, finding.estimate.n) == (successes / 40, 40)
     assert (
-        finding.estimate.low < successes / 10
+        finding.estimate.low < successes / 40
         and finding.runs == ("run-1",)
         and finding.commands == ("repro run run-1",)
     )
@@ -32,16 +36,17 @@ def test_more_often_means_interval_against_interval():
     def others(successes):
         return [loop(k, k < successes, setting="set_point_square", run="run-2") for k in range(20)]
 
-    assert judged(results(ours + others(2)), parameters).holds
-    assert not judged(results(ours + others(18)), parameters).holds
+    assert judged(results(ours + others(2)), parameters).decision.outcome == "holds"
+    assert judged(results(ours + others(18)), parameters).decision.outcome == "open"
     assert set(judged(results(ours + others(2)), parameters).runs) == {"run-1", "run-2"}
 
 
 def test_step_times():
     stored = results([loop(k, True) for k in range(5)])
     parameters = {"name": "step_takes_longer", "loops": {"model": "truth"}}
-    assert judged(stored, {**parameters, "milliseconds": 11.5}).holds
-    assert not judged(stored, {**parameters, "milliseconds": 12.0}).holds
+    assert judged(stored, {**parameters, "milliseconds": 9.5}).decision.outcome == "holds"
+    assert judged(stored, {**parameters, "milliseconds": 12.0}).decision.outcome == "open"
+    assert judged(stored, {**parameters, "milliseconds": 14.0}).decision.outcome == "fails"
 
 
 def test_what_was_not_run_is_said():

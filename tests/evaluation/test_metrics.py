@@ -155,6 +155,13 @@ def test_the_degenerate_model_of_the_double_pendulum_is_told_as_trapped(double_p
         np.testing.assert_allclose(metrics[name], 0, atol=1e-12)
 
 
+@pytest.mark.parametrize("episode_steps", [100, 1000])
+def test_the_degenerate_model_is_trapped_whatever_the_spread_of_the_energy(episode_steps, system, no_weights):
+    part = random_force(system, seeds=[0, 1], samples=10_000, episode_steps=episode_steps, force_limit=5.0).test
+    for model in (Degenerate(system), Trivial(system.n_q)):
+        np.testing.assert_array_equal(_metrics(model, no_weights, part, system)["trapped"], 1)
+
+
 def test_the_true_double_pendulum_is_not_trapped(double_pendulum):
     system, part = double_pendulum
     model = Lagrangian(fxf, 3)

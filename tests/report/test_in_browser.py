@@ -77,9 +77,9 @@ def test_the_filters_narrow_the_table_and_say_how_far(front):
     front.wait_for_function("document.querySelectorAll('#verdict-table tr[hidden]').length === 0")
     front.select_option("select[name=verdict]", "not run")
     assert all("not run" in text for text in front.locator("#verdict-table tbody tr:visible").all_inner_texts())
-    front.click(".counts a[data-verdict=matched]")
-    assert front.locator("select[name=verdict]").input_value() == "matched"
-    counted = front.locator(".counts a[data-verdict=matched] b").inner_text()
+    front.click(".counts a[data-verdict=consistent]")
+    assert front.locator("select[name=verdict]").input_value() == "consistent"
+    counted = front.locator(".counts a[data-verdict=consistent] b").inner_text()
     assert len(shown(front)) == int(counted)
 
 
@@ -139,7 +139,7 @@ def test_texts_stand_out_from_the_page(browser, addresses, scheme):
     page = browser.new_page(color_scheme=scheme)
     page.goto(addresses[0])
     behind = luminance(page, "body", "backgroundColor")
-    for selector in ("body", "a", "small", ".verdict", ".matched", ".better", ".not-run", ".inconclusive", ".worse"):
+    for selector in ("body", "a", "small", ".verdict", ".consistent", ".supported", ".not-run", ".too-few", ".outside"):
         for element in page.locator(f"main {selector}" if selector != "body" else "body").all()[:3]:
             front = luminance(element, None, "color")
             light, dark = max(front, behind), min(front, behind)

@@ -79,18 +79,18 @@ def test_nothing_run_is_written_as_not_run(sections):
 
 def test_numbers_come_from_the_store(store, fill):
     run = {"basis": "t2", "hidden": "10", "optimiser": "adam", "objective": "inverse"}
-    store.run("sip_basis", {"mae_tau": [0.2, 0.3, 0.4]}, **run)
+    store.run("sip_basis", {"mae_tau": [0.2, 0.25, 0.3, 0.35, 0.4]}, **run)
     stored = store.gathered()
-    assert fill("{{ claim.C4a }}", stored) == r"0.3 \[0.121, 0.685\] N, N m (matched)"
-    assert fill("{{ claim.C4a.printed }} {{ claim.C4a.median }} {{ claim.C4a.members }}", stored) == "0.26 0.3 3"
+    assert fill("{{ claim.C4a }}", stored) == r"0.3 \[0.2, 0.4\] N, N m (consistent)"
+    assert fill("{{ claim.C4a.printed }} {{ claim.C4a.median }} {{ claim.C4a.members }}", stored) == "0.26 0.3 5"
     assert fill('{{ metric("sip_basis", "mae_tau", basis="t2", hidden=10) }}', stored).startswith("0.3 ")
     assert fill('{{ metric("sip_basis", "mae_tau", basis="t1") }}', stored) == "not run"
     assert fill('{{ runs() }} {{ runs("sip_basis") }} {{ runs("chains") }}', stored) == "1 1 not run"
 
 
 def test_a_ratio_is_taken_seed_by_seed(store, fill):
-    store.run("sip_basis", {"mae_tau": [1.0, 2.0]}, hidden="10")
-    store.run("sip_basis", {"mae_tau": [2.0, 4.0]}, hidden="2x32")
+    store.run("sip_basis", {"mae_tau": [1.0, 2.0, 3.0, 4.0, 5.0]}, hidden="10")
+    store.run("sip_basis", {"mae_tau": [2.0, 4.0, 6.0, 8.0, 10.0]}, hidden="2x32")
     text = '{{ ratio("sip_basis", "mae_tau", {"hidden": 10}, {"hidden": "2x32"}) }}'
     assert fill(text, store.gathered()) == r"0.5 \[0.5, 0.5\]"
 
@@ -104,21 +104,21 @@ def test_loops_are_counted(fill):
 
 def test_conditions_drop_sentences_items_and_paragraphs(nothing, fill, claims):
     text = """First.
-{% if claim.C4a.matched %}
+{% if claim.C4a.holds %}
 Dropped.
 {% endif %}
-{% if (claim.C4a.not_run or claim.C4a.better) and claim.C5a.not_run %}
+{% if (claim.C4a.not_run or claim.C4a.consistent) and claim.C5a.not_run %}
 One of {{ claim | length }}.
 {% endif %}
 
-{% if claim.C4a.better %}
+{% if claim.C4a.consistent %}
 - dropped item
 {% endif %}
 {% if claim.C4a.not_run %}
 - item
 {% endif %}
 
-{% if claim.C4a.worse %}
+{% if claim.C4a.fails %}
 Dropped paragraph.
 {% endif %}
 

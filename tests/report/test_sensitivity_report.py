@@ -24,7 +24,7 @@ def effects(store):
 def test_the_table_has_every_assumption_and_its_drift_is_seen(effects, tmp_path):
     table = sensitivity_table(LEDGER, effects)
     assert [row.cells[0] for row in table.rows] == ["data_regime", "data_regime", "momentum"]
-    assert table.rows[0].cells[7:] == ("matched → worse", "moved")
+    assert table.rows[0].cells[7:] == ("consistent → outside", "moved")
     assert "an erratum" in table.rows[2].cells
     table.save(tmp_path)
     committed, key = tmp_path / "sensitivity.csv", ("assumption", "alternative", "claim")
@@ -32,9 +32,9 @@ def test_the_table_has_every_assumption_and_its_drift_is_seen(effects, tmp_path)
     text = committed.read_text()
     committed.write_text(text.replace(",0.3,0.3,", ",0.3,0.3000000000001,", 1))
     assert table_drift(committed, table, key) == []
-    committed.write_text(text.replace(",worse,", ",matched,", 1))
+    committed.write_text(text.replace(",outside,", ",consistent,", 1))
     assert table_drift(committed, table, key) == [
-        "sensitivity.csv holds another instead_verdict of data_regime data=long C4a than worse"
+        "sensitivity.csv holds another instead_leaning of data_regime data=long C4a than outside"
     ]
     committed.write_text(text.splitlines()[0])
     assert len(table_drift(committed, table, key)) == 3
@@ -47,5 +47,5 @@ def test_the_terminal_marks_what_moves_and_fits_its_width(effects, capsys):
         show_sensitivity(effects, Console(width=width))
         text = capsys.readouterr().out
         assert all(len(line) <= width for line in text.splitlines())
-        assert "matched → worse" in text
-        assert "2 of 2 assumptions move a verdict" in text
+        assert "consistent → outside" in text
+        assert "2 of 2 assumptions move an answer" in text

@@ -3,34 +3,50 @@ import math
 import numpy as np
 import pytest
 
-from repro.results.statistics import estimate, paired_ratio, share, student_t_interval, wilson_interval
+from repro.results.statistics import (
+    estimate,
+    median_interval,
+    paired_ratio,
+    prediction_interval,
+    share,
+    wilson_interval,
+)
 
 
-def test_the_t_interval_is_the_textbook_one():
-    # n = 5, mean 3, s = sqrt(2.5); t(0.975, 4) = 2.776445 (any table of the t distribution).
-    half = 2.776445 * math.sqrt(2.5) / math.sqrt(5)
-    assert student_t_interval([1, 2, 3, 4, 5], log=False) == pytest.approx((3 - half, 3 + half), rel=1e-6)
+@pytest.mark.parametrize(("n", "place"), [(6, 1), (8, 1), (9, 2), (10, 2), (20, 6), (40, 14)])
+def test_the_interval_of_a_median_is_that_of_the_tables(n, place):
+    # Places of the 95 % interval of a median: Conover (1999), table A3, and the binomial distribution itself.
+    assert median_interval(np.arange(1.0, n + 1)) == (place, n + 1 - place)
 
 
-def test_the_log_interval_is_the_interval_of_the_logarithms():
-    low, high = student_t_interval(np.exp([1.0, 2, 3, 4, 5]), log=True)
-    plain = student_t_interval([1.0, 2, 3, 4, 5], log=False)
-    assert (math.log(low), math.log(high)) == pytest.approx(plain)
+def test_five_members_give_their_range_and_fewer_no_interval():
+    assert median_interval([5.0, 1, 3, 2, 4]) == (1, 5)
+    assert all(math.isnan(end) for end in median_interval([1.0, 2, 3, 4]))
 
 
-def test_one_member_has_no_interval():
-    low, high = student_t_interval([0.3], log=True)
-    assert math.isnan(low)
-    assert math.isnan(high)
-    assert estimate([0.3], log=True).median == 0.3
+@pytest.mark.parametrize("draw", ["lognormal", "bimodal"])
+def test_the_interval_covers_the_median_whatever_the_distribution(draw):
+    rng = np.random.default_rng(0)
+    samples = rng.lognormal(sigma=2.0, size=(4000, 10))
+    if draw == "bimodal":
+        samples = np.where(rng.uniform(size=samples.shape) < 0.7, 1 + samples, 1e-6 * samples)
+    true = np.median(samples)
+    intervals = np.array([median_interval(sample) for sample in samples])
+    covered = np.mean((intervals[:, 0] <= true) & (true <= intervals[:, 1]))
+    assert covered == pytest.approx(0.9785, abs=0.01)  # of [x2, x9]: 1 - 22 / 1024
 
 
-@pytest.mark.parametrize("n", [3, 5, 10])
-def test_the_log_interval_covers_the_geometric_mean_of_skewed_errors_at_its_nominal_rate(n):
-    draws = np.random.default_rng(0).lognormal(mean=-1.0, sigma=1.2, size=(4000, n))
-    intervals = np.array([student_t_interval(draw, log=True) for draw in draws])
-    covered = np.mean((intervals[:, 0] < math.exp(-1)) & (math.exp(-1) < intervals[:, 1]))
-    assert covered == pytest.approx(0.95, abs=0.012)  # three standard errors of 4000 draws
+@pytest.mark.parametrize(("n", "sigma"), [(3, 1.0), (10, 1.0), (60, 0.5)])
+def test_one_more_draw_falls_into_the_prediction_interval_at_its_nominal_rate(n, sigma):
+    draws = np.random.default_rng(n).lognormal(sigma=sigma, size=(4000, n + 1))
+    intervals = np.array([prediction_interval(draw[:-1], log=True) for draw in draws])
+    inside = np.mean((intervals[:, 0] <= draws[:, -1]) & (draws[:, -1] <= intervals[:, 1]))
+    assert inside == pytest.approx(0.955 if n == 60 else 0.95, abs=0.012)
+
+
+def test_a_prediction_leaves_failed_members_out_and_needs_two():
+    assert prediction_interval([1.0, 2.0, math.inf], log=True) == prediction_interval([2.0, 1.0], log=True)
+    assert math.isnan(prediction_interval([1.0], log=False)[0])
 
 
 def test_the_wilson_interval_matches_published_values():
@@ -41,21 +57,23 @@ def test_the_wilson_interval_matches_published_values():
 
 
 def test_failed_members_stay_in_the_median():
-    spread = estimate([0.1, 0.2, math.nan], log=True)
+    spread = estimate([0.1, 0.2, math.nan])
     assert (spread.median, spread.n, spread.failed) == (0.2, 3, 1)
-    assert estimate([0.1, math.nan, math.nan], log=True).median == math.inf
-    assert estimate([0.1, math.inf], log=True).median == math.inf
+    assert estimate([0.1, math.nan, math.nan]).median == math.inf
+    assert estimate([0.1, math.inf]).median == math.inf
 
 
-def test_zeros_are_summarised_without_a_logarithm():
-    exact = estimate([0.0, 0.0, 3.0], log=True)
-    assert exact.low < 0 < exact.high
+def test_a_failed_member_is_an_end_of_the_interval():
+    spread = estimate([0.1, 0.2, 0.3, 0.4, math.nan])
+    assert (spread.low, spread.high) == (0.1, math.inf)
+    assert estimate([0.1, 0.2, 0.3, 0.4, math.nan], failed_is=-math.inf).low == -math.inf
 
 
 def test_a_share_has_a_wilson_interval():
     found = share([True, True, False, True])
     assert found.median == 0.75
     assert (found.low, found.high) == wilson_interval(3, 4)
+    assert share([0.5, 1.0, 1.0, 0.5]) == found
 
 
 def test_the_paired_ratio_removes_what_the_pair_shares():

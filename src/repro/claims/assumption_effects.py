@@ -34,10 +34,10 @@ class AssumptionEffect:
 
     @property
     def moved(self) -> bool | None:
-        """Whether the verdict is another; None where either was not run."""
+        """Whether the point estimates lean another way (few members decide nothing); None where one was not run."""
         if VerdictKind.NOT_RUN in (self.ours.verdict, self.other.verdict):
             return None
-        return self.ours.verdict != self.other.verdict
+        return self.ours.leaning != self.other.leaning
 
 
 def gather_sensitivity(

@@ -26,51 +26,41 @@ class Declaration(StrEnum):
 
     NOT_COMPARABLE = VerdictKind.NOT_COMPARABLE
     UNDER_SPECIFIED = VerdictKind.UNDER_SPECIFIED
+    UNINFORMATIVE = VerdictKind.UNINFORMATIVE
 
 
 _MEASURED = {"metric", "unit", "printed", "selector"}
 _FIELDS: Mapping[ClaimKind, set[str]] = {
-    ClaimKind.NUMBER: {*_MEASURED, "tolerance"},
+    ClaimKind.NUMBER: _MEASURED,
     ClaimKind.STATEMENT: {"predicate"},
     ClaimKind.DECLARED: {*_MEASURED, "declared", "reason"},
 }
 
 
-class Tolerance(YamlRow):
-    """How far a number may lie from the printed one, and why that far; one of the three bounds."""
+class Cure(YamlRow):
+    """The smallest change that makes a claim hold, judged as the claim is; none found: `change` alone says so."""
 
-    factor: Annotated[Number, Field(gt=1)] | None = None
-    relative: Annotated[Number, Field(gt=0)] | None = None
-    absolute: Annotated[Number, Field(gt=0)] | None = None
+    change: Text
+    experiment: Text | None = None
+    predicate: Predicate | None = None
+
+
+class Change(YamlRow):
+    """A change of this row after its first results, and the commit that made it."""
+
+    commit: Annotated[str, Field(pattern=r"^[0-9a-f]{7,40}$")]
+    change: Text
     reason: Text
-
-    @model_validator(mode="after")
-    def _has_one_bound(self) -> Self:
-        if sum(bound is not None for bound in (self.factor, self.relative, self.absolute)) != 1:
-            raise ValueError("has one of factor, relative, absolute, and a reason")
-        return self
-
-    def around(self, printed: float) -> tuple[float, float]:
-        """Return the range that counts as matched, both ends included."""
-        least, greatest = self._ends(printed)
-        # The ends belong to the range: rounding must not push them out.
-        slack = 1e-12 * (abs(least) + abs(greatest))
-        return least - slack, greatest + slack
-
-    def _ends(self, printed: float) -> tuple[float, float]:
-        if self.factor is not None:
-            return printed / self.factor, printed * self.factor
-        half = (self.absolute or 0.0) if self.relative is None else self.relative * abs(printed)
-        return printed - half, printed + half
-
-    def __str__(self) -> str:
-        if self.factor is not None:
-            return f"×÷{self.factor:g}"
-        return f"± {self.absolute:g}" if self.relative is None else f"± relative {self.relative:g}"
 
 
 class Claim(NamedRow):
-    """One row: a number with its tolerance, a statement with its predicate, or one declared not to be answerable."""
+    """One row: a printed number, a statement with its predicate, or a number declared not to be answerable.
+
+    with_changes     what of ours, which the paper does not have, a statement needs
+    by_construction  why a statement cannot fail
+    cure             the smallest change that makes it hold, where it does not
+    history          what was changed in this row after its first results
+    """
 
     part: str = ""
     kind: ClaimKind
@@ -82,10 +72,13 @@ class Claim(NamedRow):
     unit: str = ""
     printed: Number | None = None
     selector: CardSelector = Field(default_factory=dict)
-    tolerance: Tolerance | None = None
     predicate: Predicate | None = None
     declared: Declaration | None = None
     reason: str = ""
+    with_changes: str = ""
+    by_construction: str = ""
+    cure: Cure | None = None
+    history: list[Change] = Field(default_factory=list)
 
     @model_validator(mode="after")
     def _has_the_fields_of_its_kind(self) -> Self:
@@ -94,6 +87,8 @@ class Claim(NamedRow):
             raise ValueError(f"a {self.kind} claim needs {', '.join(missing)}")
         if foreign := sorted(fields - _FIELDS[self.kind]):
             raise ValueError(f"a {self.kind} claim has no {', '.join(foreign)}")
+        if self.predicate is None and (self.with_changes or self.by_construction):
+            raise ValueError("with_changes and by_construction belong to a statement")
         return self
 
     @property

@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
+from repro.claims.decision import Decision
 from repro.claims.selector import Selector
 from repro.claims.yaml_rows import YamlRow
 from repro.results.results import Results
@@ -29,9 +30,12 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Finding:
-    """Whether a predicate holds, the quantity it is about, and the runs and commands behind it."""
+    """What a predicate decides, the quantity it is about, and the runs and commands behind it.
 
-    holds: bool
+    `as_printed`: every run behind it follows a protocol as the paper prints it.
+    """
+
+    decision: Decision
     quantity: str
     unit: str
     estimate: Estimate
@@ -39,14 +43,15 @@ class Finding:
     runs: tuple[str, ...]
     commands: tuple[str, ...]
     stale: bool = False
+    as_printed: bool = False
 
     @classmethod
     def of_settings(
-        cls, holds: bool, quantity: str, unit: str, estimate: Estimate, note: str, *settings: RunSetting
+        cls, decision: Decision, quantity: str, unit: str, estimate: Estimate, note: str, *settings: RunSetting
     ) -> "Finding":
         """A finding on settings, with their runs and commands."""
         return cls(
-            bool(holds),
+            decision,
             quantity,
             unit,
             estimate,
@@ -54,6 +59,7 @@ class Finding:
             runs=tuple(dict.fromkeys(run for setting in settings for run in setting.run_ids)),
             commands=tuple(dict.fromkeys(setting.command for setting in settings if setting.command)),
             stale=any(setting.stale for setting in settings),
+            as_printed=all(setting.as_printed for setting in settings),
         )
 
 
@@ -65,8 +71,8 @@ class StatementPredicate(YamlRow, ABC):
     @property
     def selectors(self) -> list[Selector]:
         """What selects the runs that it is judged on; none where it is about timings."""
-        return [value for field, value in self if field in ("where", "against", "loops", "other_loops")]
+        return [value for field, value in self if field in ("where", "against", "loops", "other_loops") and value]
 
     @abstractmethod
     def judge(self, evidence: Evidence) -> Finding:
-        """Whether it holds for stored runs. Raises NotRunError where no run answers."""
+        """Decide it on stored runs. Raises NotRunError where no run answers."""

@@ -3,9 +3,9 @@
 import math
 from typing import Annotated, Literal
 
-import numpy as np
 from pydantic import Field
 
+from repro.claims.decision import MARGIN, Decision
 from repro.claims.evidence import Evidence, Finding, StatementPredicate
 from repro.claims.selector import BenchSelector, CardSelector
 from repro.claims.yaml_rows import Number, Text
@@ -14,9 +14,9 @@ from repro.results.statistics import Estimate, paired_ratio
 
 
 class PairedRatioBelow(StatementPredicate):
-    """Member by member and like for like, each metric's ratio to `against` lies below `ratio`.
+    """Member by member and like for like, each metric's ratio to `against` lies below `ratio` by the practical margin.
 
-    "Below" with its whole 95 % interval; where an opponent fails the pair is won, where our member fails nothing holds.
+    `allow_equal`: not above it by more than the margin. A failed opponent makes a ratio 0, a failed member of ours inf.
     """
 
     name: Literal["paired_ratio_below"]
@@ -24,28 +24,32 @@ class PairedRatioBelow(StatementPredicate):
     against: CardSelector
     metrics: Annotated[list[Text], Field(min_length=1)]
     ratio: Number = 1.0
+    allow_equal: bool = False
 
     def judge(self, evidence: Evidence) -> Finding:
         """Compare the ratios of all metrics; the greatest is shown."""
         ours, other = like_for_like(evidence.results, evidence.experiment, self.where, self.against)
-        ratios, complete = {}, True
+        ratios = {}
         for metric in self.metrics:
             first, second = paired_values(ours, other, metric)
             if first.size == 0:
                 raise NotRunError(f"{metric} was not measured on shared seeds in {evidence.experiment}")
             ratios[metric] = paired_ratio(first, second)
-            complete &= bool(np.all(np.isfinite(first)))
-        holds = complete and all(_below(pairs, self.ratio) for pairs in ratios.values())
+        bound = self.ratio * MARGIN if self.allow_equal else self.ratio / MARGIN
+        decision = Decision.of_all(Decision.below(pairs, bound) for pairs in ratios.values())
         parts = [f"{metric} ratio {_interval(pairs)}" for metric, pairs in ratios.items()]
-        note = f"asked: every ratio below {self.ratio:g}; " + ", ".join(parts)
+        note = f"criterion: every ratio below {bound:.3g}; " + ", ".join(parts)
         if other.failed:
             note += f"; {other.failed} of {other.n} opponents failed"
         worst = max(ratios.values(), key=lambda pairs: pairs.median)
-        return Finding.of_settings(holds, "paired ratio of " + ", ".join(ratios), "1", worst, note, ours, other)
+        return Finding.of_settings(decision, "paired ratio of " + ", ".join(ratios), "1", worst, note, ours, other)
 
 
 class RatioAtLeast(StatementPredicate):
-    """The median of `where` is at least `ratio` times that of `against`; their budgets may differ."""
+    """The median of `where` is `ratio` times that of `against` or more, by the practical margin; budgets may differ.
+
+    The interval of the ratio is that of the ends of both intervals: wide, as nothing pairs the members.
+    """
 
     name: Literal["ratio_at_least"]
     where: CardSelector
@@ -57,43 +61,55 @@ class RatioAtLeast(StatementPredicate):
         """Compare the ratio of the medians."""
         ours, first = evidence.measured(self.where, self.metric)
         other, second = evidence.measured(self.against, self.metric)
-        value = first.median / second.median if math.isfinite(first.median) else math.inf
-        estimate = Estimate(value, math.nan, math.nan, min(first.n, second.n), first.failed + second.failed)
-        note = f"asked: at least {self.ratio:g}; medians {first.median:.3g} and {second.median:.3g}"
-        return Finding.of_settings(value >= self.ratio, f"ratio of {self.metric}", "1", estimate, note, ours, other)
+        estimate = Estimate(
+            _quotient(first.median, second.median),
+            _quotient(first.low, second.high),
+            _quotient(first.high, second.low),
+            min(first.n, second.n),
+            first.failed + second.failed,
+        )
+        bound = self.ratio * MARGIN
+        note = f"criterion: above {bound:.3g}; medians {first.median:.3g} and {second.median:.3g}"
+        decision = Decision.above(estimate, bound)
+        return Finding.of_settings(decision, f"ratio of {self.metric}", "1", estimate, note, ours, other)
 
 
 class BenchRatioAbove(StatementPredicate):
-    """In every paired timing that `bench` selects, the lower quartile of other / ours lies above `ratio`."""
+    """The paired timings that `bench` selects, one per problem size, have other / ours above `ratio` by the margin.
+
+    Their interval goes from the least lower to the greatest upper quartile: all sizes have to agree.
+    """
 
     name: Literal["bench_ratio_above"]
     ratio: Number
     bench: BenchSelector
 
     def judge(self, evidence: Evidence) -> Finding:
-        """Compare every timing; the one of the least median is shown, with its quartiles as interval."""
+        """Compare all timings; the least median is shown."""
         rows = evidence.results.bench
         for column, value in self.bench.items():
             rows = rows[rows[column] == value]
         if rows.empty:
             selected = ", ".join(f"{column}={value}" for column, value in self.bench.items())
             raise NotRunError(f"no timing with {selected}")
-        worst = rows.sort_values("ratio_median").iloc[0]
-        spread = f"{rows['ratio_median'].min():.3g} to {rows['ratio_median'].max():.3g}"
+        medians = rows["ratio_median"]
+        low, high = float(rows["ratio_q25"].min()), float(rows["ratio_q75"].max())
+        estimate = Estimate(float(medians.min()), low, high, rows["size"].nunique())
+        bound = self.ratio * MARGIN
         return Finding(
-            bool((rows["ratio_q25"] > self.ratio).all()),
+            Decision.above(estimate, bound),
             "time ratio (other / ours)",
             "1",
-            Estimate(float(worst.ratio_median), float(worst.ratio_q25), float(worst.ratio_q75), len(rows)),
-            f"asked: above {self.ratio:g} in every timing; medians {spread}; quartiles of the least in brackets",
+            estimate,
+            f"criterion: above {bound:.3g} at every problem size; medians {medians.min():.3g} to {medians.max():.3g}; "
+            "in brackets the least lower and the greatest upper quartile",
             runs=tuple(dict.fromkeys(rows["run"])),
             commands=tuple(command for command in dict.fromkeys(rows["command"]) if command),
         )
 
 
-def _below(pairs: Estimate, ratio: float) -> bool:
-    # With fewer than two finished pairs there is no interval: the median of won pairs (0) decides.
-    return pairs.high < ratio if math.isfinite(pairs.high) else pairs.failed > 0 and pairs.median < ratio
+def _quotient(numerator: float, denominator: float) -> float:
+    return numerator / denominator if math.isfinite(numerator) else numerator
 
 
 def _interval(pairs: Estimate) -> str:

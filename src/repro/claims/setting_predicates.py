@@ -5,6 +5,7 @@ from typing import Literal
 
 import numpy as np
 
+from repro.claims.decision import Decision
 from repro.claims.evidence import Evidence, Finding, StatementPredicate
 from repro.claims.selector import CardSelector
 from repro.claims.yaml_rows import Number, Text
@@ -13,7 +14,7 @@ from repro.results.statistics import Estimate, share
 
 
 class MedianBound(StatementPredicate):
-    """The median member lies strictly below, or above, `value`."""
+    """The median member lies below, or above, `value`."""
 
     name: Literal["median_below", "median_above"]
     where: CardSelector
@@ -24,9 +25,9 @@ class MedianBound(StatementPredicate):
         """Compare the median with the value."""
         setting, measured = evidence.measured(self.where, self.metric)
         side = self.name.removeprefix("median_")
-        holds = measured.median < self.value if side == "below" else measured.median > self.value
-        note = f"asked: {side} {self.value:g}"
-        return Finding.of_settings(holds, self.metric, setting.unit(self.metric), measured, note, setting)
+        decision = (Decision.below if side == "below" else Decision.above)(measured, self.value)
+        note = f"criterion: {side} {self.value:g}"
+        return Finding.of_settings(decision, self.metric, setting.unit(self.metric), measured, note, setting)
 
 
 class AllMembersAwayFrom(StatementPredicate):
@@ -44,8 +45,9 @@ class AllMembersAwayFrom(StatementPredicate):
         members = setting.values(self.metric)
         finished = members[np.isfinite(members)]
         holds = finished.size > 0 and bool(np.all(np.abs(finished - self.value) >= self.distance))
-        note = f"asked: every member {self.distance:g} or more away from {self.value:g}"
-        return Finding.of_settings(holds, self.metric, setting.unit(self.metric), measured, note, setting)
+        note = f"criterion: every member {self.distance:g} or more away from {self.value:g}"
+        decision = Decision.certain(holds)
+        return Finding.of_settings(decision, self.metric, setting.unit(self.metric), measured, note, setting)
 
 
 class EverySettingBelow(StatementPredicate):
@@ -64,9 +66,9 @@ class EverySettingBelow(StatementPredicate):
         members = np.concatenate([setting.values(self.metric) for setting in family])
         worst = float(np.nanmax(members)) if np.isfinite(members).any() else math.inf
         estimate = Estimate(worst, math.nan, math.nan, members.size, int(np.sum(~np.isfinite(members))))
-        note = f"asked: every member of {len(family)} settings below {self.value:g}; the worst is shown"
-        holds = bool(np.all(members < self.value))
-        return Finding.of_settings(holds, f"worst {self.metric}", family[0].unit(self.metric), estimate, note, *family)
+        note = f"criterion: every member of {len(family)} settings below {self.value:g}; the worst is shown"
+        decision, unit = Decision.certain(bool(np.all(members < self.value))), family[0].unit(self.metric)
+        return Finding.of_settings(decision, f"worst {self.metric}", unit, estimate, note, *family)
 
 
 class ShareOfFailuresAtLeast(StatementPredicate):
@@ -97,6 +99,6 @@ class ShareOfFailuresAtLeast(StatementPredicate):
             f"{int(np.sum(errors > bound))} worse than the trivial model" if trivial else "trivial model not run",
             f"{int(np.sum(least <= 0))} with an indefinite mass matrix" if least.size else "min eig M not measured",
         ]
-        note = f"asked: at least {self.share_of_members:g}; of {setting.n} members: " + ", ".join(causes)
-        holds = failures.median >= self.share_of_members
-        return Finding.of_settings(holds, "share of failed fits", "1", failures, note, setting)
+        note = f"criterion: at least {self.share_of_members:g}; of {setting.n} members: " + ", ".join(causes)
+        decision = Decision.at_least(failures, self.share_of_members)
+        return Finding.of_settings(decision, "share of failed fits", "1", failures, note, setting)

@@ -5,24 +5,32 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import assert_never
 
-from repro.claims.claims import Claim, ClaimKind, Tolerance
-from repro.claims.evidence import Evidence
-from repro.claims.verdict_kind import VerdictKind
+import numpy as np
+
+from repro.claims.claims import Claim, ClaimKind
+from repro.claims.decision import Ruling
+from repro.claims.evidence import Evidence, Finding
+from repro.claims.verdict_kind import CLASSES, VerdictClass, VerdictKind
 from repro.results.metric_names import metric_named
 from repro.results.results import Results
 from repro.results.run_setting import RunSetting
 from repro.results.selectors import DEGENERATE, ORACLE, TRIVIAL, NotRunError, anchor, test_set_of
-from repro.results.statistics import NOTHING, Estimate
+from repro.results.statistics import BY_RANK, FEWEST, NOTHING, Estimate, prediction_interval
 
 VERDICTS = tuple(VerdictKind)
 FULL_SCALE = "paper"
+WIDEST = 100.0  # a prediction interval over more than this factor excludes too little to support a number
 
 
 @dataclass(frozen=True)
 class Verdict:
     """One row of the verdict table.
 
-    `preview`: not the paper's protocol at full length. `flag`: what weakens a good verdict (an anchor reaches it too).
+    leaning     what the point estimate alone says, where the interval decides nothing
+    prediction  where one more member falls with 95 %, which a printed number is compared with
+    preview     from a smaller scale; as_printed: every run behind it follows a protocol of the paper
+    flag        what weakens a good verdict: an anchor satisfies it too
+    cure        the smallest change that makes it hold, with its own verdict
     """
 
     claim: Claim
@@ -30,12 +38,23 @@ class Verdict:
     quantity: str
     unit: str
     estimate: Estimate
+    leaning: VerdictKind = VerdictKind.NOT_RUN
+    prediction: tuple[float, float] = (math.nan, math.nan)
     preview: bool = False
     stale: bool = False
+    as_printed: bool = False
     flag: str = ""
     note: str = ""
     runs: tuple[str, ...] = ()
     commands: tuple[str, ...] = ()
+    cure: "Verdict | None" = None
+
+    @property
+    def counted_as(self) -> VerdictClass:
+        """The class under which it is counted; a number that nearly anything would be consistent with is undecided."""
+        low, high = self.prediction
+        vague = self.verdict is VerdictKind.CONSISTENT and low > 0 and high > WIDEST * low
+        return VerdictClass.UNDECIDED if vague else CLASSES[self.verdict]
 
 
 def judge_all(claims: Sequence[Claim], results: Results) -> list[Verdict]:
@@ -46,101 +65,148 @@ def judge_all(claims: Sequence[Claim], results: Results) -> list[Verdict]:
 def judge(claim: Claim, results: Results) -> Verdict:
     """Judge one claim by its kind; `not run` where no stored run answers it."""
     evidence = Evidence(results, claim.experiment)
+    cure = _cure(claim, results)
     try:
         match claim.kind:
             case ClaimKind.STATEMENT:
-                return _statement(claim, evidence)
+                return _statement(claim, evidence, cure)
             case ClaimKind.NUMBER | ClaimKind.DECLARED:
-                return _number(claim, evidence)
+                return _number(claim, evidence, cure)
             case _:
                 assert_never(claim.kind)
     except NotRunError as reason:
         note = f"{claim.reason}; {reason}" if claim.reason else str(reason)
-        return Verdict(claim, _without_judgement(claim), claim.quantity, claim.unit, NOTHING, note=note)
+        verdict = VerdictKind(claim.declared or VerdictKind.NOT_RUN)
+        return Verdict(claim, verdict, claim.quantity, claim.unit, NOTHING, verdict, note=note, cure=cure)
 
 
-def verdict_of_number(
-    measured: Estimate, printed: float, tolerance: Tolerance, *, lower_is_better: bool = True
-) -> VerdictKind:
-    """Apply the rule for numbers: matched by tolerance, else better or worse by the whole interval, else inconclusive.
+def verdict_of_number(printed: float, members: Sequence[float] | np.ndarray, *, log: bool) -> VerdictKind:
+    """Apply the rule for numbers: a printed value is one draw of an unknown seed, ours are the members' values.
 
-    A setting of which a member failed is never `better`; one of which the median member failed is `worse`.
+    Consistent within the prediction interval, or among our members where these are too few to form one by rank.
     """
-    least, greatest = tolerance.around(printed)
-    if least <= measured.median <= greatest:
-        return VerdictKind.MATCHED
-    if not math.isfinite(measured.median):
-        return VerdictKind.WORSE
-    below, above = measured.high < printed, measured.low > printed
-    better, worse = (below, above) if lower_is_better else (above, below)
-    if better:
-        return VerdictKind.INCONCLUSIVE if measured.failed else VerdictKind.BETTER
-    return VerdictKind.WORSE if worse else VerdictKind.INCONCLUSIVE
+    low, high = prediction_interval(members, log=log)
+    finished = np.asarray(members)[np.isfinite(members)]
+    if math.isnan(low):
+        return VerdictKind.TOO_FEW
+    amid = finished.size < BY_RANK and finished.min() <= printed <= finished.max()
+    return VerdictKind.CONSISTENT if amid or low <= printed <= high else VerdictKind.OUTSIDE
 
 
-def _without_judgement(claim: Claim) -> VerdictKind:
-    return VerdictKind(claim.declared) if claim.declared else VerdictKind.NOT_RUN
-
-
-def _number(claim: Claim, evidence: Evidence) -> Verdict:
+def _number(claim: Claim, evidence: Evidence, cure: Verdict | None) -> Verdict:
     setting, measured = evidence.measured(claim.selector, claim.metric)
-    verdict, flag = _without_judgement(claim), ""
-    if claim.printed is not None and claim.tolerance is not None:
-        lower_is_better = metric_named(claim.metric).lower_is_better
-        verdict = verdict_of_number(measured, claim.printed, claim.tolerance, lower_is_better=lower_is_better)
-        if verdict in (VerdictKind.MATCHED, VerdictKind.BETTER):
-            flag = _flag(claim, evidence, setting, claim.tolerance.around(claim.printed), lower_is_better)
-    notes = [claim.reason] if claim.reason else []
+    metric, values = metric_named(claim.metric), setting.values(claim.metric)
+    log = metric.scale == "log"
+    prediction = prediction_interval(values, log=log)
+    verdict = leaning = VerdictKind(claim.declared or VerdictKind.NOT_RUN)
+    flag, notes = "", [claim.reason] if claim.reason else []
+    if claim.printed is not None and not claim.declared:
+        verdict = leaning = verdict_of_number(claim.printed, values, log=log)
+        if verdict is VerdictKind.CONSISTENT:
+            flag = _flag(claim, evidence, setting, prediction)
+        if measured.n < FEWEST:
+            verdict = VerdictKind.TOO_FEW
+        notes.append(_rank(claim.printed, values, measured, prediction, metric.lower_is_better))
     if measured.failed:
         notes.append(f"{measured.failed} of {measured.n} members failed")
-    full_scale = evidence.results.scale == FULL_SCALE
-    if full_scale and not setting.as_printed:
-        notes.append("not the paper's full protocol")
     return Verdict(
         claim,
         verdict,
         claim.metric,
         claim.unit,
         measured,
-        preview=not full_scale or not setting.as_printed,
+        leaning,
+        prediction,
+        preview=evidence.results.scale != FULL_SCALE,
         stale=setting.stale,
+        as_printed=setting.as_printed,
         flag=flag,
         note="; ".join(notes),
         runs=setting.run_ids,
         commands=(setting.command,) if setting.command else (),
+        cure=cure,
     )
 
 
-def _statement(claim: Claim, evidence: Evidence) -> Verdict:
+def _statement(claim: Claim, evidence: Evidence, cure: Verdict | None) -> Verdict:
     assert claim.predicate is not None
     finding = claim.predicate.judge(evidence)
+    holds = _if_it_holds(claim)
+    reason = claim.by_construction or claim.with_changes
     return Verdict(
         claim,
-        VerdictKind.MATCHED if finding.holds else VerdictKind.NOT_REPRODUCED,
+        _verdict_of_statement(finding, holds),
         finding.quantity,
         finding.unit,
         finding.estimate,
+        leaning=holds if finding.decision.leans else VerdictKind.NOT_SUPPORTED,
         preview=evidence.results.scale != FULL_SCALE,
         stale=finding.stale,
-        note=finding.note,
+        as_printed=finding.as_printed,
+        note="; ".join(part for part in (reason, finding.note) if part),
         runs=finding.runs,
         commands=finding.commands,
+        cure=cure,
     )
 
 
-def _flag(
-    claim: Claim, evidence: Evidence, setting: RunSetting, matched: tuple[float, float], lower_is_better: bool
+def _if_it_holds(claim: Claim) -> VerdictKind:
+    if claim.by_construction:
+        return VerdictKind.BY_CONSTRUCTION
+    return VerdictKind.WITH_CHANGES if claim.with_changes else VerdictKind.SUPPORTED
+
+
+def _verdict_of_statement(finding: Finding, holds: VerdictKind) -> VerdictKind:
+    match finding.decision.outcome:
+        case Ruling.DEPENDS:
+            return VerdictKind.UNDER_SPECIFIED
+        case _ if finding.estimate.n < FEWEST:
+            return VerdictKind.TOO_FEW
+        case Ruling.HOLDS:
+            return holds
+        case Ruling.FAILS:
+            return VerdictKind.NOT_SUPPORTED
+        case Ruling.OPEN:
+            return VerdictKind.UNDECIDED
+
+
+def _cure(claim: Claim, results: Results) -> Verdict | None:
+    """The verdict on the claim's smallest change, by the same rules; None where none is named or was found."""
+    if claim.cure is None or claim.cure.predicate is None:
+        return None
+    fields = claim.model_dump(include={"id", "part", "section", "quote"})
+    changed = Claim(
+        **fields,
+        kind=ClaimKind.STATEMENT,
+        about=claim.cure.change,
+        experiment=claim.cure.experiment or claim.experiment,
+        predicate=claim.cure.predicate,
+        with_changes=claim.cure.change,
+    )
+    return judge(changed, results)
+
+
+def _rank(
+    printed: float, values: np.ndarray, measured: Estimate, prediction: tuple[float, float], lower_is_better: bool
 ) -> str:
-    """Name the anchors that do as well: without any learning (trivial, degenerate), or with the truth (the oracle)."""
-    least, greatest = matched
+    """Where a printed number stands among our members, and what our median says of it."""
+    finished = values[np.isfinite(values)]
+    note = f"{int(np.sum(finished < printed))} of {finished.size} members below the printed value"
+    if not math.isnan(prediction[0]):
+        note += f", one more falls within [{prediction[0]:.3g}, {prediction[1]:.3g}]"
+        if prediction[0] > 0 and prediction[1] > WIDEST * prediction[0]:
+            note += f", a factor of {prediction[1] / prediction[0]:.2g}, which excludes too little"
+    if measured.low > printed or measured.high < printed:
+        note += f"; our median is {'better' if (measured.high < printed) == lower_is_better else 'worse'}"
+    return note
+
+
+def _flag(claim: Claim, evidence: Evidence, setting: RunSetting, prediction: tuple[float, float]) -> str:
+    """Name the anchors that lie in the prediction interval too: without learning, or with the truth (the oracle)."""
     scores = {
         name: measured.estimate(claim.metric).median
         for name in (TRIVIAL, DEGENERATE, ORACLE)
         if (measured := anchor(evidence.results, claim.experiment, name, test_set_of(setting.card))) is not None
     }
-    reached = [
-        f"{name} {score:.3g}"
-        for name, score in scores.items()
-        if least <= score <= greatest or (name != ORACLE and (score < least if lower_is_better else score > greatest))
-    ]
+    reached = [f"{name} {score:.3g}" for name, score in scores.items() if prediction[0] <= score <= prediction[1]]
     return "also reached by: " + ", ".join(reached) if reached else ""

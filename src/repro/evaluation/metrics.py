@@ -14,8 +14,8 @@ from repro.models.model import Model
 from repro.models.terms import Terms, least_eigenvalue
 
 FORCE, ACCELERATION, MOMENTUM = "N, N m", "m/s^2, rad/s^2", "kg m/s, kg m^2/s"
-LARGEST_ENERGY_ERROR = 0.3  # J, after one constant; above it a model has not learned the energy
-SMALLEST_INERTIA = 1e-3  # kg, kg m^2; below it a mass matrix has lost a direction of motion
+LARGEST_ENERGY_ERROR = 0.3  # of the trivial model's, after one constant; above it a model has not learned the energy
+SMALLEST_INERTIA = 0.1  # of the true least eigenvalue; below it a mass matrix has lost a direction of motion
 
 
 @dataclass(frozen=True)
@@ -91,11 +91,18 @@ def _centred_energy_error(predicted: Terms, true: Terms, qd: np.ndarray) -> np.n
 
 
 def _trapped(predicted: Terms, true: Terms, qd: np.ndarray) -> np.ndarray:
-    """1 where a member has the cart's momentum and little else: L = p_x^2 / (2 m) has a small error of tau."""
-    trapped = ~(_centred_energy_error(predicted, true, qd) <= LARGEST_ENERGY_ERROR)
-    if predicted.mass is not None:
-        trapped |= least_eigenvalue(predicted.mass) < SMALLEST_INERTIA
-    return trapped.astype(float)
+    """1 where a member has the cart's momentum and little else: L = p_x^2 / (2 m) has a small error of tau.
+
+    A model without an invertible mass matrix, as L = p_x^2 / (2 m) itself, is trapped by definition.
+    """
+    energy = true.hamiltonian(qd)
+    trivial = np.abs(energy - energy.mean(1, keepdims=True)).mean(1)
+    error = _centred_energy_error(predicted, true, qd)
+    if predicted.mass is None or true.mass is None:
+        return np.ones_like(error)
+    trapped = ~(error <= LARGEST_ENERGY_ERROR * trivial)
+    trapped |= least_eigenvalue(predicted.mass) < SMALLEST_INERTIA * least_eigenvalue(true.mass)
+    return np.asarray(trapped, dtype=float)
 
 
 def _gravity(rest: RestStates, split: str) -> Iterator[MetricValues]:

@@ -1,40 +1,43 @@
 """Placeholders of the report's texts (jinja2), filled from stored results: no number of ours is ever typed.
 
-{{ claim.C4a }}                   ours, its unit and the verdict: 0.131 [0.105, 0.191] N, N m (better)
-{{ claim.C4a.ours }}              also .median .low .high .members .failed .printed .verdict .flag .note
-{% if claim.C4a.matched %} ... {% endif %}   text for a verdict: .matched .better .not_run and so on, joined by and, or
-{{ claim | length }}              how many claims there are
-{{ verdicts() }}                  how their verdicts are spread: 20 matched, 3 worse
+{{ claim.C4a }}                   ours, its unit and the verdict: 0.131 [0.105, 0.191] N, N m (consistent)
+{{ claim.C4a.ours }}              also .median .low .high .members .failed .printed .verdict .flag .note .cure
+{% if claim.C4a.consistent %} ... {% endif %}   text for a verdict: .supported .undecided .not_run and so on, joined by
+                                  and, or; .holds: supported, with changes or by construction; .fails: not supported
+{{ claims() }}                    how many claims there are, and how many of each class: 24 claims: 8 supported, ...
 {{ metric("EXPERIMENT", "METRIC", c=v) }}   a metric, with its interval, of the one setting whose card columns agree
 {{ ratio("EXPERIMENT", "METRIC", {"c": v}, {"c": w}) }}   of the first setting over the second, seed by seed
 {{ loops("EXPERIMENT", c=v) }}    closed loops that succeed: 9 of 10
 {{ runs() }}, {{ runs("EXPERIMENT") }}      finished runs
 {{ cost("cpu_hours") }}           processor time and machine, see tables/cost.py
 
-A result that is missing reads "not run".
+A result that is missing reads "not run"; a selector that means several settings reads "ambiguous".
 """
 
 import re
 import traceback
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from repro.claims.verdict_kind import VerdictKind
+from repro.claims.headline import headline
+from repro.claims.verdict_kind import VerdictClass, VerdictKind
 from repro.claims.verdicts import VERDICTS, Verdict
 from repro.errors import UserError
 from repro.report import writing
 from repro.report.tables.cost import cost_fact
+from repro.report.tables.verdicts import cure
 from repro.results.results import Results
 from repro.results.schema import CARD, CONTROL
-from repro.results.selectors import NotRunError, find_loops, one_setting, paired_values
+from repro.results.selectors import AmbiguousError, NotRunError, loops_of_one_setting, one_setting, paired_values
 from repro.results.statistics import paired_ratio
 
 if TYPE_CHECKING:
     from jinja2 import Environment
 
 NOT_RUN = VerdictKind.NOT_RUN
+AMBIGUOUS = "ambiguous"
+HOLDS = (VerdictClass.SUPPORTED, VerdictClass.WITH_CHANGES, VerdictClass.BY_CONSTRUCTION)
 
 
 class Texts:
@@ -44,7 +47,7 @@ class Texts:
         self.folder = folder
         self._results = results
         self._claims = {verdict.claim.name: _Claim(_facts(verdict)) for verdict in verdicts}
-        self._verdicts = [verdict.verdict for verdict in verdicts]
+        self._headline = headline(verdicts)
         self._environment = self._new_environment()
 
     def names(self, folder: str) -> list[str]:
@@ -78,7 +81,7 @@ class Texts:
             "loops": self._loops,
             "runs": self._runs,
             "cost": lambda name: _or_not_run(lambda: cost_fact(self._results, name)),
-            "verdicts": self._spread,
+            "claims": lambda: self._headline,
         }
         environment.globals |= functions | {"claim": self._claims}
         return environment
@@ -99,18 +102,17 @@ class Texts:
         return _or_not_run(read)
 
     def _loops(self, experiment: str, **where: Any) -> str:
-        loops = find_loops(self._results, experiment, _checked(where, CONTROL))
-        return f"{int(loops['success'].sum())} of {len(loops)}" if len(loops) else NOT_RUN
+        def read() -> str:
+            loops = loops_of_one_setting(self._results, experiment, _checked(where, CONTROL))
+            return f"{int(loops['success'].sum())} of {len(loops)}" if len(loops) else NOT_RUN
+
+        return _or_not_run(read)
 
     def _runs(self, *experiments: str) -> str:
         finished = self._results.runs[self._results.runs["outcome"] == "ok"]
         if experiments:
             finished = finished[finished["experiment"].isin(experiments)]
         return str(finished["run"].nunique() or NOT_RUN)
-
-    def _spread(self) -> str:
-        counted = Counter(self._verdicts)
-        return ", ".join(f"{counted[name]} {name}" for name in VERDICTS if counted[name])
 
 
 class _Claim(dict[str, "str | bool"]):
@@ -139,13 +141,19 @@ def _facts(verdict: Verdict) -> dict[str, str | bool]:
         "verdict": verdict.verdict,
         "flag": verdict.flag or "no anchor reaches it",
         "note": verdict.note,
+        "cure": cure(verdict) or "none is known",
+        "holds": verdict.counted_as in HOLDS,
+        "fails": verdict.counted_as is VerdictClass.NOT_SUPPORTED,
         **{re.sub(r"\W", "_", name): verdict.verdict == name for name in VERDICTS},
+        "not_run": not estimate.n,
     }
 
 
 def _or_not_run(read: Callable[[], str]) -> str:
     try:
         return read()
+    except AmbiguousError:
+        return AMBIGUOUS
     except NotRunError:
         return NOT_RUN
 

@@ -1,14 +1,14 @@
 """The tables in README.md: generated between marks, and checked against the committed results."""
 
 import re
-from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
 from repro.claims.assumption_effects import assumption_effects
 from repro.claims.assumptions import load_assumptions
 from repro.claims.claims import load_claims
-from repro.claims.verdicts import VERDICTS, Verdict, judge_all
+from repro.claims.headline import headline
+from repro.claims.verdicts import Verdict, judge_all
 from repro.errors import UserError
 from repro.report import writing
 from repro.report.paper import load_paper, paper_folder
@@ -16,22 +16,20 @@ from repro.report.tables.drift import table_drift
 from repro.report.tables.front import front_block
 from repro.report.tables.sensitivity import sensitivity_table
 from repro.report.tables.table import Table, markdown_head, markdown_line
-from repro.report.tables.verdicts import mark, measured, verdict_table
+from repro.report.tables.verdicts import cure, mark, measured, verdict_table
 from repro.results.results import Results
 from repro.tracking.files import write_text
 
-TITLES = ("claim", "what the paper says", "measured", "printed", "ours [95 %]", "members", "verdict")
+TITLES = ("claim", "what the paper says", "measured", "printed", "ours [95 %]", "units", "verdict", "smallest change")
 
 
 def count_block(verdicts: Sequence[Verdict]) -> str:
-    """Return the count of verdicts in one line."""
-    counted = Counter(verdict.verdict for verdict in verdicts)
-    counts = ", ".join(f"{counted[name]} {name}" for name in VERDICTS if counted[name])
-    return f"**{len(verdicts)} claims and parts of claims: {counts}.**"
+    """Return the count of claims by class in one line."""
+    return f"**{headline(verdicts)}.**"
 
 
 def verdict_block(verdicts: Sequence[Verdict]) -> str:
-    """Return one line per claim."""
+    """Return one line per claim or part of one."""
     lines = markdown_head(TITLES)
     for verdict in verdicts:
         claim = verdict.claim
@@ -43,6 +41,7 @@ def verdict_block(verdicts: Sequence[Verdict]) -> str:
             writing.interval(verdict.estimate),
             str(verdict.estimate.n or writing.ABSENT),
             f"{mark(verdict)}; {verdict.flag}" if verdict.flag else mark(verdict),
+            cure(verdict),
         )
         lines.append(markdown_line([writing.markdown(cell) for cell in cells]))
     return "\n".join(lines)

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from repro.claims.headline import headline
 from repro.claims.verdicts import Verdict
 from repro.report import writing
 from repro.report.tables.verdicts import mark
@@ -35,6 +36,7 @@ class Summary:
     scale: str
     folder: Path
     recordings: Path
+    headline: str
     verdicts: tuple[VerdictLine, ...]
     runs: int
     absent: int
@@ -73,6 +75,7 @@ def summarise(results: Results, verdicts: Sequence[Verdict], folder: Path, recor
         scale=results.scale,
         folder=folder,
         recordings=recordings,
+        headline=headline(verdicts),
         verdicts=tuple(_line(verdict) for verdict in verdicts),
         runs=int((runs["outcome"] == "ok").sum()),
         absent=int((runs["outcome"] != "ok").sum()),

@@ -1,13 +1,12 @@
 """The verdicts in the terminal, and where everything lies."""
 
 import os
-from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from repro.claims.assumption_effects import AssumptionEffect
-from repro.claims.verdicts import VERDICTS
+from repro.claims.verdict_kind import VerdictKind
 from repro.report.summary import Summary, VerdictLine
 from repro.report.tables.sensitivity import change
 from repro.report.writing import ABSENT, number
@@ -19,11 +18,12 @@ if TYPE_CHECKING:
 WIDE = 110
 
 COLOURS = {
-    "matched": "green",
-    "better": "bright_blue",
-    "worse": "dark_orange",
-    "not reproduced": "dark_orange",
-    "inconclusive": "yellow",
+    VerdictKind.CONSISTENT: "green",
+    VerdictKind.SUPPORTED: "green",
+    VerdictKind.WITH_CHANGES: "bright_blue",
+    VerdictKind.OUTSIDE: "dark_orange",
+    VerdictKind.NOT_SUPPORTED: "dark_orange",
+    VerdictKind.UNDECIDED: "yellow",
 }
 
 
@@ -39,12 +39,11 @@ def show(summary: Summary, console: "Console | None" = None) -> None:
     console.print(_table(answered, summary.scale, wide=console.width >= WIDE))
     flagged = [line.claim for line in answered if line.flag]
     if flagged:
-        console.print(f"† a trivial, degenerate or oracle row does as well: {', '.join(flagged)}", highlight=False)
+        console.print(f"† a trivial, degenerate or oracle row satisfies it too: {', '.join(flagged)}", highlight=False)
     unanswered = [line.claim for line in summary.verdicts if line.members == ABSENT]
     if unanswered:
         console.print(f"not run: {', '.join(unanswered)}", style="dim", highlight=False)
-    counted = Counter(line.verdict for line in summary.verdicts)
-    console.print(", ".join(f"{counted[name]} {name}" for name in VERDICTS if counted[name]), highlight=False)
+    console.print(summary.headline, highlight=False)
     counts = [f"{summary.runs} runs"]
     counts += [f"{summary.absent} failed or missing (repro status)"] if summary.absent else []
     counts += [f"{summary.stale} stale (the code has changed since)"] if summary.stale else []
@@ -64,7 +63,7 @@ def show(summary: Summary, console: "Console | None" = None) -> None:
 
 
 def show_sensitivity(compared: Sequence[AssumptionEffect], console: "Console | None" = None) -> None:
-    """Print what was put in the place of each assumption, and what that did to the verdict on each claim.
+    """Print what was put in the place of each assumption, and which way each claim leans then.
 
     A narrow terminal gets the verdicts alone.
     """
@@ -81,7 +80,7 @@ def show_sensitivity(compared: Sequence[AssumptionEffect], console: "Console | N
     table.add_column("claim", no_wrap=True)
     for title in ("ours", "instead") if wide else ():
         table.add_column(title, justify="right", no_wrap=True)
-    table.add_column("verdict", no_wrap=True)
+    table.add_column("leaning", no_wrap=True)
     before = ""
     for each in compared:
         values = [number(each.ours.estimate.median), number(each.other.estimate.median)] if wide else []
@@ -91,7 +90,7 @@ def show_sensitivity(compared: Sequence[AssumptionEffect], console: "Console | N
     console.print(table)
     moved = len({each.assumption for each in compared if each.moved})
     tried = len({each.assumption for each in compared})
-    console.print(f"{moved} of {tried} assumptions move a verdict; scale quick, few members", highlight=False)
+    console.print(f"{moved} of {tried} assumptions move an answer; scale quick, few members", highlight=False)
 
 
 def _table(lines: Sequence[VerdictLine], scale: str, *, wide: bool) -> "Table":
@@ -110,7 +109,7 @@ def _table(lines: Sequence[VerdictLine], scale: str, *, wide: bool) -> "Table":
     table.add_column("verdict", no_wrap=True)
     for line in lines:
         ours = line.ours if wide else line.ours.partition(" [")[0]
-        verdict = Text(line.marked + " †" * bool(line.flag), style=COLOURS.get(line.verdict, ""))
+        verdict = Text(line.marked + " †" * bool(line.flag), style=COLOURS.get(VerdictKind(line.verdict), ""))
         members = [line.members] if wide else []
         table.add_row(line.claim, Text(line.about), line.printed, Text(ours), *members, verdict)
     return table

@@ -71,7 +71,8 @@ METRICS: dict[str, Metric] = {
     ),
     "trapped": Metric(
         "trapped",
-        "share of members that have the cart's momentum and little else: MAE H centred > 0.3 J or min eig M < 0.001",
+        "share of members that have the cart's momentum and little else: MAE H centred > 30 % of the trivial model's, "
+        "min eig M < 10 % of the true one, or no invertible M at all",
         scale="share",
     ),
     "gravity": Metric(

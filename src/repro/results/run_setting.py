@@ -108,7 +108,7 @@ class RunSetting:
         kind, values = metric_named(metric), self.values(metric)
         if kind.scale == "share":
             return share(np.nan_to_num(values, nan=float(kind.lower_is_better)) > 0.5)
-        return estimate(values, log=kind.scale == "log", failed_is=np.inf if kind.lower_is_better else -np.inf)
+        return estimate(values, failed_is=np.inf if kind.lower_is_better else -np.inf)
 
     def unit(self, metric: str) -> str:
         """Return the unit that was stored with a metric."""

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from repro.results.columns import LOOP
 from repro.results.results import Results
 from repro.results.run_card import OPTIONS, spelled
 from repro.results.run_setting import RunSetting
-from repro.results.schema import CARD, TEST_SET, as_text, plain
+from repro.results.schema import CARD, LOOP_CARD, TEST_SET, as_text, plain
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -23,10 +24,16 @@ ANCHORS: Mapping[str, Where] = {
     DEGENERATE: {"model": "degenerate"},
     ORACLE: {"basis": ["t1", "fxf"], "optimiser": "least_squares", "sequence": "main"},
 }
+# Settings that are drawn, or vary from loop to loop, within what counts as one setting.
+DRAWN = ("x_des", "starts", "start_seed", "seeds")
 
 
 class NotRunError(Exception):
-    """No stored run, or no single setting, answers the question: the message says which was looked for."""
+    """No stored run answers the question: the message says which was looked for."""
+
+
+class AmbiguousError(NotRunError):
+    """Several settings answer the question: the message says what they differ in."""
 
 
 def settings(results: Results, experiment: str | None, where: Where | None = None) -> list[RunSetting]:
@@ -56,6 +63,35 @@ def find_loops(results: Results, experiment: str, where: Where) -> "pd.DataFrame
     return chosen
 
 
+def loops_of_one_setting(results: Results, experiment: str, where: Where) -> "pd.DataFrame":
+    """The closed loops that agree with `where`. Raises AmbiguousError where they differ in more than what is drawn.
+
+    Pooled are only settings that `where` names with a list of values.
+    """
+    loops = find_loops(results, experiment, where)
+    named = {name for name, value in where.items() if isinstance(value, list)}
+    if differing := _columns_in_which_differ(loops, named) or _keys_in_which_differ(results, loops, named):
+        raise AmbiguousError(f"closed loops of {experiment} with {_spelled(where)} differ in {'; '.join(differing)}")
+    return loops
+
+
+def _columns_in_which_differ(loops: "pd.DataFrame", named: Collection[str]) -> list[str]:
+    texts = {column: sorted({as_text(plain(cell)) for cell in loops[column]}) for column in LOOP_CARD}
+    apart = {*named, OPTIONS}
+    return [
+        f"{column} ({', '.join(found)})" for column, found in texts.items() if column not in apart and len(found) > 1
+    ]
+
+
+def _keys_in_which_differ(results: Results, loops: "pd.DataFrame", named: Collection[str]) -> list[str]:
+    """Settings that no column shows, in which the runs of these loops differ, those drawn from loop to loop aside."""
+    chosen = results.runs[results.runs["run"].isin(set(loops["run"]))]
+    configs: list[dict[str, object]] = [json.loads(config or "{}") for config in chosen["config"]]
+    aside = {*named, *(key for name in named if name in LOOP for key in LOOP[name].keys)}
+    keys = {key for config in configs for key in config if key not in aside and key.rpartition(".")[2] not in DRAWN}
+    return [key for key in sorted(keys) if len({as_text(config.get(key)) for config in configs}) > 1]
+
+
 def one_setting(results: Results, experiment: str, where: Where) -> RunSetting:
     """Find the one setting that a selector means, the paper's own protocol first. Raises NotRunError."""
     found = settings(results, experiment, where)
@@ -64,7 +100,9 @@ def one_setting(results: Results, experiment: str, where: Where) -> RunSetting:
     if not found:
         raise NotRunError(_why_not_run(results, experiment, where))
     if len(found) > 1:
-        raise NotRunError(f"{_spelled(where)} in {experiment} is ambiguous: its settings differ in {_varying(found)}")
+        raise AmbiguousError(
+            f"{_spelled(where)} in {experiment} is ambiguous: its settings differ in {_varying(found)}"
+        )
     return found[0]
 
 
@@ -83,7 +121,7 @@ def like_for_like(results: Results, experiment: str, where: Where, against: Wher
     pairs = [(a, b) for a, b in pairs if _budget(a) == longest]
     if len(pairs) > 1:
         choices = _varying([a for a, _ in pairs])
-        raise NotRunError(f"{experiment} has several like-for-like pairs: name one of {choices}")
+        raise AmbiguousError(f"{experiment} has several like-for-like pairs: name one of {choices}")
     return pairs[0]
 
 

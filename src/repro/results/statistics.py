@@ -1,4 +1,4 @@
-"""Intervals that hold at five seeds: Student-t (on the log scale for errors), Wilson for shares, pairs by seed."""
+"""Intervals that hold at five members: order statistics of medians, Wilson's of shares, and of one more draw."""
 
 import math
 from collections.abc import Sequence
@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 LEVEL = 0.95
+BY_RANK = 39  # values between whose least and greatest one more falls with LEVEL, whatever the distribution
+FEWEST = 5  # members, starts or problem sizes that an interval needs
 
 
 @dataclass(frozen=True)
@@ -24,20 +26,44 @@ class Estimate:
 NOTHING = Estimate(math.nan, math.nan, math.nan, 0)
 
 
-def student_t_interval(values: ArrayLike, *, log: bool, level: float = LEVEL) -> tuple[float, float]:
-    """Return the Student-t interval of the mean (log: of the geometric mean); nan for fewer than two values."""
-    sample = np.asarray(values, dtype=float)
+def median_interval(values: ArrayLike, *, level: float = LEVEL) -> tuple[float, float]:
+    """Return the interval of the median between two order statistics, for any distribution (Thompson 1936).
+
+    The narrowest [x_k, x_{n+1-k}] that covers the median with at least `level`; of five values both ends, which cover
+    with 93.75 %; nan for fewer.
+    """
+    from scipy.special import bdtr
+
+    ordered = np.sort(np.asarray(values, dtype=float))
+    if ordered.size < FEWEST:
+        return math.nan, math.nan
+    outside = bdtr(np.arange(ordered.size // 2), ordered.size, 0.5)
+    place = max(int(np.sum(outside <= (1 - level) / 2)) - 1, 0)
+    return float(ordered[place]), float(ordered[-1 - place])
+
+
+def prediction_interval(values: ArrayLike, *, log: bool, level: float = LEVEL) -> tuple[float, float]:
+    """Return where one more draw falls with probability `level`; nan for fewer than two finite values.
+
+    Between two order statistics where there are enough (BY_RANK at 95 %), whatever the distribution; else by Student's
+    t, of the logarithms where `log` and all are positive.
+    """
+    from scipy.special import stdtrit
+
+    sample = np.sort(np.asarray(values, dtype=float))
+    sample = sample[np.isfinite(sample)]
     if sample.size < 2:
         return math.nan, math.nan
-    if log:
-        low, high = student_t_interval(np.log(sample), log=False, level=level)
+    if (place := math.floor((sample.size + 1) * (1 - level) / 2 + 1e-9)) >= 1:
+        return float(sample[place - 1]), float(sample[-place])
+    if log and sample[0] > 0:
+        low, high = prediction_interval(np.log(sample), log=False, level=level)
         return math.exp(low), math.exp(high)
-    half = _t_quantile(sample.size - 1, level) * sample.std(ddof=1) / math.sqrt(sample.size)
-    centre = sample.mean()
-    return float(centre - half), float(centre + half)
+    half = stdtrit(sample.size - 1, 0.5 + level / 2) * sample.std(ddof=1) * math.sqrt(1 + 1 / sample.size)
+    return float(sample.mean() - half), float(sample.mean() + half)
 
 
-def wilson_interval(successes: int, n: int, *, level: float = LEVEL) -> tuple[float, float]:
+def wilson_interval(successes: float, n: int, *, level: float = LEVEL) -> tuple[float, float]:
     """Return the Wilson score interval of a share (Wilson 1927); nan without trials."""
     from scipy.special import ndtri
 
@@ -52,10 +78,9 @@ def wilson_interval(successes: int, n: int, *, level: float = LEVEL) -> tuple[fl
 
 
 def paired_ratio(ours: ArrayLike, other: ArrayLike) -> Estimate:
-    """Return the paired ratio ours / other with its t interval on the log scale; a failed partner makes it 0 or inf.
+    """Return the median paired ratio ours / other with its interval; a failed partner makes a ratio 0 or inf.
 
-    Both (pairs,), positive. The interval is that of the pairs where both members finished; the median counts all.
-    A pair in which both failed says nothing and counts only under `failed`.
+    Both (pairs,), positive. A pair in which both failed says nothing and counts only under `failed`.
     """
     first, second = np.asarray(ours, dtype=float), np.asarray(other, dtype=float)
     finished = np.isfinite(first) & np.isfinite(second)
@@ -64,30 +89,28 @@ def paired_ratio(ours: ArrayLike, other: ArrayLike) -> Estimate:
     ratios[np.isfinite(first) & ~np.isfinite(second)] = 0.0
     ratios[~np.isfinite(first) & np.isfinite(second)] = math.inf
     known = ratios[~np.isnan(ratios)]
+    failed = int(first.size - finished.sum())
     if known.size == 0:
-        return Estimate(math.nan, math.nan, math.nan, first.size, first.size)
-    positive = bool(np.all(ratios[finished] > 0))
-    low, high = student_t_interval(ratios[finished], log=positive)
-    return Estimate(_median(known), low, high, first.size, int(first.size - finished.sum()))
+        return Estimate(math.nan, math.nan, math.nan, first.size, failed)
+    return Estimate(_median(known), *median_interval(known), first.size, failed)
 
 
-def estimate(values: ArrayLike, *, log: bool, failed_is: float = math.inf) -> Estimate:
-    """Summarise members, (member,): failed ones (not finite) count in the median as `failed_is`, never as absent.
-
-    The interval is that of the members that finished, on the log scale where all of these are positive.
-    """
+def estimate(values: ArrayLike, *, failed_is: float = math.inf) -> Estimate:
+    """Summarise members, (member,): failed ones (not finite) count as `failed_is`, never as absent."""
     sample = np.asarray(values, dtype=float)
     if sample.size == 0:
         return NOTHING
-    finite = sample[np.isfinite(sample)]
-    low, high = student_t_interval(finite, log=log and bool(np.all(finite > 0)))
-    median = _median(np.where(np.isfinite(sample), sample, failed_is))
-    return Estimate(median, low, high, sample.size, int(sample.size - finite.size))
+    finite = np.isfinite(sample)
+    counted = np.where(finite, sample, failed_is)
+    return Estimate(_median(counted), *median_interval(counted), sample.size, int(np.sum(~finite)))
 
 
-def share(outcomes: Sequence[bool] | np.ndarray) -> Estimate:
-    """Summarise yes/no outcomes, (member,): the share of yes with its Wilson interval."""
-    n, successes = len(outcomes), int(np.sum(outcomes))
+def share(outcomes: Sequence[float] | np.ndarray) -> Estimate:
+    """Summarise outcomes of independent units, (unit,), yes or no or a share each: their mean with its Wilson interval.
+
+    A share between 0 and 1 varies no more than a yes or no of the same mean, so that the interval is safe for it too.
+    """
+    n, successes = len(outcomes), float(np.sum(outcomes))
     if n == 0:
         return NOTHING
     return Estimate(successes / n, *wilson_interval(successes, n), n)
@@ -98,9 +121,3 @@ def _median(sample: np.ndarray) -> float:
     ordered = np.sort(sample)
     lower, upper = float(ordered[(ordered.size - 1) // 2]), float(ordered[ordered.size // 2])
     return lower if lower == upper else (lower + upper) / 2
-
-
-def _t_quantile(degrees: int, level: float) -> float:
-    from scipy.special import stdtrit
-
-    return float(stdtrit(degrees, 0.5 + level / 2))

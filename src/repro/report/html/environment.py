@@ -14,13 +14,17 @@ HERE = Path(__file__).parent
 ASSETS = HERE / "assets"
 # A verdict is shown by its word and a sign; colour comes third.
 SIGNS = {
-    "matched": "✓",
-    "better": "▲",
-    "worse": "▼",
-    "inconclusive": "≈",
-    "not reproduced": "✕",
-    "not comparable": "≠",
+    "consistent": "✓",
+    "supported": "✓",
+    "supported with changes": "▲",
+    "true by construction": "=",
+    "undecided": "≈",
+    "too few": "≈",
     "under-specified": "?",
+    "not comparable": "≠",
+    "uninformative": "≠",
+    "outside": "✕",
+    "not supported": "✕",
     "not run": "·",
 }
 
@@ -56,7 +60,7 @@ def environment() -> "Environment":
 
 
 def slug(text: str) -> str:
-    """Write a verdict as the name of a style: not reproduced -> not-reproduced."""
+    """Write a verdict as the name of a style: not supported -> not-supported."""
     return text.replace(" ", "-")
 
 

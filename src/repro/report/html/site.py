@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from repro.claims.headline import headline
 from repro.claims.verdicts import VERDICTS, Verdict
 from repro.report.content import Content
 from repro.report.figures.figure import Figure
@@ -16,7 +17,7 @@ from repro.report.html.rule import rule
 from repro.report.html.run_page import LOOP_COLUMNS, run_pages
 from repro.report.sections import Section
 from repro.report.tables.table import Table
-from repro.report.tables.verdicts import READING, mark, measured
+from repro.report.tables.verdicts import READING, cure, mark, measured
 from repro.results.results import SENSITIVITY
 from repro.tracking.files import write_text
 
@@ -67,6 +68,8 @@ def _front(content: Content) -> dict[str, Any]:
     tables = {table.name: table for table in content.tables[1:]}
     return {
         "counts": {name: counted[name] for name in VERDICTS if counted[name]},
+        "headline": headline(content.verdicts),
+        "cure": cure,
         "reading": READING,
         "sections": [_section(section, figures, tables) for section in content.sections],
         "other_figures": [figure for name, figure in figures.items() if name not in used_figures],

@@ -1,11 +1,11 @@
 """The report's content as plain values for the typesetter, with tables and figures numbered in reading order."""
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from repro.claims.verdicts import VERDICTS, Verdict
+from repro.claims.headline import counts_of_claims
+from repro.claims.verdicts import Verdict
 from repro.report import writing
 from repro.report.content import Content
 from repro.report.pdf.numbering import Numbers
@@ -14,7 +14,7 @@ from repro.report.pdf.prose import blocks
 from repro.report.sections import Section
 from repro.report.tables.cost import cost_table
 from repro.report.tables.table import Table
-from repro.report.tables.verdicts import measured
+from repro.report.tables.verdicts import cure, marks, measured
 
 TEXTS = "texts"  # the folder of the texts outside the sections, each shown by its name
 # Shown by the document in a place of their own.
@@ -41,7 +41,7 @@ def document(content: Content) -> dict[str, Any]:
         "title": content.paper.title,
         "subtitle": content.paper.subtitle,
         "made": f"Made from stored results of scale {content.results.scale or 'unknown'}; no number in it is typed.",
-        "counts": _counts(content.verdicts),
+        "counts": [*counts_of_claims(content.verdicts).items()],
         "claims": claims,
         "sections": sections,
         "assumptions": [_assumption(row) for row in content.assumptions],
@@ -62,11 +62,6 @@ def document(content: Content) -> dict[str, Any]:
     return body | {"appendix": appendix}
 
 
-def _counts(verdicts: Sequence[Verdict]) -> list[tuple[str, int]]:
-    counted = Counter(verdict.verdict for verdict in verdicts)
-    return [(name, counted[name]) for name in VERDICTS if counted[name]]
-
-
 def _claims(verdicts: Sequence[Verdict], numbers: Numbers) -> dict[str, Any]:
     rows = [
         {
@@ -82,7 +77,7 @@ def _claims(verdicts: Sequence[Verdict], numbers: Numbers) -> dict[str, Any]:
         }
         for verdict in verdicts
     ]
-    caption = "n: members, closed loops or timings. In parentheses: where the paper says so."
+    caption = "n: members, starts or problem sizes. In parentheses: where the paper says so."
     return {"number": numbers.next_table(), "caption": caption, "rows": rows}
 
 
@@ -91,9 +86,9 @@ def _interval(verdict: Verdict) -> str:
 
 
 def _remark(verdict: Verdict) -> str:
-    marks = ["preview"] * verdict.preview + ["stale"] * verdict.stale
-    reasons = [verdict.claim.reason] if verdict.claim.reason else []
-    return "; ".join([*marks, *([verdict.flag] if verdict.flag else []), *reasons])
+    change = cure(verdict)
+    parts = [*marks(verdict), verdict.flag, verdict.claim.reason, f"holds with: {change}" if change else ""]
+    return "; ".join(part for part in parts if part)
 
 
 def _section(

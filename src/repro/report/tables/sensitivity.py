@@ -10,9 +10,9 @@ from repro.report.tables.table import Row, Table
 from repro.report.tables.verdicts import measured
 
 CAPTION = (
-    "One assumption changed at a time, at scale quick with three members (one to four closed loops for control), so "
-    "both verdicts are previews: they tell what moves, not what holds. Moved: the verdict is another; where the "
-    "intervals are wide, by little."
+    "One assumption changed at a time, at scale quick with three members (one to four closed loops for control): too "
+    "few to decide anything. Shown is which way the point estimate leans; moved: it leans another way. The baseline "
+    "of this scale can lean another way than the verdict of full length."
 )
 MOVED = {True: "moved", False: "no", None: writing.ABSENT}
 
@@ -23,13 +23,13 @@ def sensitivity_table(ledger: Sequence[Assumption], compared: Sequence[Assumptio
     for row in ledger:
         own = [comparison for comparison in compared if comparison.assumption == row.id]
         rows += [_compared(comparison) for comparison in own] or [_untried(row)]
-    columns = ("assumption", "ours", "instead", "claim", "measured", "by ours", "instead [95 %]", "verdict", "moved")
+    columns = ("assumption", "ours", "instead", "claim", "measured", "by ours", "instead [95 %]", "leaning", "moved")
     return Table("sensitivity", "Sensitivities", CAPTION, columns, tuple(rows))
 
 
 def change(comparison: AssumptionEffect) -> str:
-    """Write the verdict, or how it moves: matched → worse."""
-    before, after = comparison.ours.verdict, comparison.other.verdict
+    """Write which way the estimate leans, or how that moves: consistent → outside."""
+    before, after = comparison.ours.leaning, comparison.other.leaning
     return before if before == after else f"{before} → {after}"
 
 
@@ -74,7 +74,7 @@ def _data(prefix: str, verdict: Verdict) -> dict[str, object]:
         "n": estimate.n,
         "failed": estimate.failed,
     }
-    return {f"{prefix}{name}": value for name, value in {**columns, "verdict": verdict.verdict}.items()}
+    return {f"{prefix}{name}": value for name, value in {**columns, "leaning": verdict.leaning}.items()}
 
 
 def _untried(row: Assumption) -> Row:

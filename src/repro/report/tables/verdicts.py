@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from repro.claims.verdict_kind import VerdictKind
 from repro.claims.verdicts import Verdict
 from repro.report import writing
 from repro.report.tables.table import Row, Table
@@ -9,17 +10,19 @@ from repro.results.metric_names import metric_named
 from repro.results.statistics import Estimate
 
 READING = (
-    "Numbers: matched when our median lies within the claim's tolerance, better or worse when the whole 95 % interval "
-    "lies on that side of the printed value, else inconclusive. Statements: a predicate on stored runs. Preview: not "
-    "yet the paper's protocol at full length. Stale: the code has changed since the run."
+    "Numbers: a printed value is one draw of an unknown seed; consistent when it lies within the 95 % prediction "
+    "interval of our members, else outside. Statements: decided only where the whole 95 % interval lies on one side of "
+    "the criterion (ratios by a margin of 5 %), else undecided; too few below 5 members, starts or problem sizes. "
+    "Verdicts are not corrected for their number: of every 20 decided intervals one may miss. Other protocol: the runs "
+    "are not of a protocol as printed. Preview: a smaller scale. Stale: the code has changed since the run."
 )
 
 
 def verdict_table(verdicts: Sequence[Verdict]) -> Table:
     """Make the table of claims: printed, ours, verdict. Its CSV is claims.csv."""
     columns = (
-        *("claim", "what the paper says", "verdict", "printed", "ours [95 %]", "measured", "members", "where"),
-        "remarks",
+        *("claim", "what the paper says", "verdict", "printed", "ours [95 %]", "measured", "units", "where"),
+        *("smallest change that makes it hold", "remarks"),
     )
     return Table(
         "verdicts",
@@ -31,9 +34,28 @@ def verdict_table(verdicts: Sequence[Verdict]) -> Table:
 
 
 def mark(verdict: Verdict) -> str:
-    """Write a verdict with its marks: matched (preview)."""
-    marks = ["preview"] * verdict.preview + ["stale"] * verdict.stale
-    return f"{verdict.verdict} ({', '.join(marks)})" if marks else verdict.verdict
+    """Write a verdict with which way it leans, and its marks: too few, leans supported (preview)."""
+    words, marked = str(verdict.verdict), marks(verdict)
+    if verdict.verdict in (VerdictKind.UNDECIDED, VerdictKind.TOO_FEW):
+        words += f", leans {verdict.leaning}"
+    return f"{words} ({', '.join(marked)})" if marked else words
+
+
+def marks(verdict: Verdict) -> list[str]:
+    """What has to be said of the runs behind a verdict."""
+    other = bool(verdict.runs) and not verdict.as_printed and not verdict.preview
+    return ["preview"] * verdict.preview + ["other protocol"] * other + ["stale"] * verdict.stale
+
+
+def cure(verdict: Verdict) -> str:
+    """Write the smallest change that makes a claim hold, with what it gives; empty where none is named."""
+    if verdict.claim.cure is None:
+        return ""
+    change, found = verdict.claim.cure.change, verdict.cure
+    if found is None:
+        return change
+    given = f"{writing.interval(found.estimate)}, " if found.estimate.n else ""
+    return f"{change}: {given}{found.verdict}"
 
 
 def measured(verdict: Verdict) -> str:
@@ -50,19 +72,17 @@ def _members(estimate: Estimate) -> str:
 def _verdict_row(verdict: Verdict) -> Row:
     claim, estimate = verdict.claim, verdict.estimate
     remarks = "; ".join(part for part in (verdict.flag, verdict.note) if part)
-    printed = writing.number(claim.printed)
-    if claim.tolerance is not None:
-        printed += f" [{claim.tolerance}]"
     return Row(
         cells=(
             claim.name,
             claim.about,
             mark(verdict),
-            printed,
+            writing.number(claim.printed),
             writing.interval(estimate),
             measured(verdict),
             _members(estimate),
             claim.section,
+            cure(verdict),
             remarks,
         ),
         data={
@@ -75,10 +95,17 @@ def _verdict_row(verdict: Verdict) -> Row:
             "ci_high": estimate.high,
             "n": estimate.n,
             "verdict": verdict.verdict,
+            "class": verdict.counted_as,
+            "leaning": verdict.leaning,
+            "prediction_low": verdict.prediction[0],
+            "prediction_high": verdict.prediction[1],
             "failed": estimate.failed,
             "preview": verdict.preview,
+            "as_printed": verdict.as_printed,
             "stale": verdict.stale,
             "flag": verdict.flag,
+            "cure": cure(verdict),
+            "cure_runs": " ".join(verdict.cure.runs if verdict.cure else ()),
             "note": verdict.note,
         },
         runs=verdict.runs,
