@@ -4,6 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from repro.data.dataset import units
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -23,15 +25,16 @@ def plot(fitted: "FittedModel") -> "Figure":
     q, qd, qdd, tau = (array[0, shown] for array in (part.q, part.qd, part.qdd, part.tau))
     time = part.time[shown] - part.time[0]
     if model.inverse:
-        name, measured, predicted = "force", tau, first.tau(q, qd, qdd)[0]
+        name, quantity, measured, predicted = "force on", "tau", tau, first.tau(q, qd, qdd)[0]
     else:
-        name, measured, predicted = "acceleration", qdd, first.acceleration(q, qd, tau)[0]
+        name, quantity, measured, predicted = "acceleration of", "qdd", qdd, first.acceleration(q, qd, tau)[0]
+    names = units(part.coordinates)[quantity]
     figure = Figure(figsize=(7, 1.9 * (part.n_q + 2)), layout="constrained")
     axes = figure.subplots(part.n_q + 2)
     for index, (axis, coordinate) in enumerate(zip(axes, part.coordinates, strict=False)):
         axis.plot(time, measured[:, index], label="measured", **STYLES["measured"])
         axis.plot(time, predicted[:, index], label="model", **STYLES["model"])
-        axis.set(ylabel=f"{name} on {coordinate.name}", xlabel="time, s")
+        axis.set(ylabel=f"{name} {coordinate.name}, {names[index]}", xlabel="time, s")
         axis.legend(loc="upper right")
     if model.energetic:
         energies = first.energies(q, qd)
