@@ -3,8 +3,8 @@
 import numpy as np
 import pandas as pd
 import pytest
+from configurations import changed
 
-from repro.config.compose import compose
 from repro.config.plugin_options import checked
 from repro.config.registry import groups, settings
 from repro.control.controller_options import CONTROLLERS
@@ -64,12 +64,12 @@ def test_a_setting_drives_and_leaves_its_rows(setting, tmp_path, data):
 @pytest.mark.parametrize("system", plugin_names("mechanics.systems"))
 @pytest.mark.parametrize("setting", [name for name in groups()["control"] if name != "none"])
 def test_every_system_and_controller_make_a_step_or_are_refused_in_one_line(system, setting):
-    short = ["control.intervals=2", "control.coarse_intervals=0", "control.solver=ipopt"]
-    overrides = short if settings("control", setting)["kind"] == "mpc" else []
+    chosen = settings("control", setting)
+    short = {"intervals": 2, "coarse_intervals": 0, "solver": "ipopt"} if chosen["kind"] == "mpc" else {}
     constants = {"n": 1} if system == "cart_rods" else {}
-    overrides += [f"system.{name}={value}" for name, value in constants.items()]
+    groups = {"system": settings("system", system) | constants, "control": chosen | short}
     try:
-        options = compose([f"system={system}", "model=truth", f"control={setting}", *overrides]).config.control
+        options = changed(("model=truth",), **groups).control
     except UserError as refused:
         assert str(refused).startswith(f"control = {setting!r}: drives a cart with ")
         assert f"system={system} has " in str(refused) and len(str(refused).splitlines()) == 1
