@@ -101,11 +101,10 @@ def test_a_job_that_reads_a_file_is_checked_each_time(tmp_path):
         plan(jobs, tmp_path / "cache")
 
 
-def test_many_jobs_are_composed_by_several_processes_to_the_same(monkeypatch):
-    monkeypatch.setattr(os, "cpu_count", lambda: 2)
-    monkeypatch.setattr("repro.config.compose.JOBS_A_PROCESS", 2)
-    jobs = expand(["data.samples=1000,1001,1002,1003", "basis=t1"])
-    assert [composed.config.data.samples for composed in plan(jobs)] == [1000, 1001, 1002, 1003]
+def test_jobs_that_share_their_choices_have_values_of_their_own():
+    jobs = expand(["data.samples=1000,1001", "optimiser.epochs=7,8", "basis=t1"])
+    configs = [composed.config for composed in plan(jobs)]
+    assert [(c.data.samples, c.optimiser.epochs) for c in configs] == [(1000, 7), (1000, 8), (1001, 7), (1001, 8)]
     with pytest.raises(UserError, match=r"data\.train_fraction"):
         plan([*jobs[:-1], (*jobs[-1], "data.train_fraction=2")])
 

@@ -9,14 +9,20 @@ alone. Measured: equal bits for the small fits; for networks of 2 x 64 units wei
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+import torch
+from threadpoolctl import threadpool_limits
 
+from repro.config.compose import compose
+from repro.pipeline.plan import Pipeline
+from repro.pipeline.run import execute
 from repro.tracking.load import load_run
+from repro.tracking.store import Store
 
 # relative: of every weight to the largest one, and of every metric
 SMALL_TOLERANCES = {"weights": 1e-9, "metrics": 1e-9}
@@ -30,36 +36,27 @@ WIDE = (
     "scale=quick seeds=1 basis=t2 model.hidden=[64,64] optimiser=adam optimiser.engine=torch optimiser.epochs=20",
     "scale=quick seeds=1 basis=t2 objective=forward model.hidden=[64,64] optimiser=lbfgs optimiser.iterations=10",
 )
-PROGRAM = """
-import sys
-from pathlib import Path
-
-import torch
-
-from repro.config.compose import compose
-from repro.pipeline.plan import Pipeline
-from repro.pipeline.run import execute
-from repro.tracking.store import Store
-
-threads, root, *runs = sys.argv[1:]
-torch.set_num_threads(int(threads))
-for run in runs:
-    composed = compose([*run.split(), "record=false"])
-    print(execute(Pipeline.of(composed.config, composed.command), Store(Path(root))).id)
-"""
+IN_A_FRESH_PROCESS = "import sys, test_determinism as t; print(*t.execute_all(t.Path(sys.argv[1]), sys.argv[2:], 1))"
 
 Results = dict[str, tuple[np.ndarray, dict[str, pd.DataFrame]]]
 
 
-def results(root: Path, runs: Sequence[str], *, threads: int = 1, hash_seed: int = 0) -> Results:
-    """Overrides -> (weights, tables of the run), each made by a fresh process in a fresh store."""
-    libraries = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), str(threads))
-    environment = {**os.environ, **libraries, "PYTHONHASHSEED": str(hash_seed)}
-    command = [sys.executable, "-c", PROGRAM, str(threads), str(root), *runs]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+def execute_all(root: Path, runs: Sequence[str], threads: int) -> list[str]:
+    """The ids of runs (overrides), made in a store on so many threads."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(threads)
+    try:
+        with threadpool_limits(threads):
+            composed = [compose([*run.split(), "record=false"]) for run in runs]
+            return [execute(Pipeline.of(each.config, each.command), Store(root)).id for each in composed]
+    finally:
+        torch.set_num_threads(before)
+
+
+def results(root: Path, runs: Sequence[str], ids: Sequence[str]) -> Results:
+    """Overrides -> (weights, tables of the run)."""
     found: Results = {}
-    for run, id in zip(runs, done.stdout.split(), strict=True):
+    for run, id in zip(runs, ids, strict=True):
         tables = {path.stem: pd.read_parquet(path) for path in (root / "runs" / id).glob("*.parquet")}
         metrics = tables["metrics"]
         tables["metrics"] = metrics[metrics["metric"] != "fit_seconds"]
@@ -69,24 +66,30 @@ def results(root: Path, runs: Sequence[str], *, threads: int = 1, hash_seed: int
     return found
 
 
-@pytest.fixture(scope="module")
-def place(tmp_path_factory: pytest.TempPathFactory) -> Callable[[], Path]:
-    return lambda: tmp_path_factory.mktemp("outputs")
+def made(root: Path, runs: Sequence[str], threads: int = 1) -> Results:
+    return results(root, runs, execute_all(root, runs, threads))
 
 
 @pytest.fixture(scope="module")
-def once(place: Callable[[], Path]) -> Results:
-    return results(place(), list(SMALL.values()))
+def once(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    return made(tmp_path_factory.mktemp("once"), list(SMALL.values()))
 
 
 @pytest.fixture(scope="module")
-def again(place: Callable[[], Path]) -> Results:
-    return results(place(), list(SMALL.values()), hash_seed=1)
+def again(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    """By a fresh process, in which the hashes of texts differ."""
+    root, runs = tmp_path_factory.mktemp("again"), list(SMALL.values())
+    path = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
+    environment = {**os.environ, "PYTHONPATH": path, "PYTHONHASHSEED": "1"}
+    command = [sys.executable, "-c", IN_A_FRESH_PROCESS, str(root), *runs]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return results(root, runs, done.stdout.split())
 
 
 @pytest.fixture(scope="module")
-def on_two_threads(place: Callable[[], Path]) -> Results:
-    return results(place(), list(SMALL.values()), threads=2)
+def on_two_threads(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    return made(tmp_path_factory.mktemp("threads"), list(SMALL.values()), threads=2)
 
 
 @pytest.mark.parametrize("run", SMALL.values(), ids=SMALL)
@@ -104,8 +107,8 @@ def test_the_number_of_threads_does_not_matter(run: str, once: Results, on_two_t
 
 
 @pytest.mark.slow
-def test_the_number_of_threads_hardly_matters_to_wide_networks(place: Callable[[], Path]) -> None:
-    one, two = results(place(), WIDE), results(place(), WIDE, threads=2)
+def test_the_number_of_threads_hardly_matters_to_wide_networks(tmp_path: Path) -> None:
+    one, two = made(tmp_path / "one", WIDE), made(tmp_path / "two", WIDE, threads=2)
     for run in WIDE:
         assert_close(one[run], two[run], **WIDE_TOLERANCES)
 

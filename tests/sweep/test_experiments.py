@@ -34,9 +34,7 @@ def test_an_experiment_says_how_to_run_it_and_what_it_asks(name):
 
 @cache
 def jobs_of(name):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("repro.config.compose.JOBS_A_PROCESS", 1000)  # the suite itself runs in several processes
-        return plan(expand([f"experiment={name}", "scale=paper"]))
+    return plan(expand([f"experiment={name}", "scale=paper"]))
 
 
 def at_scale(composed, scale):

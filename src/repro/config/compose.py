@@ -1,13 +1,9 @@
 """From overrides to checked configurations, by Hydra; what was composed before is read from a file."""
 
 import copy
-import signal
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
-from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,14 +17,12 @@ from repro.config.registry import groups
 from repro.config.rules import impossible
 from repro.config.schema import Config
 from repro.errors import UserError
-from repro.tracking.cores import allowed_cores
 from repro.tracking.text import hydra_quoted
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
 
 NEEDS_QUOTES = set("[]{}() $*;&|")
-JOBS_A_PROCESS = 10  # fewer cost less than to start a process for them
 # The groups of Hydra's own settings: no run reads them, and composing them takes a quarter of the time.
 _OWN_GROUPS = ("output", "launcher", "sweeper", "help", "hydra_help", "hydra_logging", "job_logging", "env")
 WITHOUT_HYDRAS_OWN = tuple(f"~hydra/{group}" for group in _OWN_GROUPS)
@@ -88,32 +82,14 @@ def parse(raw: Mapping[str, Any]) -> Config:
 
 def _checked(jobs: Sequence[tuple[str, ...]], caches: Mapping[str, Cache]) -> Iterator[Config]:
     """Configurations in the order of the jobs, each stored in the cache of its experiment."""
-    new = [job for job in jobs if caches[experiment_of(job)].raw(job) is None]
-    with _composing(new) as composed:
-        for job in jobs:
-            name = experiment_of(job)
-            raw = caches[name].raw(job) or next(composed)
-            if (raw["experiment"] or "") != name:
-                raise UserError(f"experiments/{name}.yaml: experiment = {raw['experiment']!r}: must be {name!r}")
-            config = parse(raw)
-            caches[name].keep(job, raw, config)
-            yield config
-
-
-@contextmanager
-def _composing(jobs: Sequence[tuple[str, ...]]) -> Iterator[Iterator[dict[str, Any]]]:
-    """What Hydra makes of the jobs, in their order; many are composed by several processes."""
-    processes = len(jobs) // JOBS_A_PROCESS
-    if processes > 1:
-        processes = min(processes, allowed_cores())
-    if processes < 2:
-        yield map(_composed, jobs)
-        return
-    pool = ProcessPoolExecutor(processes, get_context("spawn"), signal.signal, (signal.SIGINT, signal.SIG_IGN))
-    try:
-        yield pool.map(_composed, jobs, chunksize=JOBS_A_PROCESS // 2)
-    finally:
-        pool.shutdown(cancel_futures=True)
+    for job in jobs:
+        name = experiment_of(job)
+        raw = caches[name].raw(job) or _composed(job)
+        if (raw["experiment"] or "") != name:
+            raise UserError(f"experiments/{name}.yaml: experiment = {raw['experiment']!r}: must be {name!r}")
+        config = parse(raw)
+        caches[name].keep(job, raw, config)
+        yield config
 
 
 def _composed(overrides: Sequence[str]) -> dict[str, Any]:
