@@ -15,6 +15,7 @@ from repro.config.overrides import expand
 from repro.config.places import ROOT, digest
 from repro.config.registry import groups, settings
 from repro.errors import UserError
+from repro.plugins.plugin import plugin_names
 
 # What an option needs beside it.
 COMPANIONS = {
@@ -27,6 +28,7 @@ COMPANIONS = {
     "model=extended": ["system=dip"],
     "model=hinged": ["system=dip"],
     "objective=port": ["model=port_hamiltonian"],
+    **{f"system={name}": ["model=structured"] for name in plugin_names("mechanics.systems")},
     "optimiser=lasso": ["basis=library"],
     "optimiser=thresholded_least_squares": ["basis=library"],
     "optimiser=least_squares": ["basis=t1"],

@@ -4,7 +4,7 @@ import pytest
 
 from repro.codegen.array_evaluation import BLOCK, evaluate
 from repro.mechanics.derive import Dynamics, derive, dynamics_of, euler_lagrange
-from repro.mechanics.system import load, names
+from repro.mechanics.system import System, load, names
 
 every_system = pytest.mark.parametrize(
     "system", [load(name) for name in names()] + [load(name, "printed") for name in ("sip", "dip")]
@@ -46,7 +46,9 @@ def test_legendre_transform_gives_the_sum_of_energies(system) -> None:
     dynamics = dynamics_of(system)
     kinetic, potential = evaluate(dynamics.kinetic, q, qd)[:, 0], evaluate(dynamics.potential, q, qd)[:, 0]
     np.testing.assert_allclose(evaluate(dynamics.hamiltonian, q, qd)[:, 0], kinetic + potential, rtol=1e-12, atol=1e-12)
-    np.testing.assert_allclose(evaluate(dynamics.lagrangian, q, qd)[:, 0], kinetic - potential, rtol=1e-12, atol=1e-12)
+    coupling = np.array([system.coupling(*pair, np) for pair in zip(q, qd, strict=True)])
+    lagrangian = evaluate(dynamics.lagrangian, q, qd)[:, 0]
+    np.testing.assert_allclose(lagrangian, kinetic + coupling - potential, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(kinetic, [system.kinetic(*pair, np) for pair in zip(q, qd, strict=True)])
     np.testing.assert_allclose(potential, [system.potential(point, np) for point in q])
 
@@ -56,7 +58,10 @@ def test_momentum_is_mass_times_velocity_and_mass_is_positive_definite(system) -
     q, qd, _ = sampled(system.n_q)
     dynamics = dynamics_of(system)
     mass = evaluate(dynamics.mass_matrix, q, qd).reshape(30, system.n_q, system.n_q)
-    np.testing.assert_allclose(evaluate(dynamics.momentum, q, qd), np.einsum("nij,nj->ni", mass, qd), atol=1e-13)
+    gyroscopic = evaluate(dynamics.momentum, q, 0 * qd)
+    momentum = np.einsum("nij,nj->ni", mass, qd) + gyroscopic
+    np.testing.assert_allclose(evaluate(dynamics.momentum, q, qd), momentum, atol=1e-12)
+    assert type(system).coupling is not System.coupling or not gyroscopic.any()
     assert np.linalg.eigvalsh(mass).min() > 0
 
 

@@ -40,5 +40,5 @@ class ControllerOptions(ControlOptions):
         """Whether it can drive a system: a cart with links, and one input, the force on the cart."""
         first, *links = system.coordinates
         on_cart = np.eye(system.n_q)[:, :1]
-        is_cart = not first.is_angle and bool(links) and all(link.is_angle for link in links)
+        is_cart = first.unit == "m" and first.cyclic and bool(links) and all(link.is_angle for link in links)
         return is_cart and np.array_equal(input_matrix(system, np.zeros(system.n_q)), on_cart)

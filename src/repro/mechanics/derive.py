@@ -39,16 +39,22 @@ class Dynamics:
 
 
 def derive(
-    kinetic: ca.SX, potential: ca.SX, dissipation: ca.SX, q: ca.SX, qd: ca.SX, parameters: ca.SX | None = None
+    kinetic: ca.SX,
+    potential: ca.SX,
+    dissipation: ca.SX,
+    q: ca.SX,
+    qd: ca.SX,
+    parameters: ca.SX | None = None,
+    coupling: ca.SX | None = None,
 ) -> Dynamics:
-    """Derive the dynamics of d/dt(dL/dqd) - dL/dq + dR/dqd = tau with L = T - V and R the dissipation.
+    """Derive the dynamics of d/dt(dL/dqd) - dL/dq + dR/dqd = tau with L = T + G - V, R the dissipation, G the coupling.
 
-    kinetic, potential, dissipation: scalars in q, qd: (n_q,) and parameters: (n_p,). T need not be quadratic in qd.
+    All are scalars in q, qd: (n_q,) and parameters: (n_p,); G is linear in qd. T need not be quadratic in qd.
     The mass matrix d2L/dqd2 may be indefinite; where it is singular the acceleration is not finite.
     """
     free = ca.SX(0, 1) if parameters is None else parameters
     qdd, tau = ca.SX.sym("qdd", q.numel()), ca.SX.sym("tau", q.numel())
-    lagrangian = kinetic - potential
+    lagrangian = kinetic - potential if coupling is None else kinetic + coupling - potential
     momentum = ca.gradient(lagrangian, qd)
     mass = ca.jacobian(momentum, qd)
     friction = ca.gradient(dissipation, qd)
@@ -83,6 +89,7 @@ def dynamics_of(system: System) -> Dynamics:
         ca.SX(system.dissipation(components, rates, ca)),
         q,
         qd,
+        coupling=ca.SX(system.coupling(components, rates, ca)),
     )
 
 

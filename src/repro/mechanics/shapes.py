@@ -58,4 +58,13 @@ class InputArrow:
     input: int = 0
 
 
-Shape = Segment | Circle | Block | Spring | InputArrow
+@dataclass(frozen=True)
+class Turn:
+    """Input number `input` as an arc of this radius about `at`, from its top, clockwise where it is positive."""
+
+    at: Point
+    radius: float
+    input: int = 0
+
+
+Shape = Segment | Circle | Block | Spring | InputArrow | Turn

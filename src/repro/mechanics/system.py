@@ -111,6 +111,10 @@ class System(ABC):
     def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
         """Kinetic energy T in J."""
 
+    def coupling(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
+        """Term of L = T + coupling - V in J that is linear in the rates, as of a motor: it stores no energy."""
+        return 0.0
+
     @abstractmethod
     def potential(self, q: Sequence[Any], m: Any) -> Any:
         """Potential energy V in J."""

@@ -1,0 +1,54 @@
+"""A uniform rod on a fixed hinge that a motor turns, too weak to lift it."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from repro.mechanics.coordinate import Coordinate
+from repro.mechanics.inputs import Input, unit_columns
+from repro.mechanics.shapes import Circle, Segment, Shape, Turn
+from repro.mechanics.system import System
+
+
+@dataclass(frozen=True)
+class TorquePendulum(System):
+    """A rod of mass m1 and length L1 (kg, m, m/s^2), its angle from upright, and a torque on the hinge."""
+
+    name: ClassVar[str] = "torque_pendulum"
+
+    m1: float = 1.0
+    L1: float = 1.0
+    g: float = 9.8
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """The angle of the rod."""
+        return (Coordinate("theta", "rad", True),)
+
+    @property
+    def rest_states(self) -> Mapping[str, tuple[float, ...]]:
+        """Up and down."""
+        return {"upright": (0.0,), "hanging": (math.pi,)}
+
+    @property
+    def inputs(self) -> tuple[Input, ...]:
+        """A torque of a fifth of what holds the rod level."""
+        return (Input("torque", "N m", 1.0),)
+
+    def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
+        """The torque turns the rod."""
+        return unit_columns(1, 0)
+
+    def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
+        """Kinetic energy in J."""
+        return self.m1 * self.L1**2 / 6 * qd[0] ** 2
+
+    def potential(self, q: Sequence[Any], m: Any) -> Any:
+        """Potential energy in J."""
+        return self.m1 * self.g * self.L1 / 2 * m.cos(q[0])
+
+    def shapes(self, q: Sequence[Any], m: Any) -> list[Shape]:
+        """The rod on its hinge, and the torque."""
+        tip = (self.L1 * m.sin(q[0]), self.L1 * m.cos(q[0]))
+        return [Circle((0.0, 0.0), 0.06), Segment((0.0, 0.0), tip), Turn((0.0, 0.0), 0.15)]
