@@ -28,7 +28,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     "errors": (),
     "plugins": (),
     "codegen": (),
-    "tracking": (),
+    "tracking": ("plugins",),
     "mechanics": ("codegen", "plugins"),
     "models": ("codegen", "plugins", "mechanics"),
     "data": ("codegen", "plugins", "mechanics"),

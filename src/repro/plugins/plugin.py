@@ -9,6 +9,7 @@ from types import ModuleType
 from typing import Any
 
 from repro.errors import UserError
+from repro.plugins.roots import plugin_roots
 
 SOURCE = Path(__file__).resolve().parents[1]
 
@@ -30,9 +31,13 @@ def plugin_module(folder: str, name: str) -> str:
 
 @cache
 def plugin_names(folder: str) -> tuple[str, ...]:
-    """Names of the choices in a folder, sorted."""
-    files = (SOURCE / folder.replace(".", "/")).glob("*.py")
-    return tuple(sorted(path.stem for path in files if path.stem != "__init__"))
+    """Names of the choices in a folder, sorted, those of the user's plugins included; UserError for a name twice."""
+    place = folder.replace(".", "/")
+    files = [path for root in (SOURCE, *plugin_roots()) for path in (root / place).glob("[!_.]*.py")]
+    places = {path.stem: path for path in reversed(files)}
+    if hidden := [path for path in files if places[path.stem] != path]:
+        raise UserError(f"{hidden[0]}: {places[hidden[0].stem]} has this name too; choose another")
+    return tuple(sorted(places))
 
 
 def not_allowed(key: str, value: Any, allowed: Iterable[str]) -> str:

@@ -14,6 +14,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from repro.errors import UserError
+from repro.plugins.roots import plugin_roots
 from repro.tracking import libraries, syntax
 from repro.tracking.record import Identity
 from repro.tracking.source_reader import READER
@@ -88,7 +89,10 @@ def _file(module: str) -> Path | None:
     root = _root(name)
     if root is None or not root.is_dir():
         return None if rest else root
-    place = root.joinpath(*rest)
-    if rest and place.with_suffix(".py").is_file():
-        return place.with_suffix(".py")
-    return place / "__init__.py" if (place / "__init__.py").is_file() else None
+    for folder in (root, *plugin_roots()) if name == __name__.partition(".")[0] and rest else (root,):
+        place = folder.joinpath(*rest)
+        if rest and place.with_suffix(".py").is_file():
+            return place.with_suffix(".py")
+        if (place / "__init__.py").is_file():
+            return place / "__init__.py"
+    return None
