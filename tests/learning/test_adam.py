@@ -34,7 +34,7 @@ def _columns(data):
 @every_engine
 def test_steps_are_those_of_legacy_keras(engine, data, t1_problem, start, monkeypatch):
     """Rate lr / (1 + decay k), epsilon outside the corrected root, mean gradient of a short last batch."""
-    monkeypatch.setattr(adam, "_shuffled", lambda seed, samples, epoch: np.arange(samples))
+    monkeypatch.setattr(adam, "shuffled", lambda seed, samples, epoch: np.arange(samples))
     settings = {"learning_rate": 0.05, "decay": 0.3, "epsilon": 0.02, "batch_size": 60}
     columns, tau = _columns(data), data.train.tau[0]
     assert len(tau) % 60
@@ -75,10 +75,17 @@ def test_the_keras_rate_decays_harmonically():
 
 
 def test_batches_are_fresh_permutations_of_each_seed_and_epoch():
-    orders = [adam._shuffled(seed, 50, epoch) for seed in (0, 1) for epoch in (0, 1)]
+    orders = [adam.shuffled(seed, 50, epoch) for seed in (0, 1) for epoch in (0, 1)]
     assert all(sorted(order) == list(range(50)) for order in orders)
     assert len({tuple(order) for order in orders}) == 4
-    np.testing.assert_array_equal(adam._shuffled(1, 50, 1), orders[3])
+    np.testing.assert_array_equal(adam.shuffled(1, 50, 1), orders[3])
+
+
+@pytest.mark.parametrize("samples", [1, 2, 3, 64, 65, 1000])
+def test_the_order_is_that_of_numpys_generator(samples):
+    for epoch in range(20):
+        expected = np.random.default_rng([3, 11, epoch]).permutation(samples)
+        np.testing.assert_array_equal(adam.shuffled(3, samples, epoch), expected)
 
 
 @every_engine

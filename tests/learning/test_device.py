@@ -42,7 +42,7 @@ def _on_the_device(**settings):
 
 
 def _hosts_order(seeds, samples, epoch, device):
-    return torch.from_numpy(np.stack([adam._shuffled(seed, samples, epoch) for seed in seeds]))
+    return torch.from_numpy(np.stack([adam.shuffled(seed, samples, epoch) for seed in seeds]))
 
 
 @pytest.mark.parametrize(("name", "equation"), EQUATIONS)

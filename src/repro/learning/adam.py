@@ -8,6 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from repro.learning.batch_order import shuffled
 from repro.learning.native import NativeProblem, native
 from repro.learning.optimiser import Optimiser
 from repro.learning.optimisers.adam import Options
@@ -92,7 +93,7 @@ class Adam(Options, Optimiser):
         losses = torch.full((len(seeds),), float("nan"), dtype=torch.float64)
         arrays = [tensor.numpy() for tensor in (state.parameters, state.first, state.second)]
         for member in state.alive.nonzero().flatten().tolist():
-            order = _shuffled(seeds[member], int(compiled.counts[0]), epoch)
+            order = shuffled(seeds[member], int(compiled.counts[0]), epoch)
             rows = [array[member] for array in arrays]
             losses[member] = compiled.adam_epoch(
                 member, order, self.batch_size, rates, (BETA_1, BETA_2, self.epsilon), rows
@@ -100,7 +101,7 @@ class Adam(Options, Optimiser):
         return losses
 
     def _torch_epoch(self, problem: TrainingProblem, state: AdamState, rates: np.ndarray, epoch: int) -> Tensor:
-        order = torch.from_numpy(np.stack([_shuffled(seed, problem.samples, epoch) for seed in problem.seeds]))
+        order = torch.from_numpy(np.stack([shuffled(seed, problem.samples, epoch) for seed in problem.seeds])).long()
         losses = torch.zeros(problem.members, dtype=state.parameters.dtype)
         for batch, rate in enumerate(rates):
             index = order[:, batch * self.batch_size : (batch + 1) * self.batch_size]
@@ -119,11 +120,6 @@ def adam_step(gradient: Tensor, first: Tensor, second: Tensor, rate: float | Ten
     first.mul_(BETA_1).add_(gradient, alpha=1 - BETA_1)
     second.mul_(BETA_2).addcmul_(gradient, gradient, value=1 - BETA_2)
     return rate * first / (second.sqrt() + epsilon)
-
-
-def _shuffled(seed: int, samples: int, epoch: int) -> np.ndarray:
-    """A fresh order of the samples from (seed, epoch) alone, so that a resumed run sees the same batches."""
-    return np.random.default_rng([seed, 11, epoch]).permutation(samples)
 
 
 def _watch(state: AdamState, losses: Tensor, epoch: int) -> None:

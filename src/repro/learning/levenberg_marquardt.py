@@ -39,22 +39,20 @@ class LevenbergMarquardt(Options, FullBatch):
         return min(tries, key=lambda result: result[1][-1] if np.isfinite(result[1][-1]) else np.inf)[0]
 
     def _descend(self, problem: MemberProblem, parameters: np.ndarray, progress: Progress) -> Solution:
-        rows, jacobian = problem.linearise(parameters)
-        loss, damping, stalled = float(rows @ rows), self.damping, 0
+        loss, damping, stalled = problem.loss(parameters), self.damping, 0
         losses = [loss]
         problem.look(0, parameters)
         if not np.isfinite(loss):
             return parameters, losses, "diverged at step 0"
-        gram, gradient = jacobian.T @ jacobian, jacobian.T @ rows
+        gram, gradient = problem.normal_equations(parameters)
         scale = gram.diagonal().copy()
         for iteration in range(self.iterations):
             trial = parameters + _step(gram, gradient, damping * scale)
-            rows, jacobian = problem.linearise(trial)
-            trial_loss = float(rows @ rows)
+            trial_loss = problem.loss(trial)
             if trial_loss < loss:
                 stalled = stalled + 1 if loss - trial_loss < self.tolerance * loss else 0
                 parameters, loss, damping = trial, trial_loss, max(damping / self.damping_decrease, 1e-15)
-                gram, gradient = jacobian.T @ jacobian, jacobian.T @ rows
+                gram, gradient = problem.normal_equations(parameters)
                 scale = np.maximum(scale, gram.diagonal())
             else:
                 stalled, damping = stalled + 1, min(damping * INCREASE, 1e12)

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 import torch
 
-from repro.learning.kernels.generated import GeneratedRows, generated_rows
+from repro.learning.kernels.generated import NormalEquations, normal_equations
 from repro.learning.native import NativeProblem, can_compile, native
 from repro.learning.training_problem import TrainingProblem
 
@@ -33,9 +33,9 @@ class MemberProblem:
         return native(self.problem)
 
     @cached_property
-    def compiled_rows(self) -> GeneratedRows | None:
-        """Compiled rows, where they apply."""
-        return generated_rows(self.problem) if can_compile() else None
+    def compiled_sums(self) -> NormalEquations | None:
+        """Compiled normal equations, where they apply."""
+        return normal_equations(self.problem) if can_compile() else None
 
     def loss_and_gradient(self, parameters: np.ndarray) -> tuple[float, np.ndarray]:
         """The loss and its gradient (n_parameters,), 0 at fixed weights; not finite where the model is singular."""
@@ -43,11 +43,24 @@ class MemberProblem:
         gradient[self.problem.model.fixed] = 0.0
         return loss, gradient
 
-    def linearise(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Residual rows (n_rows,) and their Jacobian (n_rows, n_parameters), 0 at fixed weights."""
-        rows, jacobian = self._linearise(parameters)
-        jacobian[:, self.problem.model.fixed] = 0.0
-        return rows, jacobian
+    def loss(self, parameters: np.ndarray) -> float:
+        """The loss alone, for a problem without l1 terms."""
+        if self.compiled_sums is not None:
+            return self.compiled_sums.loss(0, parameters)
+        with torch.no_grad():
+            return self.problem.loss(torch.from_numpy(parameters.copy()).unsqueeze(0))[0].item()
+
+    def normal_equations(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """J'J (n_parameters, n_parameters) and J'r (n_parameters,) of the residual rows r, 0 at fixed weights."""
+        if self.compiled_sums is not None:
+            gram, gradient = self.compiled_sums.at(0, parameters)
+        else:
+            linear = self.problem.linearise(torch.from_numpy(parameters.copy()).unsqueeze(0))
+            rows, jacobian = (part[0].numpy() for part in linear)
+            gram, gradient = jacobian.T @ jacobian, jacobian.T @ rows
+        fixed = self.problem.model.fixed
+        gram[fixed] = gram[:, fixed] = gradient[fixed] = 0.0
+        return gram, gradient
 
     def _loss_and_gradient(self, parameters: np.ndarray) -> tuple[float, np.ndarray]:
         if self.compiled is not None:
@@ -56,9 +69,3 @@ class MemberProblem:
         loss = self.problem.loss(weights)[0]
         (gradient,) = torch.autograd.grad(loss, weights)
         return loss.item(), gradient[0].numpy()
-
-    def _linearise(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        if self.compiled_rows is not None:
-            return self.compiled_rows.linearise(0, parameters)
-        rows, jacobian = self.problem.linearise(torch.from_numpy(parameters.copy()).unsqueeze(0))
-        return rows[0].numpy(), jacobian[0].numpy()

@@ -48,8 +48,9 @@ class NativeProblem:
         state: parameters, first and second moments (n_parameters,) each, updated in place; rates: one per step;
         constants: the decay of both moments, and epsilon.
         """
+        places = np.ascontiguousarray(order, dtype=np.int32)
         loss: float = self.library.adam_epoch(
-            self._pointers(member), address(self.counts), address(order), ctypes.c_int64(batch), address(rates),
+            self._pointers(member), address(self.counts), address(places), ctypes.c_int64(batch), address(rates),
             *map(ctypes.c_double, constants), address(self.l1), *map(address, state),
         )  # fmt: skip
         return loss

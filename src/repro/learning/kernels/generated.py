@@ -12,8 +12,8 @@ import numpy as np
 
 from repro.codegen.c_library import load_library
 from repro.codegen.c_source import c_source
-from repro.codegen.lanes import FAST, FUNCTIONS, TYPE, vectorised
-from repro.learning.kernels.kernel import Kernel, address
+from repro.codegen.lanes import FAST, FUNCTIONS, LANES, TYPE, vectorised
+from repro.learning.kernels.kernel import Kernel, address, aligned, defines
 from repro.learning.objective import Objective
 from repro.learning.symbolic import COLUMNS, residual, symbols
 from repro.learning.training_problem import TrainingProblem, TrainingTask
@@ -24,16 +24,12 @@ MOST_PARAMETERS = 400
 MOST_STATEMENTS = 6000  # above this a compiler takes longer than it saves, and torch is faster
 
 
-_PRELUDE = f"""{TYPE}
-#define AHEAD (4 * LANES) /* samples fetched in advance: their order is random */
-{FUNCTIONS}"""
-
-
 def generated_kernel(problem: TrainingProblem) -> Kernel | None:
     """The kernel of a small problem, or None."""
     if not _small(problem):
         return None
-    source, model = _PRELUDE, problem.model
+    model = problem.model
+    source = _prelude(model.n_q)
     for number, task in enumerate(problem.tasks):
         lines, n_work = _gradient_statements(model, task.objective)
         source += c_source(
@@ -43,31 +39,42 @@ def generated_kernel(problem: TrainingProblem) -> Kernel | None:
             outputs=1 + model.n_parameters,
             **_body(model.n_q, lines, n_work),
         )
-    return Kernel(source, [pack(task) for task in problem.tasks])
+    return Kernel(source, [_packed(task) for task in problem.tasks])
 
 
-class GeneratedRows:
-    """The residual rows of a small problem and their Jacobian; one member at a time."""
+class NormalEquations:
+    """Sums over the samples of a small problem that a Gauss-Newton step needs; one member at a time."""
 
     def __init__(self, problem: TrainingProblem) -> None:
-        self.model = problem.model
-        self.tasks = [(pack(task), *_rows_library(problem.model, task.objective)) for task in problem.tasks]
+        self.width = 1 + problem.model.n_parameters
+        self.tasks = [(_packed(task), _normal_library(problem.model, task.objective)) for task in problem.tasks]
 
-    def linearise(self, member: int, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Residual rows (n_rows,) and their Jacobian (n_rows, n_parameters), weighted as in the problem."""
-        values, jacobians = [], []
-        for data, library, n_rows in self.tasks:
-            result = np.empty((data.shape[1], n_rows, 1 + self.model.n_parameters))
-            library.rows_0(address(data[member]), ctypes.c_int64(len(result)), address(parameters), address(result))
-            flat = result.reshape(-1, 1 + self.model.n_parameters) / np.sqrt(len(result))
-            values.append(flat[:, 0])
-            jacobians.append(flat[:, 1:])
-        return np.concatenate(values), np.concatenate(jacobians)
+    def loss(self, member: int, parameters: np.ndarray) -> float:
+        """The sum of squared rows, weighted as in the problem; l1 terms are left out."""
+        total = 0.0
+        for data, library in self.tasks:
+            total += library.squares(*_samples(data[member]), address(parameters)) / data.shape[1]
+        return total
+
+    def at(self, member: int, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """J'J (n_parameters, n_parameters) and J'r (n_parameters,) of the rows r, weighted as in the problem."""
+        padded = (self.width + 3) // 4 * 4
+        total = np.zeros((padded, padded))
+        for data, library in self.tasks:
+            products = np.zeros((padded, padded))
+            library.products(*_samples(data[member]), address(parameters), address(products))
+            total += products / data.shape[1]
+        whole = np.triu(total) + np.triu(total, 1).T
+        return whole[1 : self.width, 1 : self.width], whole[0, 1 : self.width]
 
 
-def generated_rows(problem: TrainingProblem) -> GeneratedRows | None:
-    """The rows of a small problem, or None."""
-    return GeneratedRows(problem) if _small(problem) else None
+def normal_equations(problem: TrainingProblem) -> NormalEquations | None:
+    """Those of a small problem, or None."""
+    return NormalEquations(problem) if _small(problem) else None
+
+
+def _samples(data: np.ndarray) -> tuple[ctypes.c_void_p, ctypes.c_int64]:
+    return address(data), ctypes.c_int64(len(data))
 
 
 def _small(problem: TrainingProblem) -> bool:
@@ -86,22 +93,41 @@ def _gradient_statements(model: Model, objective: Objective) -> tuple[list[str],
 
 
 @lru_cache(maxsize=32)
-def _rows_library(model: Model, objective: Objective) -> tuple[ctypes.CDLL, int]:
+def _normal_library(model: Model, objective: Objective) -> ctypes.CDLL:
     s = symbols(model)
     rows = residual(model, objective, s)
-    outputs = casadi.horzcat(rows, casadi.jacobian(rows, s.parameters)).T
-    lines, n_work = vectorised(
-        casadi.Function("rows", s.inputs, [casadi.densify(casadi.vec(outputs))], {"cse": True}), "out", INPUTS
+    linearised = casadi.vec(casadi.horzcat(rows, casadi.jacobian(rows, s.parameters)).T)
+    both, alone = (
+        vectorised(casadi.Function("rows", s.inputs, [casadi.densify(each)], {"cse": True}), output, INPUTS)
+        for each, output in ((linearised, "out"), (casadi.sumsqr(rows), "sum"))
     )
-    text = c_source(__file__, "generated_rows", number=0, outputs=outputs.numel(), **_body(model.n_q, lines, n_work))
-    return load_library(_PRELUDE + text, FAST), rows.numel()
+    body, loss = _body(model.n_q, *both), _body(model.n_q, *alone)
+    text = c_source(
+        __file__,
+        "normal_equations",
+        width=1 + model.n_parameters,
+        rows=rows.numel(),
+        work_of_rows=loss["work"],
+        statements_of_rows=loss["statements"],
+        **body,
+    )
+    library = load_library(_prelude(model.n_q) + text, FAST)
+    library.squares.restype = ctypes.c_double
+    return library
+
+
+def _prelude(n_q: int) -> str:
+    constants = {"STRIDE": _stride(n_q), "WEIGHT": sum(widths(n_q).values()) - 1}
+    headers = "#include <stdlib.h>\n#include <string.h>\n"
+    return TYPE + headers + defines(constants) + FUNCTIONS + c_source(__file__, "samples")
 
 
 def _body(n_q: int, lines: Sequence[str], n_work: int) -> dict[str, object]:
+    columns = dict.fromkeys(COLUMNS, "")
+    for column, (name, _) in enumerate(entries(n_q)):
+        columns[name] += f"columns[{column}], "
     return {
-        "arrays": ", ".join(f"{name}[{width}]" for name, width in widths(n_q).items()),
-        "columns": sum(widths(n_q).values()),
-        "load": " ".join(f"{name}[{i}][l] = row[{column}];" for column, (name, i) in enumerate(entries(n_q))),
+        "arrays": ", ".join(f"{name}[] = {{{text}}}" for name, text in columns.items()),
         "work": ", ".join(f"w{i}" for i in range(n_work)),
         "statements": "\n".join(f"    {line};" for line in lines),
     }
@@ -127,3 +153,16 @@ def pack(task: TrainingTask) -> np.ndarray:
     weight = task.sample_weight
     columns.append(np.ones((members, samples, 1)) if weight is None else weight.double().numpy()[..., None])
     return np.concatenate(columns, axis=-1)
+
+
+def _stride(n_q: int) -> int:
+    """Numbers between samples in memory: whole vectors, so that they are moved as such."""
+    return -(-sum(widths(n_q).values()) // LANES) * LANES
+
+
+def _packed(task: TrainingTask) -> np.ndarray:
+    """Samples (member, sample, column) as in `pack`, with room up to the stride."""
+    columns = pack(task)
+    packed = aligned((*columns.shape[:2], _stride(task.measured["q"].shape[2])))
+    packed[..., : columns.shape[2]] = columns
+    return packed

@@ -24,7 +24,7 @@ static void load_fixed(const Form *form, vec *entries) {
 }
 
 /* samples into lanes; a lane without a sample repeats another one with weight 0 */
-static void load_block(const Form *form, const double *data, const int64_t *order, int64_t first, int64_t count,
+static void load_block(const Form *form, const double *data, const int32_t *order, int64_t first, int64_t count,
                        vec *inputs, vec *entries) {
   const int64_t size = 2 * INPUTS + form->varying;
   double *in = (double *)inputs, *entry = (double *)entries;

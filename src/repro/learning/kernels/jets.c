@@ -17,7 +17,7 @@ typedef struct {
   double *transposed, *weight_total, *bias_total;
 } Layer;
 
-static void load_block(const double *data, const int64_t *order, int64_t first, int64_t count, vec *jets,
+static void load_block(const double *data, const int32_t *order, int64_t first, int64_t count, vec *jets,
                        vec *columns) {
   const int64_t size = INPUTS * QUANTITIES + MEASURED;
   double *jet = (double *)jets, *column = (double *)columns;
@@ -70,7 +70,7 @@ static void backward(Layer *layers) {
   }
 }
 
-static void jets_gradient(const double *data, const int64_t *order, int64_t count, double factor,
+static void jets_gradient(const double *data, const int32_t *order, int64_t count, double factor,
                           const double *parameters, double *total, Physics *physics) {
   int64_t units = 0, entries = 0;
   for (int l = 0; l <= LAYERS + 1; l++) units += sizes[l];

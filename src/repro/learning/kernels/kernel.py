@@ -1,6 +1,7 @@
 """What every kind of compiled loss and gradient offers."""
 
 import ctypes
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
@@ -11,7 +12,7 @@ import numpy as np
 class Kernel:
     """C functions gradient_0, gradient_1, ... and the packed samples (member, sample, column) of the task of each.
 
-    void gradient_k(const double *samples, const int64_t *order, int64_t count, double factor, const double *parameters,
+    void gradient_k(const double *samples, const int32_t *order, int64_t count, double factor, const double *parameters,
     double *total) adds factor * [loss, gradient (n_parameters,)], summed over the samples `order` (all where it is
     null), to `total`.
     """
@@ -33,3 +34,10 @@ def listed(numbers: Iterable[int]) -> str:
 def address(array: np.ndarray) -> ctypes.c_void_p:
     """Where a contiguous array lies."""
     return ctypes.c_void_p(array.ctypes.data)
+
+
+def aligned(shape: tuple[int, ...]) -> np.ndarray:
+    """Zeros whose rows begin at cache lines, where a row fills whole ones."""
+    room = np.zeros(math.prod(shape) + 8)
+    start = -room.ctypes.data // 8 % 8
+    return room[start : start + math.prod(shape)].reshape(shape)

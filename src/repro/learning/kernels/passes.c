@@ -10,7 +10,7 @@
 
    The forward objective adds n_q tangents, forward and backward, between 2 and 3. */
 
-static void network_gradient(const double *data, const int64_t *order, int64_t count, double factor,
+static void network_gradient(const double *data, const int32_t *order, int64_t count, double factor,
                              const double *parameters, double *total, const Form *form) {
   const int64_t along = form->solved ? 2 * PAIRS_OF_COORDINATES * UNIT : 0;
   int64_t units = 0, entries = 0, widest = INPUTS;

@@ -2,7 +2,7 @@
 
 #include <stdlib.h>
 
-static void gradients(const double **data, const int64_t *counts, const int64_t *order, int64_t batch,
+static void gradients(const double **data, const int64_t *counts, const int32_t *order, int64_t batch,
                       const double *parameters, double *total) {
   for (int p = 0; p < ${outputs}; p++) total[p] = 0;
 ${calls}
@@ -12,7 +12,7 @@ void loss_and_gradient(const double **data, const int64_t *counts, const double 
   gradients(data, counts, 0, counts[0], parameters, total);
 }
 
-double adam_epoch(const double **data, const int64_t *counts, const int64_t *order, int64_t batch,
+double adam_epoch(const double **data, const int64_t *counts, const int32_t *order, int64_t batch,
                   const double *rates, double beta_1, double beta_2, double epsilon, const double *l1,
                   double *parameters, double *first, double *second) {
   double *total = malloc(${outputs} * sizeof(double)), loss = 0;
