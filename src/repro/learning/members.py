@@ -55,12 +55,18 @@ class MemberProblem:
         if self.compiled_sums is not None:
             gram, gradient = self.compiled_sums.at(0, parameters)
         else:
-            linear = self.problem.linearise(torch.from_numpy(parameters.copy()).unsqueeze(0))
-            rows, jacobian = (part[0].numpy() for part in linear)
+            rows, jacobian = self.linearise(parameters)
             gram, gradient = jacobian.T @ jacobian, jacobian.T @ rows
         fixed = self.problem.model.fixed
         gram[fixed] = gram[:, fixed] = gradient[fixed] = 0.0
         return gram, gradient
+
+    def linearise(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Residual rows (n_rows,) and their Jacobian (n_rows, n_parameters), 0 at fixed weights."""
+        linear = self.problem.linearise(torch.from_numpy(parameters.copy()).unsqueeze(0))
+        rows, jacobian = (part[0].numpy() for part in linear)
+        jacobian[:, self.problem.model.fixed] = 0.0
+        return rows, jacobian
 
     def _loss_and_gradient(self, parameters: np.ndarray) -> tuple[float, np.ndarray]:
         if self.compiled is not None:
