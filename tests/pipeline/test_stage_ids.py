@@ -14,21 +14,21 @@ CASES = {
 }
 IDS = {
     "closed form": [
-        "sip-episodes1000-11bbf40718",
-        "sip-lagrangian-t1-inverse-least-squares-a94ce4e4f9",
-        "sip-lagrangian-t1-inverse-least-squares-bdd8ffe250",
+        "sip-episodes1000-f158d6e121",
+        "sip-lagrangian-t1-inverse-least-squares-e36e4e977d",
+        "sip-lagrangian-t1-inverse-least-squares-6231a2610b",
     ],
     "pretrained": [
-        "dip-long-2a077904e7",
+        "dip-long-5c2563e426",
         "dip-free-cfe7fa2133",
-        "dip-lagrangian-fxf-inverse-adam-pretrain-92f672c4f0",
-        "dip-lagrangian-fxf-inverse-adam-pretrain-b98e285758",
+        "dip-lagrangian-fxf-inverse-adam-pretrain-ed2af8e018",
+        "dip-lagrangian-fxf-inverse-adam-pretrain-143d6d6662",
     ],
     "driven": [
-        "sip-episodes1000-c8999d9489",
-        "sip-truth-ca7883ddf3",
-        "sip-truth-sip-best-9bfd7e0ada",
-        "sip-truth-sip-best-a14b293853",
+        "sip-episodes1000-5db4e73935",
+        "sip-truth-587f0e5f28",
+        "sip-truth-sip-best-a2c8709bd8",
+        "sip-truth-sip-best-726fb103dd",
     ],
 }
 

@@ -205,6 +205,19 @@ def _recording(config: Config) -> Iterator[str]:
         yield "curriculum.episodes: needs simulated data; data=file goes with curriculum=none"
 
 
+def _sensors(config: Config) -> Iterator[str]:
+    data = config.data
+    if not isinstance(data, RandomForce):
+        return
+    if data.measured != "accelerations" and data.labels == "exact":
+        yield f"data.labels = 'exact': data.measured={data.measured} has no accelerations; use data.labels=smoothed"
+    if len(data.quantisation) not in (0, 2):
+        yield f"data.quantisation = {list(data.quantisation)}: two steps, of lengths (m) and of angles (rad), or none"
+    ratio = data.time_step / (data.sample_step or data.time_step)
+    if ratio < 1 or abs(ratio - round(ratio)) > 1e-6:
+        yield f"data.sample_step = {data.sample_step}: data.time_step = {data.time_step} s is no whole multiple of it"
+
+
 def _closed_loop(config: Config) -> Iterator[str]:
     control, task = config.control, config.task
     if not isinstance(control, ControllerOptions) or [*_system(config)]:
@@ -241,6 +254,7 @@ RULES: tuple[Callable[[Config], Iterator[str]], ...] = (
     _model_of_system,
     _parts,
     _recording,
+    _sensors,
     _closed_loop,
 )
 

@@ -24,11 +24,17 @@ class RandomForce(Options):
     force_limit: Positive | None = 5.0
     start: str | None = None
     reset: Literal["start", "random"] = "start"
-    labels: Literal["exact", "differenced"] = "exact"
+    measured: Literal["accelerations", "states", "positions"] = "accelerations"
+    sample_step: Positive | None = None
+    labels: Literal["exact", "differenced", "savitzky_golay", "smoothed"] = "exact"
     tau_noise: NotNegative = 0.0
     qdd_noise: NotNegative = 0.0
     q_noise: NotNegative = 0.0
     qd_noise: NotNegative = 0.0
+    force_noise: NotNegative = 0.0
+    quantisation: tuple[NotNegative, ...] = ()
+    encoder_zero: float = 0.0
+    wrapped: bool = False
     common: bool = False
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from repro.codegen.array_evaluation import evaluate
+from repro.data.measurement import Measurement
 from repro.errors import UserError
 from repro.mechanics.compile import active_engine
 from repro.mechanics.coordinate import Coordinate
@@ -24,7 +25,8 @@ class Dataset:
     """Samples of independent members; sample k is the state at the start of step k and the tau held over it.
 
     q, qd, qdd, tau: (member, sample, n_q); time: (sample,) s, running on from episode to episode; episode: (sample,);
-    energy: (member, sample) J where it is known, else None. The first n_train samples are for training.
+    energy: (member, sample) J where it is known, else None. The first n_train samples are for training. measurement:
+    what sensors recorded, where q, qd, qdd are estimates that were made from it.
     """
 
     q: np.ndarray
@@ -37,6 +39,7 @@ class Dataset:
     coordinates: tuple[Coordinate, ...]
     time_step: float
     energy: np.ndarray | None = None
+    measurement: Measurement | None = None
     provenance: Mapping[str, object] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -120,6 +123,8 @@ class Dataset:
         arrays = {name: getattr(self, name) for name in ("q", "qd", "qdd", "tau", "time", "episode")}
         if self.energy is not None:
             arrays["energy"] = self.energy
+        if self.measurement is not None:
+            arrays |= self.measurement.arrays()
         folder.mkdir(parents=True, exist_ok=True)
         np.savez(folder / ARRAYS, **arrays)
         description = {
@@ -141,7 +146,9 @@ class Dataset:
             path = folder / ARRAYS
             with path.open("rb") as file, np.load(file) as stored:
                 arrays = {name: stored[name] for name in stored.files}
+            measurement = Measurement.of(arrays)
             return cls(
+                measurement=measurement,
                 coordinates=tuple(Coordinate(**coordinate) for coordinate in description["coordinates"]),
                 **{name: description[name] for name in ("n_train", "time_step", "provenance")},
                 **arrays,
@@ -162,6 +169,7 @@ class Dataset:
             time=self.time[samples],
             episode=self.episode[samples],
             energy=None if self.energy is None else self.energy[:, samples],
+            measurement=None if self.measurement is None else self.measurement.changed(lambda each: each[:, samples]),
             n_train=n_train,
         )
 

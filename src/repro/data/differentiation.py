@@ -1,8 +1,12 @@
-"""Accelerations from sampled velocities."""
+"""Velocities and accelerations from samples, by differences and by local polynomials."""
 
 import numpy as np
 
 from repro.errors import UserError
+
+ORDER = 4  # of the polynomials
+SECONDS = 0.2  # that one of them spans, at least LEAST samples
+LEAST = 7
 
 
 def difference(qd: np.ndarray, time: np.ndarray, episode: np.ndarray) -> np.ndarray:
@@ -22,3 +26,29 @@ def difference(qd: np.ndarray, time: np.ndarray, episode: np.ndarray) -> np.ndar
     result = np.concatenate([slope, slope[..., -1:, :]], axis=-2)
     result[..., last, :] = result[..., np.flatnonzero(last) - 1, :]
     return result
+
+
+def savitzky_golay(
+    q: np.ndarray, qd: np.ndarray | None, time: np.ndarray, episode: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """q, qd, qdd (..., sample, n_q) by least-squares polynomials (Savitzky and Golay 1964), of q or of q and qd.
+
+    Even sampling is assumed within an episode; one shorter than a polynomial has a polynomial of its own length.
+    """
+    from scipy.signal import savgol_filter
+
+    sources = [(q, 0), (q, 1), (q, 2)] if qd is None else [(q, 0), (qd, 0), (qd, 1)]
+    found = [np.empty_like(q) for _ in range(3)]
+    for rows in np.split(np.arange(len(episode)), np.flatnonzero(np.diff(episode)) + 1):
+        if len(rows) < 3:
+            raise UserError(f"episode {episode[rows[0]]} has {len(rows)} samples: a polynomial needs 3; make it longer")
+        step = float(np.median(np.diff(time[rows])))
+        wanted = max(LEAST, round(SECONDS / step))
+        window = min(wanted, len(rows)) - (min(wanted, len(rows)) + 1) % 2
+        order = min(ORDER, window - 1)
+
+        for number, (values, derivative) in enumerate(sources):
+            found[number][..., rows, :] = savgol_filter(
+                values[..., rows, :], window, order, deriv=derivative, delta=step, axis=-2
+            )
+    return found[0], found[1], found[2]

@@ -1,19 +1,22 @@
 """D: the system driven by a random force, as in section V-A."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from repro.data.checks import check_choice, check_not_negative, check_positive, check_seeds, training_size
 from repro.data.dataset import Dataset
-from repro.data.differentiation import difference
+from repro.data.sensors import Sensors
+from repro.errors import UserError
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.inputs import generalised_force, input_limits, under_inputs
 from repro.mechanics.simulate import simulate
 from repro.mechanics.system import System
 
-STREAMS = ("force", "reset", "tau", "qdd", "q", "qd")
+STREAMS = ("force", "reset", "tau", "qdd", "q", "qd", "recorded_force")
+MEASURED = ("accelerations", "states", "positions")
+LABELS = ("exact", "differenced", "savitzky_golay", "smoothed")
 
 
 def random_force(
@@ -34,6 +37,12 @@ def random_force(
     qdd_noise: float = 0.0,
     q_noise: float = 0.0,
     qd_noise: float = 0.0,
+    force_noise: float = 0.0,
+    measured: str = "accelerations",
+    sample_step: float | None = None,
+    quantisation: Sequence[float] = (),
+    encoder_zero: float = 0.0,
+    wrapped: bool = False,
     common: bool = False,
 ) -> Dataset:
     """Simulate one member per seed under inputs U(-force_limit, force_limit) held over each step of time_step s.
@@ -42,8 +51,10 @@ def random_force(
 
     regime: `long` is one trajectory, `episodes` starts anew every episode_steps; start: name of a state of rest of the
     system, its first one by default; reset: each episode from the `start`, or at `random` within its `reset_ranges`;
-    labels: qdd `exact`, or `differenced` from qd. Noise is a standard deviation in the unit of the quantity. Noise and
-    differencing touch the training part alone, so that a test error is an error of the model.
+    sample_step: s between two samples, a whole part of time_step, which it is by default. `samples` and `episode_steps`
+    count samples. What is recorded (see `Sensors` for measured, noise, quantisation, encoder_zero and wrapped) touches
+    the training part alone, so that a test error is an error of the model. labels: what is not recorded is `exact`,
+    `differenced`, of local polynomials (`savitzky_golay`) or `smoothed`. force_noise: of the recorded inputs.
     train_samples: only the first so many of the training part are kept, so that fits from more or from less data meet
     the same test part. common: every member has the data of the first seed. UserError names the argument that is out of
     range.
@@ -51,23 +62,31 @@ def random_force(
     check_seeds(seeds)
     limits = input_limits(system) if force_limit is None else np.full(len(system.inputs), float(force_limit))
     check_positive(samples=samples, time_step=time_step, force_limit=limits.min(), episode_steps=episode_steps)
-    noise = {"tau": tau_noise, "qdd": qdd_noise, "q": q_noise, "qd": qd_noise}
+    noise = {"tau": tau_noise, "qdd": qdd_noise, "q": q_noise, "qd": qd_noise, "force": force_noise}
     check_not_negative(**{f"{name}_noise": deviation for name, deviation in noise.items()})
     check_choice("regime", regime, ("episodes", "long"))
     check_choice("reset", reset, ("start", "random"))
-    check_choice("labels", labels, ("exact", "differenced"))
+    check_choice("labels", labels, LABELS)
+    check_choice("measured", measured, MEASURED)
+    if measured != "accelerations" and labels == "exact":
+        raise UserError(f"labels = 'exact': measured = {measured!r} records no accelerations; choose another of labels")
+    if len(quantisation) not in (0, 2):
+        raise UserError(f"quantisation = {list(quantisation)}: two steps, of lengths (m) and of angles (rad), or []")
+    step, held = _held_samples(time_step, sample_step)
     n_train = training_size(samples, train_fraction)
     length = samples if regime == "long" else min(episode_steps, samples)
     streams = [_streams(seed) for seed in (seeds[:1] if common else seeds)]
-    inputs = np.stack([s["force"].uniform(-limits, limits, (samples, len(limits))) for s in streams])
     episodes = -(-samples // length)
+    shape = episodes * -(-length // held), len(limits)
+    inputs = np.stack([s["force"].uniform(-limits, limits, shape) for s in streams])
+    inputs = _over_samples(inputs, episodes, held, length)[:, :samples]
     starts = np.stack([_starts(system, episodes, start, reset, s["reset"]) for s in streams])
-    states, tau = _trajectories(system, starts, inputs, length, time_step)
+    states, tau = _trajectories(system, starts, inputs, length, step)
     exact = Dataset.from_motion(
         system,
         states,
         tau,
-        time_step=time_step,
+        time_step=step,
         episode_steps=length,
         n_train=n_train,
         provenance={
@@ -78,18 +97,38 @@ def random_force(
             "episode_steps": length,
             "start": start,
             "reset": reset,
+            "measured": measured,
             "labels": labels,
             "noise": noise,
             "common": common,
         },
     )
-    kept = _shorten(_measure(exact, labels, noise, streams), train_samples)
+    sensors = Sensors(measured, labels, noise, tuple(quantisation), encoder_zero, wrapped)
+    kept = _shorten(sensors.record(exact, streams, system), train_samples)
     return _repeat(kept, len(seeds)) if common else kept
 
 
 def _streams(seed: int) -> dict[str, np.random.Generator]:
     # one random stream per purpose, so that enabling one noise does not change the other draws
     return {name: np.random.default_rng([seed, index]) for index, name in enumerate(STREAMS)}
+
+
+def _held_samples(time_step: float, sample_step: float | None) -> tuple[float, int]:
+    """Seconds between samples, and how many samples a force is held for."""
+    if sample_step is None:
+        return time_step, 1
+    check_positive(sample_step=sample_step)
+    held = round(time_step / sample_step)
+    if held < 1 or abs(held * sample_step - time_step) > 1e-9:
+        raise UserError(f"sample_step = {sample_step}: time_step = {time_step} s must be a whole multiple of it")
+    return sample_step, held
+
+
+def _over_samples(inputs: np.ndarray, episodes: int, held: int, length: int) -> np.ndarray:
+    """Inputs (member, hold, n_u), anew at every episode, as (member, sample, n_u)."""
+    members, _, n_u = inputs.shape
+    samples = np.repeat(inputs.reshape(members, episodes, -1, n_u), held, axis=2)[:, :, :length]
+    return samples.reshape(members, -1, n_u)
 
 
 def _starts(system: System, episodes: int, start: str | None, reset: str, stream: np.random.Generator) -> np.ndarray:
@@ -116,21 +155,6 @@ def _trajectories(
     return states, generalised_force(system, states[..., : system.n_q], inputs)
 
 
-def _measure(
-    exact: Dataset, labels: str, noise: Mapping[str, float], streams: Sequence[Mapping[str, np.random.Generator]]
-) -> Dataset:
-    """Return the data with a measured training part and an exact test part."""
-    train: dict[str, np.ndarray] = {name: getattr(exact.train, name) for name in noise}
-    for name in ("tau", "q", "qd", "qdd"):
-        if name == "qdd" and labels == "differenced":
-            train[name] = difference(train["qd"], exact.train.time, exact.train.episode)
-        if noise[name]:
-            draws = np.stack([stream[name].standard_normal(train[name].shape[1:]) for stream in streams])
-            train[name] = train[name] + noise[name] * draws
-    q, qd, qdd, tau = (np.concatenate([train[n], getattr(exact.test, n)], axis=1) for n in ("q", "qd", "qdd", "tau"))
-    return replace(exact, q=q, qd=qd, qdd=qdd, tau=tau)
-
-
 def _shorten(data: Dataset, train_samples: int | None) -> Dataset:
     """Return the data without the training samples after the first `train_samples`."""
     if train_samples is None or train_samples >= data.n_train:
@@ -141,4 +165,5 @@ def _shorten(data: Dataset, train_samples: int | None) -> Dataset:
 
 def _repeat(data: Dataset, members: int) -> Dataset:
     q, qd, qdd, tau = (np.repeat(vectors, members, axis=0) for vectors in (data.q, data.qd, data.qdd, data.tau))
-    return replace(data, q=q, qd=qd, qdd=qdd, tau=tau)
+    recorded = None if data.measurement is None else data.measurement.changed(lambda each: each.repeat(members, axis=0))
+    return replace(data, q=q, qd=qd, qdd=qdd, tau=tau, measurement=recorded)

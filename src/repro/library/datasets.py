@@ -78,7 +78,8 @@ def dataset(
     if "qdd" not in numbers:
         numbers["qdd"] = difference(numbers["qd"], time, labels)
     return Dataset(
-        **numbers, time=time, episode=labels, n_train=training_size(shape[1], train_fraction),
+        q=numbers["q"], qd=numbers["qd"], qdd=numbers["qdd"], tau=numbers["tau"],
+        time=time, episode=labels, n_train=training_size(shape[1], train_fraction),
         coordinates=_coordinates(coordinates, shape[2], set(angles), set(cyclic)), time_step=time_step,
         provenance={"source": "arrays"},
     )  # fmt: skip

@@ -1,0 +1,119 @@
+"""What sensors record of a simulated motion, and the estimates of the motion that are made from it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from repro.data.dataset import Dataset
+from repro.data.differentiation import difference, savitzky_golay
+from repro.data.measurement import Measurement
+from repro.data.smooth import smooth
+from repro.mechanics.inputs import generalised_force, input_matrix
+from repro.mechanics.system import System
+
+Streams = Sequence[Mapping[str, np.random.Generator]]
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """Of the training part alone.
+
+    measured: whether `accelerations`, only `states` or only `positions` are recorded; labels: how the rest is made.
+    noise: standard deviations of q, qd, qdd, tau by name, and `force` of the recorded inputs; quantisation: steps of
+    the encoders of lengths (m) and angles (rad), or empty; zero: rad that every angle is off; wrapped: angles lie in
+    (-pi, pi].
+    """
+
+    measured: str
+    labels: str
+    noise: Mapping[str, float]
+    quantisation: tuple[float, ...] = ()
+    zero: float = 0.0
+    wrapped: bool = False
+
+    def record(self, exact: Dataset, streams: Streams, system: System) -> Dataset:
+        """The data with a recorded training part; one stream of each purpose per member."""
+        train = exact.train
+        tau = self._noisy("tau", train.tau, streams)
+        if self.noise["force"]:
+            still = np.zeros((*train.tau.shape[:2], len(system.inputs)))
+            tau = tau + generalised_force(system, train.q, self._noisy("force", still, streams))
+        q = self._encoded(self._noisy("q", train.q, streams), train)
+        qd = self._noisy("qd", train.qd, streams)
+        if self.measured == "accelerations" and self.labels in ("exact", "differenced"):
+            qdd = difference(qd, train.time, train.episode) if self.labels == "differenced" else train.qdd
+            return _with_train(exact, q, qd, self._noisy("qdd", qdd, streams), tau)
+        leverage = np.sqrt((input_matrix(system, train.q) ** 2).sum(-1).reshape(-1, train.n_q).mean(0))
+        recorded = Measurement(
+            q,
+            None if self.measured == "positions" else qd,
+            self._position_noise(train),
+            None if self.measured == "positions" else np.full(train.n_q, self.noise["qd"]),
+            np.hypot(self.noise["tau"], self.noise["force"] * leverage),
+        )
+        q, qd, qdd, _ = estimated(recorded, train.time, train.episode, self.labels)
+        whole = replace(recorded, q=_joined(recorded.q, exact.test.q))
+        whole = whole if recorded.qd is None else replace(whole, qd=_joined(recorded.qd, exact.test.qd))
+        return replace(_with_train(exact, q, qd, qdd, tau), measurement=whole)
+
+    def _noisy(self, name: str, values: np.ndarray, streams: Streams) -> np.ndarray:
+        if not self.noise[name]:
+            return values
+        draws = np.stack([stream[name].standard_normal(values.shape[1:]) for stream in streams])
+        noisy: np.ndarray = values + self.noise[name] * draws
+        return noisy
+
+    def _encoded(self, q: np.ndarray, train: Dataset) -> np.ndarray:
+        """Positions as encoders show them, turns counted again where they were lost."""
+        angles = np.array([coordinate.is_angle for coordinate in train.coordinates])
+        if self.zero:
+            q = q + self.zero * angles
+        if self.quantisation:
+            step = self._steps(train)
+            q = np.where(step > 0, np.round(q / np.where(step > 0, step, 1)) * step, q)
+        if self.wrapped:
+            turned = np.where(angles, np.pi - np.mod(np.pi - q, 2 * np.pi), q)
+            q = unwrapped(turned, train.angles, train.episode)
+        return q
+
+    def _steps(self, train: Dataset) -> np.ndarray:
+        return np.array([self.quantisation[coordinate.is_angle] for coordinate in train.coordinates])
+
+    def _position_noise(self, train: Dataset) -> np.ndarray:
+        """With that of rounding, which is uniform: a variance of step^2 / 12."""
+        rounding = self._steps(train) ** 2 / 12 if self.quantisation else 0.0
+        deviation: np.ndarray = np.sqrt(np.full(train.n_q, self.noise["q"]) ** 2 + rounding)
+        return deviation
+
+
+def estimated(
+    recorded: Measurement, time: np.ndarray, episode: np.ndarray, labels: str
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, Measurement]:
+    """q, qd, qdd (member, sample, n_q) by the method of `labels`, and the record with the noise that was assumed."""
+    if labels == "smoothed":
+        found = smooth(recorded, time, episode)
+        return found.q, found.qd, found.qdd, replace(recorded, q_noise=found.q_noise, qd_noise=found.qd_noise)
+    if labels == "savitzky_golay":
+        return (*savitzky_golay(recorded.q, recorded.qd, time, episode), recorded)
+    qd = difference(recorded.q, time, episode) if recorded.qd is None else recorded.qd
+    return recorded.q, qd, difference(qd, time, episode), recorded
+
+
+def unwrapped(q: np.ndarray, angles: Sequence[int], episode: np.ndarray) -> np.ndarray:
+    """Angles (..., sample, n_q) without jumps of a turn within an episode."""
+    q = q.copy()
+    for rows in np.split(np.arange(len(episode)), np.flatnonzero(np.diff(episode)) + 1):
+        for angle in angles:
+            q[..., rows, angle] = np.unwrap(q[..., rows, angle], axis=-1)
+    return q
+
+
+def _joined(train: np.ndarray, test: np.ndarray) -> np.ndarray:
+    return np.concatenate([train, test], axis=1)
+
+
+def _with_train(exact: Dataset, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> Dataset:
+    test = exact.test
+    q, qd, qdd, tau = _joined(q, test.q), _joined(qd, test.qd), _joined(qdd, test.qdd), _joined(tau, test.tau)
+    return replace(exact, q=q, qd=qd, qdd=qdd, tau=tau)
