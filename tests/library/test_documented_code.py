@@ -2,6 +2,7 @@
 
 import doctest
 import re
+import runpy
 from importlib import import_module
 from pathlib import Path
 
@@ -9,6 +10,8 @@ import pytest
 
 PAGE = Path(__file__).parents[2] / "docs" / "library.md"
 BLOCKS = re.findall(r"^```python\n(.*?)^```$", PAGE.read_text(), re.MULTILINE | re.DOTALL)
+HOOK = PAGE.parent / "hooks" / "notebooks.py"
+NOTEBOOKS = sorted((PAGE.parent / "notebooks").glob("*.py"))
 MODULES = ["repro", "repro.library.datasets", "repro.library.fitting"]
 
 
@@ -24,3 +27,11 @@ def test_examples_in_docstrings(module):
 def test_blocks_of_the_page(number, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     exec(compile(BLOCKS[number], f"{PAGE.name}, block {number + 1}", "exec"), {"__name__": "__main__"})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_notebooks_run_and_show_something_in_every_cell(path):
+    page = runpy.run_path(str(HOOK))["page"](path)
+    assert page.count("```python") == len(re.findall(r"^# %%$", path.read_text(), re.MULTILINE))
+    assert "![what the cell draws](data:image/png" in page or "<table" in page

@@ -88,7 +88,10 @@ class ModuleModel(Model):
 
     def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
         """The samples themselves, (..., n_q) each."""
-        return dict(zip(SAMPLES, (q, qd, qdd, tau), strict=True))
+        # torch takes writable arrays alone
+        return {
+            name: np.require(array, requirements="W") for name, array in zip(SAMPLES, (q, qd, qdd, tau), strict=True)
+        }
 
     def outputs(self, parameters: Tensor, prepared: Prepared, mass: bool) -> list[Tensor]:
         """Rows (member, sample, n_rows): [tau | p | T | V | upper entries of M, with `mass`], or the acceleration."""
