@@ -20,7 +20,7 @@ NEAR = np.array([0.6, 0.3, 0.2, -0.5])  # nearly there: one optimum only
 def _their_plan(case, collocation, state):
     peer = case.theirs(collocation)
     peer.start(state)
-    assert peer.force(state) == pytest.approx(peer.plan[1][0])
+    assert peer.force(state) == pytest.approx(peer.plan[1][0, 0])
     return peer.plan
 
 
@@ -28,7 +28,7 @@ def _their_plan(case, collocation, state):
 def test_both_find_the_same_plan(implicit):
     ours = SIP.ours(EQUAL).decide(NEAR)
     states, forces = _their_plan(SIP, Collocation(DEGREE, ELEMENTS, implicit), NEAR)
-    assert ours.force == pytest.approx(forces[0], abs=1e-3)
+    assert ours.u == pytest.approx(forces[0], abs=1e-3)
     early = slice(0, 9)  # the end of the plan costs nearly nothing, and is found as loosely as the tolerance allows
     np.testing.assert_allclose(states[early], ours.plan[early], atol=2e-3)
 
@@ -39,7 +39,7 @@ def test_each_is_accurate_in_its_own_discretisation():
     controller.decide(NEAR)
     controller.solver.close()
     assert SIP.state_error(states, forces) < 1e-2
-    assert SIP.state_error(controller.plan.states, controller.plan.forces) < 1e-2
+    assert SIP.state_error(controller.plan.states, controller.plan.inputs) < 1e-2
 
 
 def test_the_limits_of_force_and_speed_are_kept():

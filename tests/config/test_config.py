@@ -73,11 +73,13 @@ COMBINATIONS = {
     "data=file data.path={file} control=sip": "drives the true system, which data=file does not include",
     "model=degenerate control=sip": "needs a model with energies and an invertible mass matrix, not model=degenerate",
     "system=dip model=truth control=energy_shaping": "drives a cart with one link by one force; system=dip has 1 input",
-    "system=rod model=truth control=sip": (
-        "control = 'sip': drives a cart with links by one force; system=rod has 3 inputs and coordinates x, y, theta; "
-        "use system=cart_rods, dip, sip, sip_rod"
+    "system=rod model=truth control=energy_shaping": (
+        "control = 'energy_shaping': drives a cart with one link by one force; system=rod has 3 inputs and coordinates "
+        "x, y, theta; use system=sip, sip_rod"
     ),
-    "system=link model=truth control=sip_best": "system=link has 1 input and coordinates x; use system=cart_rods, dip",
+    "system=link model=truth control=sip task=swing_up task.end=rest": "task.start = 'hanging': system=link rests at",
+    "system=rod model=truth control=sip control.stage_cost.position={z:1}": "cost.position.z: system=rod has x, y",
+    "model=truth control=sip +task.tolerance.phi=0.1": "task.tolerance.phi: system=sip has coordinates x, theta",
     "model=truth control=sip task.delay=0.04": "must be shorter than control.time_step = 0.04",
     "model=truth control=sip task.damping=[0.1]": "task.damping = [0.1]: needs 2 numbers, or none",
 }

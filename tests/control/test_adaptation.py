@@ -3,11 +3,12 @@
 import casadi as ca
 import numpy as np
 import pytest
+from cart_task import random_start
 from scipy.optimize import least_squares
 
 from repro.codegen.array_evaluation import evaluate
 from repro.control.adaptation import Identification, Prior
-from repro.control.conditions import measured, random_start
+from repro.control.conditions import measured
 from repro.control.momentum_balance import MomentumBalance, forces, information, momenta
 from repro.data.random_force import random_force
 from repro.mechanics.derive import dynamics_of
@@ -20,12 +21,12 @@ DT = 0.005
 
 
 def motion(system, steps=25, seed=0):
-    """Stretches (step, 9, 2 n_q) of the plant under random forces (step, 8)."""
+    """Stretches (step, 9, 2 n_q) of the plant under random forces (step, 8, 1)."""
     applied = np.repeat(np.random.default_rng(seed).uniform(-4, 4, steps), 8)
     tau = applied[None, :, None] * np.eye(system.n_q)[0]
     start = random_start(system, 0.8, seed, 0).state
     states = simulate(dynamics_of(system).acceleration, start[None], tau, DT, angles=system.angles)[0]
-    return np.stack([states[8 * k : 8 * k + 9] for k in range(steps)]), applied.reshape(steps, 8)
+    return np.stack([states[8 * k : 8 * k + 9] for k in range(steps)]), applied.reshape(steps, 8, 1)
 
 
 def training(system):
@@ -174,7 +175,7 @@ def test_the_mass_matrix_stays_positive_definite(plant):
 def test_what_is_not_finite_teaches_nothing_and_harms_nothing(plant):
     system, model, samples = plant
     adaptive = identification(system, model, 1.1 * model.coefficients, samples)
-    adaptive.update(np.full((9, 2 * system.n_q), np.nan), np.ones(8))
+    adaptive.update(np.full((9, 2 * system.n_q), np.nan), np.ones((8, 1)))
     np.testing.assert_array_equal(adaptive.weights, 1.1 * model.coefficients)
     for number, (stretch, applied) in enumerate(zip(*motion(system), strict=True)):
         adaptive.update(np.full_like(stretch, np.nan) if number == 3 else stretch, applied)

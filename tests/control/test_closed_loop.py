@@ -2,14 +2,16 @@
 
 import numpy as np
 import pytest
+from cart_task import hanging_start, random_start
 
 from repro.codegen.array_evaluation import evaluate
 from repro.control.closed_loop import run_loop
-from repro.control.conditions import Conditions, hanging_start, random_start
+from repro.control.conditions import Conditions
 from repro.control.controller import ControlStep
 from repro.control.geometry import Disc
 from repro.control.predictive_controller import PredictiveController
 from repro.control.solver import Limits, make_solver
+from repro.control.task import Task
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
 
@@ -24,16 +26,16 @@ class Playing:
 
     def decide(self, state):
         self.states.append(state)
-        return ControlStep(self.forces.pop(0))
+        return ControlStep(np.array([self.forces.pop(0)]))
 
-    def observe(self, samples, forces):
-        self.samples.append((samples.copy(), forces))
+    def observe(self, samples, inputs):
+        self.samples.append((samples.copy(), inputs[:, 0]))
 
 
 def play(system, forces, start, conditions=Conditions(), disc=DISC):  # noqa: B008 (frozen)
-    controller = Playing(forces)
-    seconds = 0.04 * len(forces)
-    return controller, run_loop(system, controller, start, conditions, time_step=0.04, seconds=seconds, disc=disc)
+    controller, bounds = Playing(forces), Task(name="hanging").bounds(system)
+    times = {"time_step": 0.04, "seconds": 0.04 * len(forces)}
+    return controller, run_loop(system, controller, start, conditions, **times, disc=disc, bounds=bounds)
 
 
 def test_the_plant_moves_as_simulated(system):
@@ -44,7 +46,7 @@ def test_the_plant_moves_as_simulated(system):
     motion = simulate(dynamics_of(system).acceleration, start.state[None], tau, 0.04)[0]
     np.testing.assert_allclose(loop.states[::8], motion, atol=1e-8)
     np.testing.assert_array_equal(controller.states, loop.states[:-1:8])
-    np.testing.assert_array_equal(loop.forces, forces)
+    np.testing.assert_array_equal(loop.inputs[:, 0], forces)
     assert loop.time[-1] == pytest.approx(1.2) and len(loop.clearance) == len(loop.time) == 241
     assert controller.samples[3][0].shape == (9, 4)
 
@@ -88,9 +90,9 @@ def test_the_single_pendulum_swings_up_past_the_obstacle(system, transcribe, pro
     of = transcribe(problem)
     start = hanging_start(system, 0.4)
     solver = make_solver(of, "fatrop", Limits())
-    controller = PredictiveController(of, solver, of.model.model.coefficients, start.x_des)
+    controller = PredictiveController(of, solver, of.model.model.coefficients, start.goal.q)
     loop = run_loop(system, controller, start, Conditions(), time_step=0.04, seconds=6.0, disc=problem.obstacle)
     solver.close()
     assert loop.outcome.success and loop.outcome.held_from < 4.0 and 0 < loop.outcome.clearance < 0.05
     assert max(step.fallback for step in loop.steps) == 0
-    assert np.abs(loop.forces).max() <= 4.0 and len(loop.steps[0].plan) == 21
+    assert np.abs(loop.inputs).max() <= 4.0 and len(loop.steps[0].plan) == 21

@@ -46,7 +46,7 @@ def test_an_interval_of_it_is_the_same(model, system, discretisation, monkeypatc
         generator = np.random.default_rng(1)
         (weights,) = model.initial([generator])
         inner = generator.normal(size=made.inner.shape[0])
-        values.append(function(generator.normal(size=4), inner, np.append(0.8, weights), [0.04, 1.0]))
+        values.append(function(generator.normal(size=4), inner, np.append([0.8, 0.0, 0.0], weights), [0.04, 1.0]))
     for first, second in zip(*values, strict=True):
         np.testing.assert_allclose(np.asarray(first), np.asarray(second), rtol=1e-9, atol=1e-9)
 

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from cart_task import erect
 
-from repro.control.outcome import is_erect, judge
+from repro.control.outcome import judge
 from repro.mechanics.system import load
 
 DIP = load("dip")
@@ -19,7 +20,7 @@ def trajectory(erect_from=5.0):
 
 
 def outcome(states, clearance=None):
-    return judge(TIME, states, np.full(len(TIME), 0.1) if clearance is None else clearance, DIP, X_DES)
+    return judge(TIME, states, np.full(len(TIME), 0.1) if clearance is None else clearance, erect(DIP, X_DES))
 
 
 def test_erect_from_five_seconds_on_is_success():
@@ -59,7 +60,7 @@ def test_a_contact_at_any_time_is_failure():
     clearance[3] = -1e-6
     found = outcome(trajectory(), clearance)
     assert found.contact and not found.success and found.held_from == pytest.approx(5.0)
-    assert judge(TIME, trajectory(), None, DIP, X_DES).success, "without a disc there is nothing to touch"
+    assert judge(TIME, trajectory(), None, erect(DIP, X_DES)).success, "without a disc there is nothing to touch"
 
 
 def test_a_loop_given_up_is_failure():
@@ -73,6 +74,6 @@ def test_a_loop_given_up_is_failure():
 
 def test_upright_depends_on_the_reading():
     printed = load("sip", "printed")
-    assert is_erect(np.array([0.0, np.pi, 0, 0]), printed, 0.0)
-    assert not is_erect(np.zeros(4), printed, 0.0)
-    assert is_erect(np.zeros(4), load("sip"), 0.0)
+    assert erect(printed, 0.0).reached(np.array([0.0, np.pi, 0, 0]))
+    assert not erect(printed, 0.0).reached(np.zeros(4))
+    assert erect(load("sip"), 0.0).reached(np.zeros(4))

@@ -21,14 +21,14 @@ class Scripted:
         if forces is None:
             return Solution(guess, False, 1.0, 3, "failed", 0.0, 0.1)
         states = np.linspace(parameters[: self.of.n_x], np.zeros(self.of.n_x), self.of.n_intervals + 1)
-        return Solution(self.of.guess(states, np.asarray(forces, dtype=float)), True, 0.0, 2, "ok", 0.0, 0.1)
+        return Solution(self.of.guess(states, np.asarray(forces, dtype=float)[:, None]), True, 0.0, 2, "ok", 0.0, 0.1)
 
 
 @pytest.fixture
 def controlled(transcribe, problem):
     def make(answers):
         of = transcribe(problem)
-        return PredictiveController(of, Scripted(of, answers), of.model.model.coefficients, 0.8)
+        return PredictiveController(of, Scripted(of, answers), of.model.model.coefficients, np.array([0.8, 0.0]))
 
     return make
 
@@ -40,8 +40,8 @@ def test_resorts_come_in_their_order_and_are_counted(controlled, state):
     controller = controlled([RAMP, None, RAMP, *[None] * 100])
     decisions = [controller.decide(state) for _ in range(24)]
     assert [decision.fallback for decision in decisions] == [0, 1, *[2] * 19, 3, 3, 3]
-    np.testing.assert_allclose([decision.force for decision in decisions[1:21]], RAMP)
-    assert decisions[-1].force == 0.0
+    np.testing.assert_allclose([decision.u[0] for decision in decisions[1:21]], RAMP)
+    assert decisions[-1].u == 0.0
     assert (decisions[0].seconds, decisions[1].seconds) == (0.1, 0.2)
     assert decisions[1].iterations == 5 and decisions[2].iterations == 6
 
@@ -61,26 +61,26 @@ def test_a_solution_that_is_given_up_is_counted_even_when_the_next_one_is_good(c
 
 def test_without_any_plan_there_is_no_force(controlled, state):
     decision = controlled([None, None]).decide(state)
-    assert (decision.force, decision.fallback, decision.status) == (0.0, 3, "failed")
+    assert (decision.u[0], decision.fallback, decision.status) == (0.0, 3, "failed")
 
 
 def test_an_iterate_that_keeps_the_constraints_counts(controlled, state):
     controller = controlled([])
-    guess = controller.of.guess(np.repeat(state[None], 21, axis=0), RAMP)
+    guess = controller.of.guess(np.repeat(state[None], 21, axis=0), RAMP[:, None])
 
     def nearly(parameters, given):
         return Solution(guess, False, 9e-4, 40, "maximum iterations", 0.0)
 
     controller.solver = nearly
     decision = controller.decide(state)
-    assert (decision.fallback, decision.force) == (0, -1.0)
+    assert (decision.fallback, decision.u[0]) == (0, -1.0)
 
 
 @pytest.mark.parametrize(("violations", "fallback"), [((0.02, 0.05), 1), ((0.05, 0.02), 1), ((0.5, 0.2), 3)])
 def test_the_better_of_two_failures_may_do(controlled, state, violations, fallback):
     """Nothing converges: what nearly keeps the constraints is followed, and the next step goes on from it."""
     controller = controlled([])
-    forces = {violation: np.full(20, violation) for violation in violations}
+    forces = {violation: np.full((20, 1), violation) for violation in violations}
     left = list(violations)
 
     def nearly(parameters, given):
@@ -89,7 +89,7 @@ def test_the_better_of_two_failures_may_do(controlled, state, violations, fallba
 
     controller.solver = nearly
     decision = controller.decide(state)
-    assert (decision.fallback, decision.force) == (fallback, 0.02 if fallback == 1 else 0.0)
+    assert (decision.fallback, decision.u[0]) == (fallback, 0.02 if fallback == 1 else 0.0)
     assert (controller.plan is not None) == (fallback == 1)
 
 
@@ -109,7 +109,9 @@ def test_on_a_grid_that_widens_the_plan_is_interpolated(transcribe, problem, sta
     from dataclasses import replace
 
     of = transcribe(replace(problem, intervals=(0.04, 0.04, 0.08, 0.08)))
-    controller = PredictiveController(of, Scripted(of, [[1, 2, 3, 4], [0, 0, 0, 0]]), of.model.model.coefficients, 0.8)
+    controller = PredictiveController(
+        of, Scripted(of, [[1, 2, 3, 4], [0, 0, 0, 0]]), of.model.model.coefficients, np.array([0.8, 0.0])
+    )
     controller.decide(state)
     plan = controller.plan.states
     controller.decide(state)
@@ -131,4 +133,4 @@ def test_the_first_guess_is_a_motion_of_the_model_or_rest_near_upright(controlle
 
 
 def test_the_force_keeps_its_limit(controlled, state):
-    assert controlled([np.full(20, 4.0000001)]).decide(state).force == 4.0
+    assert controlled([np.full(20, 4.0000001)]).decide(state).u == [4.0]

@@ -57,7 +57,7 @@ def test_every_function_is_that_of_the_programme(problem, case):
     (weights,) = model.initial([generator])
     for _ in range(2):
         x = generator.normal(size=of.n_variables)
-        p = of.parameters(generator.normal(size=of.n_x), 0.8, weights)
+        p = of.parameters(generator.normal(size=of.n_x), generator.normal(size=system.n_q), weights)
         multipliers = 0.7, generator.normal(size=sum(of.rows))
         f, g, grad_f, jac_g, grad_l, hess_l = (np.asarray(part) for part in reference(x, p, *multipliers))
         gradient, hessian = compiled["hess_l"](x, p, *multipliers)

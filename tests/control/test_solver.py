@@ -19,8 +19,8 @@ needs_compiler = pytest.mark.skipif(not has_compiler(), reason="fatrop's program
 
 
 def solved(of, state, make):
-    guess = of.guess(np.repeat(state[None], of.n_intervals + 1, axis=0), np.zeros(of.n_intervals))
-    parameters = of.parameters(state, 0.8, of.model.model.coefficients)
+    guess = of.guess(np.repeat(state[None], of.n_intervals + 1, axis=0), np.zeros((of.n_intervals, 1)))
+    parameters = of.parameters(state, np.array([0.8, 0.0]), of.model.model.coefficients)
     solution = make(of)(parameters, guess)
     assert solution.converged and solution.violation < 1e-8
     return solution, parameters

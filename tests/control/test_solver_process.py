@@ -21,8 +21,8 @@ def of(transcribe, problem):
 
 @pytest.fixture
 def request_of(of, state):
-    guess = of.guess(np.repeat(state[None], of.n_intervals + 1, axis=0), np.zeros(of.n_intervals))
-    return of.parameters(state, 0.8, of.model.model.coefficients), guess
+    guess = of.guess(np.repeat(state[None], of.n_intervals + 1, axis=0), np.zeros((of.n_intervals, 1)))
+    return of.parameters(state, np.array([0.8, 0.0]), of.model.model.coefficients), guess
 
 
 def test_the_answer_is_the_same(of, request_of):

@@ -51,7 +51,7 @@ def steps_in_turn(case: ControlCase, way: SolverChoice, collocation: Collocation
             if number % CHECKED:
                 continue
             assert ours.plan is not None
-            errors.append([case.state_error(*plan) for plan in ((ours.plan.states, ours.plan.forces), theirs.plan)])
+            errors.append([case.state_error(*plan) for plan in ((ours.plan.states, ours.plan.inputs), theirs.plan)])
     finally:
         ours.solver.close()
     mine, other = np.median(errors, axis=0)

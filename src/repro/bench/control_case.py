@@ -9,7 +9,7 @@ import numpy as np
 
 from repro.bench.do_mpc_peer import Collocation, DoMpc
 from repro.control.closed_loop import SUBSTEPS, run_loop
-from repro.control.conditions import Conditions, hanging_start
+from repro.control.conditions import Conditions, Start
 from repro.control.optimal_control_problem import (
     Discretisation,
     NodeWeights,
@@ -20,6 +20,7 @@ from repro.control.optimal_control_problem import (
 from repro.control.predictive_controller import PredictiveController
 from repro.control.predictive_model import PredictiveModel
 from repro.control.solver import Limits, make_solver
+from repro.control.task import Task
 from repro.control.transcription import Transcription
 from repro.mechanics.system import load
 from repro.models.truth import Truth
@@ -59,6 +60,12 @@ class ControlCase:
         return PredictiveModel(Truth(system), system)
 
     @property
+    def start(self) -> Start:
+        """Hanging at rest, and upright at X_DES as the goal."""
+        ((start, _),) = Task(name="hanging", x_des=(X_DES,)).starts(self.model.system, 1)
+        return start
+
+    @property
     def weights(self) -> np.ndarray:
         """The true coefficients."""
         assert isinstance(self.model.model, Truth)
@@ -68,7 +75,9 @@ class ControlCase:
         """Our controller, without a plan yet."""
         discretisation, solver = way
         transcription = Transcription(self.model, self.problem, discretisation, self.substeps)
-        return PredictiveController(transcription, make_solver(transcription, solver, LIMITS), self.weights, X_DES)
+        return PredictiveController(
+            transcription, make_solver(transcription, solver, LIMITS), self.weights, self.start.goal.q
+        )
 
     def theirs(self, collocation: Collocation) -> DoMpc:
         """do-mpc's controller, not set up yet."""
@@ -83,7 +92,7 @@ class ControlCase:
         return ca.integrator("exact", "cvodes", motion, 0, self.problem.time_step, tolerances)
 
     def state_error(self, states: np.ndarray, forces: np.ndarray) -> float:
-        """The largest difference, in m, rad, m/s or rad/s, of a plan to the exact motion under its forces."""
+        """The largest difference, in m, rad, m/s or rad/s, of a plan to the exact motion; forces: (nodes - 1, 1)."""
         state, largest = states[0], 0.0
         for force, planned in zip(forces, states[1:], strict=True):
             state = np.asarray(self.exact(x0=state, p=force)["xf"]).ravel()
@@ -92,11 +101,10 @@ class ControlCase:
 
     def states(self, steps: int) -> np.ndarray:
         """The states of the true plant at so many control steps of a swing-up, (step, 2 n_q)."""
-        controller, start = self.ours(FAST), hanging_start(self.model.system, X_DES)
-        step = self.problem.time_step
+        controller, step = self.ours(FAST), self.problem.time_step
         try:
             loop = run_loop(
-                self.model.system, controller, start, Conditions(),
+                self.model.system, controller, self.start, Conditions(),
                 time_step=step, seconds=steps * step, disc=self.problem.obstacle,
             )  # fmt: skip
         finally:

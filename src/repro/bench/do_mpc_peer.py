@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from repro.control.geometry import distances_squared
-from repro.control.optimal_control_problem import NodeWeights, OptimalControlProblem
+from repro.control.optimal_control_problem import NodeWeights, OptimalControlProblem, by_name
 from repro.control.predictive_model import PredictiveModel
 
 
@@ -77,11 +77,11 @@ class DoMpc:
 
     @property
     def plan(self) -> tuple[np.ndarray, np.ndarray]:
-        """States (nodes, 2 n_q) and forces (nodes - 1,) of the last solution."""
+        """States (nodes, 2 n_q) and forces (nodes - 1, 1) of the last solution."""
         solution, count = self.controller.opt_x_num, len(self.problem.intervals)
         scale = np.asarray(self.controller._x_scaling.cat).ravel()
         states = [np.asarray(solution["_x", k, 0, -1]).ravel() * scale for k in range(count + 1)]
-        return np.stack(states), np.array([float(solution["_u", k, 0]) for k in range(count)])
+        return np.stack(states), np.array([[float(solution["_u", k, 0])] for k in range(count)])
 
     def _set_up(self, mpc: Any, x: ca.SX, f: ca.SX) -> Any:
         problem, n_q = self.problem, self.model.n_q
@@ -95,7 +95,7 @@ class DoMpc:
         mpc.set_objective(mterm=self._cost(problem.terminal_cost, x, 0.0), lterm=self._cost(problem.stage_cost, x, f))
         mpc.set_rterm(f=0.0)
         for side, sign in (("lower", -1.0), ("upper", 1.0)):
-            mpc.bounds[side, "_u", "f"] = sign * problem.force_limit
+            mpc.bounds[side, "_u", "f"] = sign * np.asarray(problem.force_limit)
             if problem.speed_limit is not None:
                 unlimited = np.full(n_q, np.inf)
                 mpc.bounds[side, "_x", "x"] = sign * np.append(unlimited, np.full(n_q, problem.speed_limit))
@@ -105,11 +105,12 @@ class DoMpc:
     def _cost(self, weights: NodeWeights, x: ca.SX, force: Any) -> ca.SX:
         kinetic, potential = self.model.energy(x, self.weights)
         cost: ca.SX = weights.kinetic * kinetic + weights.potential * self.model.potential_cost(potential)
-        cost += weights.position * (x[0] - self.x_des) ** 2 + weights.force * force**2
+        (position,), (push,) = (by_name(weight, [""], [True]) for weight in (weights.position, weights.force))
+        cost += position * (x[0] - self.x_des) ** 2 + push * force**2
         obstacle = self.problem.obstacle
         if obstacle is None:
             return cost
-        points = self.model.system.body_points(ca.vertsplit(x[: self.model.n_q]), ca)
-        distances = ca.vertcat(*distances_squared(points, obstacle.centre, ca))
+        shapes = self.model.system.shapes(ca.vertsplit(x[: self.model.n_q]), ca)
+        distances = ca.vertcat(*distances_squared(shapes, obstacle.centre, ca))
         penalty: ca.SX = obstacle.weight * ca.sumsqr(ca.fmax(obstacle.clearance_squared - distances, 0))
         return cost + penalty

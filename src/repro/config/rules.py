@@ -229,7 +229,9 @@ def _closed_loop(config: Config) -> Iterator[str]:
         yield f"{choice}: needs a model with energies and an invertible mass matrix, not model={config.model.kind}"
     system = true_system(config)
     if not control.fits(system):
-        yield f"{choice}: drives {control.drives} by one force; {_inputs(system)}; use {_suited_to(control)}"
+        yield f"{choice}: drives {control.drives}; {_inputs(system)}; use {_suited_to(control)}"
+    yield from control.problems(system)
+    yield from task.problems(system)
     if task.delay >= control.time_step:
         yield f"task.delay = {task.delay}: must be shorter than control.time_step = {control.time_step}"
     if len(task.damping) not in (0, system.n_q):

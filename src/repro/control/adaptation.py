@@ -95,7 +95,7 @@ class Identification:
     def update(self, samples: np.ndarray, applied: np.ndarray) -> None:
         """Learn from one motion, which begins where the last one ended; values that are not finite start a new sum.
 
-        samples: (intervals + 1, 2 n_q); applied: (intervals,) in N, held between samples.
+        samples: (intervals + 1, 2 n_q); applied: (intervals, n_u), held between samples.
         """
         error, jacobian = self.balance.error(samples, applied, self.weights)
         if not (np.all(np.isfinite(error)) and np.all(np.isfinite(jacobian))):
@@ -141,14 +141,14 @@ class AdaptiveController:
         self._seconds = 0.0
 
     def decide(self, state: np.ndarray) -> ControlStep:
-        """The force by the latest weights, at a measured state (2 n_q,)."""
+        """The inputs by the latest weights, at a measured state (2 n_q,)."""
         step = self.controller.decide(state)
         seconds, self._seconds = self._seconds, 0.0
         return replace(step, seconds=step.seconds + seconds)
 
-    def observe(self, samples: np.ndarray, forces: np.ndarray) -> None:
+    def observe(self, samples: np.ndarray, inputs: np.ndarray) -> None:
         """Update the weights from the step."""
         started = time.thread_time()
-        self.identification.update(samples, forces)
+        self.identification.update(samples, inputs)
         self.controller.weights = self.identification.weights
         self._seconds = time.thread_time() - started

@@ -14,7 +14,6 @@ from repro.mechanics.simulate import simulate
 from repro.mechanics.system import System
 
 SUBSTEPS = 8  # per control step: 5 ms at 0.04 s
-FARTHEST, FASTEST = 10.0, 40.0  # position in m, velocity in m/s or rad/s: a loop beyond is stopped
 
 
 @dataclass(frozen=True)
@@ -36,9 +35,9 @@ class ClosedLoop:
     outcome: Outcome
 
     @property
-    def forces(self) -> np.ndarray:
-        """The force of the controller at each control step, (n_steps,) in N."""
-        return np.array([step.force for step in self.steps])
+    def inputs(self) -> np.ndarray:
+        """The inputs of the controller at each control step, (n_steps, n_u)."""
+        return np.array([step.u for step in self.steps])
 
 
 def run_loop(
@@ -50,10 +49,11 @@ def run_loop(
     time_step: float,
     seconds: float,
     disc: Disc | None,
+    bounds: np.ndarray | None = None,
 ) -> ClosedLoop:
-    """Drive the plant of the conditions from a start.
+    """Drive the plant of the conditions, with their masses, lengths and friction, from a start.
 
-    The system must be a cart with links and one input. Its masses, lengths and friction are those of the conditions.
+    bounds: of the absolute values of a state, (2 n_q,); a loop beyond is stopped.
     """
     plant = plant_of(system, conditions, start)
     generator = np.random.default_rng([*start.seed, 2])
@@ -61,24 +61,25 @@ def run_loop(
     states = np.full((n_steps * SUBSTEPS + 1, 2 * system.n_q), np.nan)
     states[0] = start.state
     observed = measured(states[0], system, conditions.noise, generator)
-    steps, force = [], 0.0
+    steps: list[ControlStep] = []
+    u = np.zeros(len(system.inputs))
+    bounds = np.full(len(start.state), np.inf) if bounds is None else bounds
     acceleration = under_inputs(dynamics_of(plant).acceleration, plant)
     # a plant of its own for every start: not worth a compilation each
     engine = "casadi" if conditions.mismatch and conditions.mismatch_kind == "physical" else "auto"
     for k in range(n_steps):
         step = controller.decide(observed)
         steps.append(step)
-        commanded = np.repeat([force, step.force], [late, SUBSTEPS - late])
-        force = step.force
+        commanded = np.repeat([u, step.u], [late, SUBSTEPS - late], axis=0)
+        u = step.u
         first = k * SUBSTEPS
-        disturbance = conditions.disturbance * generator.standard_normal()
-        held = (commanded + disturbance)[None, :, None]
+        held = (commanded + conditions.disturbance * generator.standard_normal(len(u)))[None]
         motion = simulate(
             acceleration, states[None, first], held, time_step / SUBSTEPS, angles=plant.angles, engine=engine
         )
         states[first : first + SUBSTEPS + 1] = motion[0]
         now = states[first + SUBSTEPS]
-        if not np.all(np.isfinite(now)) or abs(now[0]) > FARTHEST or np.max(np.abs(now[system.n_q :])) > FASTEST:
+        if not np.all(np.isfinite(now)) or np.any(np.abs(now) > bounds):
             states[first + 1 :] = np.nan
             break
         samples = measured(motion[0], system, conditions.noise, generator)
@@ -87,5 +88,5 @@ def run_loop(
         observed = samples[-1]
     time = np.arange(len(states)) * time_step / SUBSTEPS
     clearance = None if disc is None else disc.clearance(plant, states[:, : system.n_q])
-    outcome = judge(time, states, clearance, system, start.x_des)
+    outcome = judge(time, states, clearance, start.goal)
     return ClosedLoop(plant, start, time, states, clearance, steps, outcome)

@@ -1,4 +1,4 @@
-"""The disturbances of a closed loop: start, mismatch of model or plant, and measurement noise."""
+"""The disturbances of a closed loop: mismatch of model or plant, and measurement noise."""
 
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal
@@ -6,11 +6,10 @@ from typing import Annotated, Literal
 import numpy as np
 from annotated_types import Ge, Lt
 
+from repro.control.goal import Goal
 from repro.mechanics.system import System
 from repro.plugins.options import NotNegative, Options
 
-# random starts: around the cart at 0 and all links hanging
-POSITION, ANGLE, SPEED = 0.3, 0.6, 0.3
 # one unit of noise: standard deviations of position, angle and their rates
 NOISE = (1e-3, 1e-3, 5e-3, 1e-2)
 
@@ -23,8 +22,8 @@ class Conditions(Options):
 
     mismatch     d: each coefficient of the model (or each mass and length of the plant) times its own U(1 - d, 1 + d)
     noise        of every measurement, in units of NOISE
-    disturbance  standard deviation of a random force that is added to that of the controller and held over each step, N
-    delay        between measurement and force, s; less than a step
+    disturbance  standard deviation of what is added to every input and held over each step, in the unit of the input
+    delay        between measurement and input, s; less than a step
     damping      of the plant's joints in the loop, unknown to every model, as System.damping; empty: that of the system
     """
 
@@ -38,28 +37,12 @@ class Conditions(Options):
 
 @dataclass(frozen=True)
 class Start:
-    """The start of one closed loop: name, initial state (2 n_q,), target x_des in m, and the seed of its noise."""
+    """The start of one closed loop: name, initial state (2 n_q,), goal, and the seed of its noise."""
 
     name: str
     state: np.ndarray
-    x_des: float
+    goal: Goal
     seed: tuple[int, ...]
-
-
-def hanging_start(system: System, x_des: float) -> Start:
-    """The start of the paper: cart at 0, every angle pi, at rest."""
-    state = np.zeros(2 * system.n_q)
-    state[list(system.angles)] = np.pi
-    return Start("hanging", state, x_des, (0, 0))
-
-
-def random_start(system: System, x_des: float, seed: int, number: int) -> Start:
-    """One of many starts around hanging; it depends on its number, not on how many there are."""
-    generator = np.random.default_rng([seed, number])
-    spread = np.array([ANGLE if c.is_angle else POSITION for c in system.coordinates] + [SPEED] * system.n_q)
-    centre = hanging_start(system, 0.0).state
-    state = centre + spread * generator.uniform(-1, 1, 2 * system.n_q)
-    return Start(f"random {number}", state, x_des, (seed, number))
 
 
 def wrong_weights(weights: np.ndarray, conditions: Conditions, start: Start) -> np.ndarray:

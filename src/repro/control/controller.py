@@ -6,12 +6,14 @@ from typing import Protocol
 
 import numpy as np
 
+from repro.control.goal import Goal
+
 
 @dataclass(frozen=True)
 class ControlStep:
-    """The force of one step, N, and how it was computed.
+    """The inputs of one step (n_u,), and how they were computed.
 
-    fallback    0 the solver's first answer; 1 a second try; 2 the last good plan; 3 no force at all
+    fallback    0 the solver's first answer; 1 a second try; 2 the last good plan; 3 inputs 0
     status      the solver's last word
     iterations  of all solutions
     seconds     CPU time of all solutions
@@ -19,7 +21,7 @@ class ControlStep:
     plan        predicted states (nodes, 2 n_q); empty where the controller makes no plan
     """
 
-    force: float
+    u: np.ndarray
     fallback: int = 0
     status: str = ""
     iterations: int = 0
@@ -29,16 +31,16 @@ class ControlStep:
 
 
 class Controller(Protocol):
-    """Computes the force of the next step from measured states."""
+    """Computes the inputs of the next step from measured states."""
 
     def decide(self, state: np.ndarray) -> ControlStep:
-        """The force at a measured state (2 n_q,)."""
+        """The inputs at a measured state (2 n_q,)."""
 
-    def observe(self, samples: np.ndarray, forces: np.ndarray) -> None:
-        """Learn from the step: samples (n + 1, 2 n_q) measured under forces (n,) held between them."""
+    def observe(self, samples: np.ndarray, inputs: np.ndarray) -> None:
+        """Learn from the step: samples (n + 1, 2 n_q) measured under inputs (n, n_u) held between them."""
 
 
 Samples = tuple[np.ndarray, np.ndarray, np.ndarray]
 """q, qd, qdd (sample, n_q) of training data."""
-MakeController = Callable[[np.ndarray, float], Controller]
-"""Makes a controller from the weights of a model (n_parameters,) and the target position x_des, m."""
+MakeController = Callable[[np.ndarray, Goal], Controller]
+"""Makes a controller from the weights of a model (n_parameters,) and the goal."""

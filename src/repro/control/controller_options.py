@@ -1,11 +1,10 @@
 """What every choice of conf/control declares: its options, and the systems that it can drive."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
-from repro.mechanics.inputs import input_matrix
+from repro.mechanics.inputs import input_limits
 from repro.mechanics.system import System
 from repro.plugins.options import PluginOptions, Positive
 
@@ -26,19 +25,24 @@ class ControllerOptions(ControlOptions):
     A file of control/controllers extends it and has `build(options, model, disc, samples)`: a context manager that
     yields a `MakeController`, from a `PredictiveModel`, the `Disc` to avoid or None, and training data as `Samples`.
 
-    time_step    s, between two forces
-    force_limit  N
+    time_step    s, between two steps
+    force_limit  of all inputs, in their units; None: that of each, as the system has it
     drives       the systems that it can drive, in words
     """
 
-    drives: ClassVar[str] = "a cart with links"
+    drives: ClassVar[str] = "every system"
 
     time_step: Positive
-    force_limit: Positive
+    force_limit: Positive | None
+
+    def limits(self, system: System) -> tuple[float, ...]:
+        """The limit of every input."""
+        return tuple(input_limits(system)) if self.force_limit is None else (self.force_limit,) * len(system.inputs)
 
     def fits(self, system: System) -> bool:
-        """Whether it can drive a system: a cart with links, and one input, the force on the cart."""
-        first, *links = system.coordinates
-        on_cart = np.eye(system.n_q)[:, :1]
-        is_cart = first.unit == "m" and first.cyclic and bool(links) and all(link.is_angle for link in links)
-        return is_cart and np.array_equal(input_matrix(system, np.zeros(system.n_q)), on_cart)
+        """Whether it can drive a system."""
+        return True
+
+    def problems(self, system: System) -> Iterator[str]:
+        """Options that do not fit a system, one line each."""
+        yield from ()

@@ -1,37 +1,50 @@
-"""Distances of the links of a pendulum to a disc."""
+"""Distances of the solid parts of a system to a disc."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import Any
+from typing import Any, assert_never
 
 import numpy as np
 
+from repro.mechanics.shapes import Block, Circle, InputArrow, Point, Segment, Shape, Spring
 from repro.mechanics.system import System
-
-Point = Sequence[Any]
 
 
 @dataclass(frozen=True)
 class Disc:
-    """The region that no link may touch: centre (x, y up) and radius, m."""
+    """The region that no solid part may touch: centre (x, y up) and radius, m."""
 
     centre: tuple[float, float] = (0.0, 0.6)
     radius: float = 0.3
 
     def clearance(self, system: System, q: np.ndarray) -> np.ndarray:
-        """Distance (...,) of the nearest link to the disc, m, negative inside; q: (..., n_q)."""
-        points = system.body_points([q[..., i] for i in range(system.n_q)], np)
-        nearest = np.min(distances_squared(points, self.centre, np), axis=0)
+        """Distance (...,) of the nearest solid part to the disc, m, negative inside; q: (..., n_q)."""
+        shapes = system.shapes([q[..., i] for i in range(system.n_q)], np)
+        nearest = np.min(np.broadcast_arrays(*distances_squared(shapes, self.centre, np)), axis=0)
         return np.asarray(np.sqrt(nearest) - self.radius)
 
 
-def distances_squared(points: Sequence[Point], centre: Sequence[float], m: Any) -> list[Any]:
-    """Squared distance of each link (the segment between consecutive points) to a centre, m^2.
+def distances_squared(shapes: Sequence[Shape], centre: Sequence[float], m: Any) -> list[Any]:
+    """Squared distance of each solid shape to a centre, m^2; m: a maths namespace with fmin and fmax."""
+    return [squared for shape in shapes for squared in _to_shape(shape, centre, m)]
 
-    points: [x, y] of the cart and of the end of every link; m: a maths namespace with fmin and fmax.
-    """
-    return [_to_segment(start, end, centre, m) for start, end in pairwise(points)]
+
+def _to_shape(shape: Shape, centre: Sequence[float], m: Any) -> list[Any]:
+    match shape:
+        case Segment(solid=True):
+            return [_to_segment(shape.a, shape.b, centre, m)]
+        case Circle(solid=True):
+            across, up = shape.centre[0] - centre[0], shape.centre[1] - centre[1]
+            return [m.fmax(m.sqrt(across**2 + up**2) - shape.radius, 0.0) ** 2]
+        case Block(solid=True):
+            across, up = centre[0] - shape.centre[0], centre[1] - shape.centre[1]
+            cosine, sine = m.cos(shape.angle), m.sin(shape.angle)
+            own = cosine * across + sine * up, cosine * up - sine * across
+            return [sum(m.fmax(m.fabs(at) - half, 0.0) ** 2 for at, half in zip(own, shape.half, strict=True))]
+        case Segment() | Circle() | Block() | Spring() | InputArrow():
+            return []
+        case other:
+            assert_never(other)
 
 
 def _to_segment(start: Point, end: Point, centre: Sequence[float], m: Any) -> Any:

@@ -21,8 +21,8 @@ class Interval:
     """Symbols and expressions of one interval, or of the last node (no inner variables, no following state).
 
     state       x = [q, qd] at its start
-    inner       [f, further unknowns]
-    parameters  [x_des, weights of the model]
+    inner       [u, further unknowns]
+    parameters  [goal, u_goal, weights of the model]
     data        [length in s, 1 where the obstacle counts at the start (0 at the first node)]
     following   x at its end
     equalities  zero along a motion
@@ -51,7 +51,7 @@ class _Motion:
 def interval(
     model: PredictiveModel, problem: OptimalControlProblem, discretisation: Discretisation, substeps: int
 ) -> Interval:
-    """One interval under a constant force: explicit RK4 in substeps, or collocation with (7b) in algebraic form.
+    """One interval under constant inputs: explicit RK4 in substeps, or collocation with (7b) in algebraic form.
 
     A small model is written out as scalar expressions. A large one stays a function that is called, so that the code
     of its derivatives is generated once and not for every place where it is evaluated.
@@ -59,22 +59,22 @@ def interval(
     small = not is_wide(model.model) and model.derivative.n_instructions() <= LARGEST_INLINE
     kind = ca.SX if small else ca.MX
     costs = HorizonCost(model, problem)
-    state, force, parameters, data = costs.symbols(kind)
-    weights, length = parameters[1:], data[0]
+    state, u, parameters, data = costs.symbols(kind)
+    weights, length = parameters[costs.n_goal :], data[0]
     match discretisation:
         case "shooting":
-            motion = _shoot(model, state, force, weights, length, substeps)
+            motion = _shoot(model, state, u, weights, length, substeps)
         case "collocation":
-            motion = _collocate(model, state, force, weights, length)
+            motion = _collocate(model, state, u, weights, length)
         case other:
             assert_never(other)
-    cost, margins = costs.start()(state, force, parameters, data)
+    cost, margins = costs.start()(state, u, parameters, data)
     penalty, further = costs.middle(motion.middle)
     cost += penalty
     margins = ca.vertcat(margins, further)
     return Interval(
         state,
-        ca.vertcat(force, *motion.inner),
+        ca.vertcat(u, *motion.inner),
         parameters,
         data,
         motion.following,
@@ -94,16 +94,16 @@ def horizon_end(model: PredictiveModel, problem: OptimalControlProblem) -> Inter
 
 
 def _shoot(
-    model: PredictiveModel, state: Expression, force: Expression, weights: Expression, length: Expression, substeps: int
+    model: PredictiveModel, state: Expression, u: Expression, weights: Expression, length: Expression, substeps: int
 ) -> _Motion:
     reached, h, derivative = [state], length / substeps, model.derivative
     for _ in range(substeps):
-        reached.append(rk4_step(lambda x: derivative(x, force, weights), reached[-1], h))
+        reached.append(rk4_step(lambda x: derivative(x, u, weights), reached[-1], h))
     return _Motion(reached[-1], reached[substeps // 2], [], [])
 
 
 def _collocate(
-    model: PredictiveModel, state: Expression, force: Expression, weights: Expression, length: Expression
+    model: PredictiveModel, state: Expression, u: Expression, weights: Expression, length: Expression
 ) -> _Motion:
     n_q, symbol = model.n_q, type(state).sym
     rates = ca.DM(np.array(ca.collocation_coeff(ca.collocation_points(DEGREE, "radau"))[0]))
@@ -119,7 +119,7 @@ def _collocate(
         for j, (x, qdd) in enumerate(zip(points, accelerations, strict=True)):
             equalities += [
                 polynomial[:, j] - h * ca.vertcat(x[n_q:], qdd),
-                model.inverse(x, qdd, force, weights),
+                model.inverse(x, qdd, u, weights),
             ]
         inner += [*points, *accelerations]
         starts.append(points[-1])

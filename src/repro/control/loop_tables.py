@@ -24,7 +24,7 @@ def row(loop: ClosedLoop, seed: int) -> dict[str, str | int | float | bool | Non
     initial = {f"start_{c.name}": float(q) for c, q in zip(loop.plant.coordinates, loop.start.state, strict=False)}
     return {
         "member": seed,
-        "x_des": loop.start.x_des,
+        "x_des": loop.start.goal.place("x"),
         "start": loop.start.name,
         **initial,
         "success": outcome.success,
@@ -43,26 +43,29 @@ def row(loop: ClosedLoop, seed: int) -> dict[str, str | int | float | bool | Non
 
 
 def trajectory(loop: ClosedLoop, disc: Disc | None) -> Iterator[tuple[float, str, float, float]]:
-    """State, energies, force, clearance and the ends of the links at every control step, as (x_des, name, t, value).
+    """State, energies, inputs, clearance and the ends of the links at every control step, as (x_des, name, t, value).
 
-    Units: m, rad, J, N and s. The centre and radius of the disc come first, at t = 0.
+    Units: those of coordinates and inputs, m, J and s; x_des is nan where there is no coordinate x. The centre and
+    radius of the disc come first, at t = 0.
     """
+    place = loop.start.goal.place("x")
     if disc is not None:
         for name, value in zip(("x", "y", "radius"), (*disc.centre, disc.radius), strict=True):
-            yield loop.start.x_des, f"obstacle.{name}", 0.0, value
+            yield place, f"obstacle.{name}", 0.0, value
     every = slice(None, None, SUBSTEPS)
     time, states = loop.time[every], loop.states[every]
     names = [c.name for c in loop.plant.coordinates]
     columns = dict(zip([*names, *(f"{name}d" for name in names)], states.T, strict=True))
     columns |= energies(loop.plant, states)
-    columns["force"] = np.append(loop.forces, np.full(len(time) - len(loop.forces), np.nan))
+    missing = np.full((len(time) - len(loop.steps), len(loop.plant.inputs)), np.nan)
+    columns |= dict(zip((i.name for i in loop.plant.inputs), np.append(loop.inputs, missing, axis=0).T, strict=True))
     if loop.clearance is not None:
         columns["clearance"] = loop.clearance[every]
     points = loop.plant.body_points(list(states[:, : loop.plant.n_q].T), np)
     for number, (x, y) in enumerate(points[1:], start=1):
         columns |= {f"end{number}.x": x, f"end{number}.y": y}
     for name, values in columns.items():
-        yield from ((loop.start.x_des, name, float(t), float(value)) for t, value in zip(time, values, strict=True))
+        yield from ((place, name, float(t), float(value)) for t, value in zip(time, values, strict=True))
 
 
 def energies(system: System, states: np.ndarray) -> dict[str, np.ndarray]:
@@ -85,12 +88,11 @@ def save(path: Path, loop: ClosedLoop, disc: Disc | None) -> None:
         path,
         time=loop.time,
         states=loop.states,
-        forces=loop.forces,
+        inputs=loop.inputs,
         clearance=np.zeros(0) if loop.clearance is None else loop.clearance,
         predicted=predicted,
         iterations=[step.iterations for step in loop.steps],
         fallbacks=[step.fallback for step in loop.steps],
         milliseconds=[1e3 * step.seconds for step in loop.steps],
         obstacle=np.zeros(0) if disc is None else [*disc.centre, disc.radius],
-        x_des=loop.start.x_des,
     )

@@ -43,23 +43,23 @@ class MatrixNetwork:
 
     @cached_property
     def derivative(self) -> ca.Function:
-        """(x, f, weights) -> xd."""
+        """(x, u, weights) -> xd."""
         x, weights = self._symbols()
-        force = ca.MX.sym("f")
+        u = self._inputs
         mass, rest = self._motion(x, weights)
-        push = ca.mtimes(self.input_map(x[: self.model.n_q]), force) - rest
+        push = ca.mtimes(self.input_map(x[: self.model.n_q]), u) - rest
         return ca.Function(
-            "derivative", [x, force, weights], [ca.vertcat(x[self.model.n_q :], _solver(self.model.n_q)(mass, push))]
+            "derivative", [x, u, weights], [ca.vertcat(x[self.model.n_q :], _solver(self.model.n_q)(mass, push))]
         )
 
     @cached_property
     def inverse(self) -> ca.Function:
-        """(x, qdd, f, weights) -> the residual of (7b)."""
+        """(x, qdd, u, weights) -> the residual of (7b)."""
         x, weights = self._symbols()
-        qdd, force = ca.MX.sym("qdd", self.model.n_q), ca.MX.sym("f")
+        qdd, u = ca.MX.sym("qdd", self.model.n_q), self._inputs
         mass, rest = self._motion(x, weights)
-        residual = ca.mtimes(mass, qdd) + rest - ca.mtimes(self.input_map(x[: self.model.n_q]), force)
-        return ca.Function("inverse", [x, qdd, force, weights], [residual])
+        residual = ca.mtimes(mass, qdd) + rest - ca.mtimes(self.input_map(x[: self.model.n_q]), u)
+        return ca.Function("inverse", [x, qdd, u, weights], [residual])
 
     def _motion(self, x: ca.MX, weights: ca.MX) -> tuple[ca.MX, ca.MX]:
         """M, and the terms of (7b) without M qdd."""
@@ -68,6 +68,10 @@ class MatrixNetwork:
         gradient = ca.gradient(kinetic - potential, x)
         of_momentum = ca.jacobian(gradient[n_q:], x)
         return of_momentum[:, n_q:], ca.mtimes(of_momentum[:, :n_q], x[n_q:]) - gradient[:n_q]
+
+    @property
+    def _inputs(self) -> ca.MX:
+        return ca.MX.sym("u", self.input_map.size2_out(0))
 
     def _symbols(self) -> tuple[ca.MX, ca.MX]:
         return ca.MX.sym("x", 2 * self.model.n_q), ca.MX.sym("w", self.model.n_parameters)

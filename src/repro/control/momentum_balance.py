@@ -2,7 +2,7 @@
 
     p(t_n) - p(t_0) = integral of (tau + dL/dq - friction),   p = dL/dqd,
 
-holds along every motion of a model. It needs positions, velocities and the force; for a model that is linear in its
+holds along every motion of a model. It needs positions, velocities and the inputs; for a model that is linear in its
 weights it is linear in them.
 """
 
@@ -34,12 +34,14 @@ class MomentumBalance:
         if self.intervals % 2 or self.intervals < 2:
             raise ValueError(f"Simpson's rule needs an even number of intervals, got {self.intervals}")
 
-    def error(self, samples: np.ndarray, forces: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def error(self, samples: np.ndarray, inputs: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The impulse that the model does not explain, (n_q,) in N s, and d(explained)/d(weights), (n_q, n_weights).
 
-        samples: (intervals + 1, 2 n_q); forces: (intervals,) in N, held between samples.
+        samples: (intervals + 1, 2 n_q); inputs: (intervals, n_u), held between samples.
         """
-        impulse = input_matrix(self.system, samples[0, : self.model.n_q])[:, 0] * np.sum(forces) * self.dt
+        at_samples = input_matrix(self.system, samples[:, : self.model.n_q])
+        forces = ((at_samples[:-1] + at_samples[1:]) / 2 @ inputs[..., None])[..., 0]
+        impulse = np.sum(np.ascontiguousarray(forces.T), axis=1) * self.dt
         explained, jacobian = self._explained(samples.T, weights)
         return impulse - np.asarray(explained).ravel(), np.asarray(jacobian)
 

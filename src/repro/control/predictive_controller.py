@@ -11,29 +11,29 @@ from repro.control.transcription import Transcription
 
 GOOD_ENOUGH = 1e-3  # violation of the constraints up to which a solution counts without convergence
 PASSABLE = 0.1  # violation up to which the better of two solutions is preferred to the last plan
-NEAR_UPRIGHT = np.deg2rad(30)
+NEAR_GOAL = np.deg2rad(30)  # of every angle
 DIVERGED = 1e3  # a predicted state beyond is not used as a guess
 ROUNDING = 1e-9  # s, of sums of time steps
 
 
 @dataclass
 class Plan:
-    """The last good solution: states (nodes, 2 n_q), forces (nodes - 1,) in N, and its age in steps."""
+    """The last good solution: states (nodes, 2 n_q), inputs (nodes - 1, n_u), and its age in steps."""
 
     states: np.ndarray
-    forces: np.ndarray
+    inputs: np.ndarray
     age: int = 0
 
 
 class PredictiveController:
-    """Solves from the shifted plan, then from a roll-out of the shifted forces; if both fail it follows the last plan.
+    """Solves from the shifted plan, then from a roll-out of the shifted inputs; if both fail it follows the last plan.
 
     A solution counts if it converged, or if its constraints hold to 1e-3; after the second try the better of both
     counts if they hold to 0.1, and becomes the plan. `ControlStep.fallback` numbers these cases; none stops the loop.
     """
 
-    def __init__(self, of: Transcription, solver: Solver, weights: np.ndarray, x_des: float) -> None:
-        self.of, self.solver, self.weights, self.x_des = of, solver, np.asarray(weights, dtype=float), x_des
+    def __init__(self, of: Transcription, solver: Solver, weights: np.ndarray, goal: np.ndarray) -> None:
+        self.of, self.solver, self.weights, self.goal = of, solver, np.asarray(weights, dtype=float), goal
         self.times = np.concatenate([[0.0], np.cumsum(of.problem.intervals)])
         self.plan: Plan | None = None
         stage = of.prediction
@@ -42,71 +42,79 @@ class PredictiveController:
         )
 
     def decide(self, state: np.ndarray) -> ControlStep:
-        """The force at a measured state (2 n_q,)."""
-        forces = np.zeros(self.of.n_intervals) if self.plan is None else self._shifted_forces()
-        guess = self._rolled_out(state, forces) if self.plan is None else self._shifted(state, forces)
-        parameters = self.of.parameters(state, self.x_des, self.weights)
+        """The inputs at a measured state (2 n_q,)."""
+        parameters = self.of.parameters(state, self.goal, self.weights)
+        shared = parameters[self.of.n_x :]
+        if self.plan is None:
+            inputs = self._held(shared)
+            guess = self._rolled_out(state, inputs, shared)
+        else:
+            inputs = self._shifted_inputs()
+            guess = self._shifted(state, inputs)
         tries = [self.solver(parameters, guess)]
         if not _is_good(tries[0]):
-            tries.append(self.solver(parameters, self._rolled_out(state, forces)))
+            tries.append(self.solver(parameters, self._rolled_out(state, inputs, shared)))
         best = tries[-1] if _is_good(tries[-1]) else min(tries, key=lambda solution: solution.violation)
         seconds, iterations = sum(each.seconds for each in tries), sum(each.iterations for each in tries)
         killed = sum(each.out_of_time for each in tries)
         if not (_is_good(best) or best.violation < PASSABLE):
             return self._without_solution(best.status, iterations, seconds, killed)
         states, inner = self.of.states(best.variables), self.of.inner(best.variables)
-        self.plan = Plan(states, inner[:, 0])
-        force = self._limited(inner[0, 0])
-        return ControlStep(force, len(tries) - 1, best.status, iterations, seconds, killed, states)
+        self.plan = Plan(states, inner[:, : self.of.n_u])
+        u = self._limited(inner[0, : self.of.n_u])
+        return ControlStep(u, len(tries) - 1, best.status, iterations, seconds, killed, states)
 
-    def observe(self, samples: np.ndarray, forces: np.ndarray) -> None:
+    def observe(self, samples: np.ndarray, inputs: np.ndarray) -> None:
         """The model stays as it is."""
 
     def _without_solution(self, status: str, iterations: int, seconds: float, killed: int) -> ControlStep:
-        """The force of the last good plan at this time; no force after its end."""
+        """The inputs of the last good plan at this time; 0 after its end."""
         if self.plan is not None:
             self.plan.age += 1
             at = self.plan.age * self.of.problem.time_step
             if at < self.times[-1] - ROUNDING:
-                force = self._limited(self.plan.forces[self._interval_at(at)])
-                return ControlStep(force, 2, status, iterations, seconds, killed, self.plan.states)
-        return ControlStep(0.0, 3, status, iterations, seconds, killed)
+                u = self._limited(self.plan.inputs[self._interval_at(at)])
+                return ControlStep(u, 2, status, iterations, seconds, killed, self.plan.states)
+        return ControlStep(np.zeros(self.of.n_u), 3, status, iterations, seconds, killed)
 
-    def _shifted_forces(self) -> np.ndarray:
+    def _held(self, shared: np.ndarray) -> np.ndarray:
+        """The inputs that hold the model at rest at the goal, in every interval."""
+        n_q = self.of.model.n_q
+        return np.tile(self._limited(shared[n_q : n_q + self.of.n_u]), (self.of.n_intervals, 1))
+
+    def _shifted_inputs(self) -> np.ndarray:
         assert self.plan is not None
         passed = (self.plan.age + 1) * self.of.problem.time_step
-        return np.asarray(self.plan.forces[self._interval_at(self.times[:-1] + passed)])
+        return np.asarray(self.plan.inputs[self._interval_at(self.times[:-1] + passed)])
 
-    def _shifted(self, state: np.ndarray, forces: np.ndarray) -> np.ndarray:
+    def _shifted(self, state: np.ndarray, inputs: np.ndarray) -> np.ndarray:
         """The last plan moved to the present time, from the measured state."""
         assert self.plan is not None
         at = self.times + (self.plan.age + 1) * self.of.problem.time_step
         states = np.stack([np.interp(at, self.times, column) for column in self.plan.states.T], axis=1)
         states[0] = state
-        return self.of.guess(states, forces)
+        return self.of.guess(states, inputs)
 
-    def _rolled_out(self, state: np.ndarray, forces: np.ndarray) -> np.ndarray:
-        """A roll-out of the model; near upright the state is held instead, because an open-loop motion would fall."""
-        system = self.of.model.system
-        angles = list(system.angles)
+    def _rolled_out(self, state: np.ndarray, inputs: np.ndarray, shared: np.ndarray) -> np.ndarray:
+        """A roll-out of the model; near the goal the state is held instead, because an open-loop motion may fall."""
+        angles = [i for i, c in enumerate(self.of.model.system.coordinates) if c.is_angle and not c.cyclic]
         states = np.repeat(state[None], self.of.n_intervals + 1, axis=0)
-        if np.all(np.cos(state[angles] - system.at_rest()[angles]) > np.cos(NEAR_UPRIGHT)):
-            return self.of.guess(states, np.zeros_like(forces))
-        shared = np.append(self.x_des, self.weights)
-        for k, (length, force) in enumerate(zip(self.of.problem.intervals, forces, strict=True)):
-            following = np.asarray(self._advance(states[k], force, shared, [length, 0.0])).ravel()
+        if np.all(np.cos(state[angles] - self.goal[angles]) > np.cos(NEAR_GOAL)):
+            return self.of.guess(states, self._held(shared))
+        for k, (length, u) in enumerate(zip(self.of.problem.intervals, inputs, strict=True)):
+            following = np.asarray(self._advance(states[k], u, shared, [length, 0.0])).ravel()
             if not np.all(np.abs(following) < DIVERGED):
                 break
             states[k + 1 :] = following
-        return self.of.guess(states, forces)
+        return self.of.guess(states, inputs)
 
     def _interval_at(self, times: np.ndarray | float) -> np.ndarray:
         index = np.searchsorted(self.times, np.asarray(times) + ROUNDING, side="right") - 1
         return np.asarray(np.minimum(index, self.of.n_intervals - 1))
 
-    def _limited(self, force: float) -> float:
-        limit = self.of.problem.force_limit
-        return float(np.clip(force, -limit, limit))
+    def _limited(self, u: np.ndarray) -> np.ndarray:
+        limit = np.array(self.of.problem.force_limit)
+        return np.asarray(np.clip(u, -limit, limit))
 
 
 def _is_good(solution: Solution) -> bool:

@@ -5,9 +5,10 @@ from functools import cached_property
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from repro.control.matrix_network import MatrixNetwork, is_wide
-from repro.mechanics.inputs import input_map
+from repro.mechanics.inputs import input_map, inputs_from_force
 from repro.mechanics.link_angles import LinkAngles
 from repro.mechanics.system import System
 from repro.models.lagrangian import Lagrangian
@@ -16,7 +17,7 @@ from repro.models.model import EnergyExpressions, Model
 
 @dataclass(frozen=True)
 class PredictiveModel:
-    """A model with the geometry and the reading of its system; columns q, qd, qdd (n_q,), scalar f, and the weights.
+    """A model with the geometry and the reading of its system; columns q, qd, qdd (n_q,), u (n_u,), and the weights.
 
     canonical: the gauge of the energies in the cost is fixed so that T is least at rest, T(q, 0) = 0 and
     dT/dqd(q, 0) = 0; it changes the cost only, not the motion.
@@ -30,6 +31,11 @@ class PredictiveModel:
     def n_q(self) -> int:
         """Number of generalised coordinates."""
         return self.system.n_q
+
+    @property
+    def n_u(self) -> int:
+        """Number of inputs."""
+        return len(self.system.inputs)
 
     def energies(self, q: ca.SX, qd: ca.SX, weights: ca.SX) -> EnergyExpressions:
         """T and V, in J, in the gauge of the cost."""
@@ -51,23 +57,32 @@ class PredictiveModel:
 
     @cached_property
     def derivative(self) -> ca.Function:
-        """(x, f, weights) -> xd."""
+        """(x, u, weights) -> xd."""
         if is_wide(self.model):
             return self._matrices.derivative
-        x, force, weights = ca.SX.sym("x", 2 * self.n_q), ca.SX.sym("f"), ca.SX.sym("w", self.model.n_parameters)
+        x, u, weights = self._symbols
         q, qd = x[: self.n_q], x[self.n_q :]
-        rate = ca.vertcat(qd, self.acceleration(q, qd, force, weights))
-        return ca.Function("derivative", [x, force, weights], [rate], {"cse": True})
+        rate = ca.vertcat(qd, self.acceleration(q, qd, u, weights))
+        return ca.Function("derivative", [x, u, weights], [rate], {"cse": True})
 
     @cached_property
     def inverse(self) -> ca.Function:
-        """(x, qdd, f, weights) -> the residual of (7b)."""
+        """(x, qdd, u, weights) -> the residual of (7b)."""
         if is_wide(self.model):
             return self._matrices.inverse
-        x, qdd, force = ca.SX.sym("x", 2 * self.n_q), ca.SX.sym("qdd", self.n_q), ca.SX.sym("f")
-        weights = ca.SX.sym("w", self.model.n_parameters)
-        residual = self.residual(x[: self.n_q], x[self.n_q :], qdd, force, weights)
-        return ca.Function("inverse", [x, qdd, force, weights], [residual], {"cse": True})
+        (x, u, weights), qdd = self._symbols, ca.SX.sym("qdd", self.n_q)
+        residual = self.residual(x[: self.n_q], x[self.n_q :], qdd, u, weights)
+        return ca.Function("inverse", [x, qdd, u, weights], [residual], {"cse": True})
+
+    def rest_inputs(self, q: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """The inputs (n_u,) that come closest to holding the model at rest at q (n_q,)."""
+        force = self.inverse(np.append(q, np.zeros(self.n_q)), np.zeros(self.n_q), np.zeros(self.n_u), weights)
+        return inputs_from_force(self.system, q, np.asarray(force).ravel())
+
+    @property
+    def _symbols(self) -> tuple[ca.SX, ca.SX, ca.SX]:
+        x, u = ca.SX.sym("x", 2 * self.n_q), ca.SX.sym("u", self.n_u)
+        return x, u, ca.SX.sym("w", self.model.n_parameters)
 
     @cached_property
     def _matrices(self) -> MatrixNetwork:
@@ -78,10 +93,10 @@ class PredictiveModel:
         """V_cost: -V where theta = 0 is up (minimising it erects), V as printed otherwise."""
         return -potential if not isinstance(self.system, LinkAngles) or self.system.reading == "physical" else potential
 
-    def acceleration(self, q: ca.SX, qd: ca.SX, force: ca.SX, weights: ca.SX) -> ca.SX:
+    def acceleration(self, q: ca.SX, qd: ca.SX, u: ca.SX, weights: ca.SX) -> ca.SX:
         """The forward dynamics, qdd."""
-        return self.model.acceleration(q, qd, input_map(self.system)(q) @ force, weights)
+        return self.model.acceleration(q, qd, input_map(self.system)(q) @ u, weights)
 
-    def residual(self, q: ca.SX, qd: ca.SX, qdd: ca.SX, force: ca.SX, weights: ca.SX) -> ca.SX:
+    def residual(self, q: ca.SX, qd: ca.SX, qdd: ca.SX, u: ca.SX, weights: ca.SX) -> ca.SX:
         """The inverse model as an implicit equation, (7b): tau_hat(q, qd, qdd) - tau, zero along a motion."""
-        return self.model.inverse_dynamics(q, qd, qdd, weights) - input_map(self.system)(q) @ force
+        return self.model.inverse_dynamics(q, qd, qdd, weights) - input_map(self.system)(q) @ u

@@ -1,6 +1,6 @@
 """The accelerations of a model with their first and second derivatives, by the implicit function theorem on (7b).
 
-With r(z, qdd) = tau_hat - tau = 0 and z = [q, qd, f]:
+With r(z, qdd) = tau_hat - tau = 0 and z = [q, qd, u]:
 
     dqdd/dz = -M^-1 dr/dz
     d2(lambda . qdd)/dz2 = -E' d2(mu . r)/d(z, qdd)2 E,   mu = M^-T lambda,  E = [I; dqdd/dz],
@@ -24,7 +24,7 @@ THIRD = 3  # derivatives of M and V that second derivatives of qdd need
 
 @dataclass(frozen=True)
 class Rate:
-    """Scalar functions of z = [q, qd, f] (n_z,) and the weights w; every result is one column.
+    """Scalar functions of z = [q, qd, u] (n_z,) and the weights w; every result is one column.
 
     value     (z, w) -> qdd
     jacobian  (z, w) -> [qdd | dqdd/dz by rows]
@@ -66,7 +66,7 @@ class Rate:
 
     @property
     def _symbols(self) -> tuple[ca.SX, ca.SX]:
-        return ca.SX.sym("z", 2 * self.n_q + 1), ca.SX.sym("w", self.model.model.n_parameters)
+        return ca.SX.sym("z", 2 * self.n_q + self.model.n_u), ca.SX.sym("w", self.model.model.n_parameters)
 
     def _motion(self, z: ca.SX, w: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return qdd and M^-1."""
@@ -80,10 +80,10 @@ class Rate:
         """(z, qdd, mu, w) -> M, r at qdd = 0, dr/dz and d2(mu . r)/d(z, qdd)2."""
         n_q = self.n_q
         z, w = self._symbols
-        q, qd, force = z[:n_q], z[n_q : 2 * n_q], z[2 * n_q :]
+        q, qd, u = z[:n_q], z[n_q : 2 * n_q], z[2 * n_q :]
         qdd, mu = ca.SX.sym("qdd", n_q), ca.SX.sym("mu", n_q)
         taylor = _quadratic_energy(self.model, q, qd, w)
-        tau = input_map(self.model.system)(q) @ force
+        tau = input_map(self.model.system)(q) @ u
         everything = ca.vertcat(z, qdd)
         if taylor is None:
             parts = _derivatives(self.model.model.inverse_dynamics(q, qd, qdd, w) - tau, z, qdd, mu)

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #define N_X (2 * N_Q)
-#define N_W (N_X + 1)
+#define N_W (N_X + N_U)
 #define ROWS (N_X + N_START + N_MIDDLE)
 #define N_VARIABLES (N * N_W + N_X)
 #define N_CONSTRAINTS (N * ROWS + N_X + N_END)
@@ -12,7 +12,7 @@
 
 enum { NOTHING, VALUES, DERIVATIVES };
 
-/* Results at one point, LANES stages per group; z = [x, f], w the stage's own variables [x_k, f_k]. */
+/* Results at one point, LANES stages per group; z = [x, u], w the stage's own variables [x_k, u_k]. */
 static _Thread_local struct {
     int level;
     double x[N_VARIABLES], p[N_X + N_SHARED];
@@ -31,7 +31,7 @@ static void rate_along(const vec *rate, vec dx[N_X][N_W], vec along[N_X][N_W]) {
     for (int i = 0; i < N_Q; i++) {
         const vec *row = rate + N_Q + i * N_W;
         for (int c = 0; c < N_W; c++) {
-            vec sum = c == N_X ? row[N_X] : splat(0.0);
+            vec sum = c >= N_X ? row[c] : splat(0.0);
             for (int j = 0; j < N_X; j++) sum += row[j] * dx[j][c];
             along[i][c] = dx[N_Q + i][c];
             along[N_Q + i][c] = sum;
@@ -41,7 +41,7 @@ static void rate_along(const vec *rate, vec dx[N_X][N_W], vec along[N_X][N_W]) {
 
 static void shoot(int group, int derivatives) {
     vec x[N_X], s[N_X][N_W], h = now.data[group][0] / (double)SUBSTEPS, *first = now.z[group][0];
-    const vec *weights = now.shared + 1;
+    const vec *weights = now.shared + N_GOAL;
     memcpy(x, first, sizeof x);
     for (int i = 0; i < N_X; i++) for (int c = 0; c < N_W; c++) s[i][c] = splat(i == c);
     for (int sub = 0; sub < SUBSTEPS; sub++) {
@@ -50,7 +50,7 @@ static void shoot(int group, int derivatives) {
             int at = 4 * sub + l;
             vec *z = now.z[group][at], *rate = now.rate[group][at], step = h * step_to[l];
             for (int i = 0; i < N_X; i++) z[i] = l ? x[i] + step * k[l - 1][i] : x[i];
-            z[N_X] = first[N_X];
+            for (int i = N_X; i < N_W; i++) z[i] = first[i];
             if (derivatives) {
                 vec (*z_jacobian)[N_W] = now.z_jacobian[group][at];
                 for (int i = 0; i < N_X; i++)
@@ -166,16 +166,16 @@ static void jacobian(double *d) {
     }
 }
 
-/* h += dx' second dx, where the last of n rows of dx may be the force itself */
+/* h += dx' second dx, where rows of dx from N_X on, if n has them, are the inputs themselves */
 static void add_second(vec h[N_W][N_W], const vec *second, int n, vec dx[N_X][N_W]) {
     vec half[N_W][N_W];
     for (int i = 0; i < n; i++) for (int c = 0; c < N_W; c++) {
-        vec sum = c == N_X && n == N_W ? second[i * n + N_X] : splat(0.0);
+        vec sum = c >= N_X && n == N_W ? second[i * n + c] : splat(0.0);
         for (int j = 0; j < N_X; j++) sum += second[i * n + j] * dx[j][c];
         half[i][c] = sum;
     }
     for (int b = 0; b < N_W; b++) for (int c = 0; c < N_W; c++) {
-        vec sum = b == N_X && n == N_W ? half[N_X][c] : splat(0.0);
+        vec sum = b >= N_X && n == N_W ? half[b][c] : splat(0.0);
         for (int i = 0; i < N_X; i++) sum += dx[i][b] * half[i][c];
         h[b][c] += sum;
     }
@@ -201,7 +201,7 @@ static void shoot_back(int group, vec lambda[N_X], const vec *of_middle, vec h[N
                 of_k[i] = length * step_share[l] * lambda[i];
                 if (l < 3) of_k[i] += length * step_to[l + 1] * of_z[i];
             }
-            rate_hessian(now.z[group][at], now.shared + 1, rate, of_k + N_Q, second);
+            rate_hessian(now.z[group][at], now.shared + N_GOAL, rate, of_k + N_Q, second);
             add_second(h, second, N_W, now.z_jacobian[group][at]);
             for (int j = 0; j < N_X; j++) {
                 of_z[j] = j < N_Q ? splat(0.0) : of_k[j - N_Q];

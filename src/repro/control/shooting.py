@@ -22,9 +22,9 @@ def shooting_code(of: Transcription) -> str:
     """C source of the functions that fatrop looks up in a library, for a transcription by shooting."""
     rate = Rate(of.model)
     costs = HorizonCost(of.model, of.problem)
-    state, force, shared, data = costs.symbols(ca.SX)
+    state, u, shared, data = costs.symbols(ca.SX)
     nodes = {
-        "start": (ca.vertcat(state, force), *costs.start()(state, force, shared, data)),
+        "start": (ca.vertcat(state, u), *costs.start()(state, u, shared, data)),
         "middle": (state, *costs.middle(state)),
         "end": (state, *costs.end(state, shared)),
     }
@@ -39,6 +39,8 @@ def shooting_code(of: Transcription) -> str:
     sizes = {
         "N": of.n_intervals,
         "N_Q": of.model.n_q,
+        "N_U": of.n_u,
+        "N_GOAL": costs.n_goal,
         "N_SHARED": of.n_parameters - of.n_x,
         "N_START": start,
         "N_MIDDLE": middle,

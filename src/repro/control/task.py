@@ -1,17 +1,25 @@
-"""The task of closed loops: starts, targets, the disc to avoid, and the disturbances (conf/task)."""
+"""The task of closed loops: starts, goals, the disc to avoid, and the disturbances (conf/task)."""
 
-from dataclasses import dataclass
-from typing import Annotated, Literal, assert_never
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Annotated
 
-from annotated_types import Ge, Le, Len
+import numpy as np
+from annotated_types import Ge, Le
 
-from repro.control.conditions import Conditions, Start, hanging_start, random_start
-from repro.control.geometry import Disc
+from repro.control.conditions import Conditions, Start
+from repro.control.geometry import Disc, distances_squared
+from repro.control.goal import Goal
+from repro.mechanics.chain import Chain
 from repro.mechanics.system import System
-from repro.plugins.options import Count, Natural, NotNegative
+from repro.plugins.options import Count, Natural, NotNegative, Positive
 
 # m: V-A (one link), V-B (two links)
 RADIUS_ONE_LINK, RADIUS_MORE_LINKS = 0.3, 0.1
+PLACE = "x"  # the coordinate that x_des is the goal of
+UNITS = ("deg", "rad", "m", "rate")
+Bounds = Mapping[str, Positive | None]
+"""A size for every unit ("deg" and "m", "rate" for velocities in SI units), and for coordinates by name."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,46 +27,118 @@ class Task(Conditions):
     """Options of conf/task, with the disturbances of `Conditions`.
 
     name            of its file in conf/task
-    start           hanging at rest (one loop per seed and target), or random starts around it (the seeds in turn)
-    initial_states  number of random starts
-    x_des           targets of the cart, m
+    start           name of the state of rest where loops start
+    initial_states  number of random starts around it, the seeds in turn; None: at rest, one loop per seed and x_des
+    spread          of random starts, by unit or by name
+    end             name of the state of rest that is the goal
+    x_des           places in m of coordinate x of the goal, in turn; empty: that of the state of rest
+    goal            values of further coordinates of the goal, by name
+    tolerance       of the goal, by unit or by name; None leaves a coordinate free
+    hold            s, for which the goal must be held at the end
+    limits          of the absolute values of coordinates and rates, by unit or by name; a loop beyond is given up
     seconds         length of a loop
-    centre, radius  of the disc, m; radius None is the paper's for the number of links, 0 is no disc
+    centre, radius  of the disc, m; radius None is the paper's on a cart with links, otherwise no disc; 0 is no disc
     """
 
     name: str
-    start: Literal["hanging", "random"]
-    initial_states: Count
-    start_seed: Natural
-    x_des: Annotated[tuple[float, ...], Len(1)]
-    seconds: Annotated[float, Ge(2), Le(1000)]
-    centre: tuple[float, float]
-    radius: NotNegative | None
+    start: str = "hanging"
+    initial_states: Count | None = None
+    start_seed: Natural = 0
+    spread: Bounds = field(default_factory=lambda: {"rad": 0.6, "m": 0.3, "rate": 0.3})
+    end: str = "upright"
+    x_des: tuple[float, ...] = (0.8,)
+    goal: Mapping[str, float] = field(default_factory=dict)
+    tolerance: Bounds = field(default_factory=lambda: {"deg": 5.0, "m": 0.05})
+    hold: Positive = 2.0
+    limits: Bounds = field(default_factory=lambda: {"m": 10.0, "rate": 40.0})
+    seconds: Annotated[float, Ge(2), Le(1000)] = 10.0
+    centre: tuple[float, float] = (0.0, 0.6)
+    radius: NotNegative | None = None
 
     def disc(self, system: System) -> Disc | None:
         """The disc to avoid."""
-        paper = RADIUS_ONE_LINK if len(system.angles) == 1 else RADIUS_MORE_LINKS
+        paper = 0.0
+        if isinstance(system, Chain):
+            paper = RADIUS_ONE_LINK if len(system.angles) == 1 else RADIUS_MORE_LINKS
         radius = paper if self.radius is None else self.radius
         return Disc(self.centre, radius) if radius else None
 
     def n_loops(self, n_members: int) -> int:
         """Number of closed loops of an ensemble."""
-        match self.start:
-            case "hanging":
-                return len(self.x_des) * n_members
-            case "random":
-                return self.initial_states
-            case other:
-                assert_never(other)
+        return max(1, len(self.x_des)) * n_members if self.initial_states is None else self.initial_states
 
     def starts(self, system: System, n_members: int) -> list[tuple[Start, int]]:
         """The start of every loop, and the index of the member that drives it."""
-        match self.start:
-            case "hanging":
-                return [(hanging_start(system, x), member) for x in self.x_des for member in range(n_members)]
-            case "random":
-                targets = [float(self.x_des[k % len(self.x_des)]) for k in range(self.initial_states)]
-                starts = [random_start(system, x, self.start_seed, k) for k, x in enumerate(targets)]
-                return [(start, k % n_members) for k, start in enumerate(starts)]
-            case other:
-                assert_never(other)
+        goals = self.goals(system)
+        if self.initial_states is None:
+            starts = [Start(self.start, self._at_rest(system), goal, (0, 0)) for goal in goals]
+            return [(start, member) for start in starts for member in range(n_members)]
+        drawn = [self.random_start(system, goals[k % len(goals)], k) for k in range(self.initial_states)]
+        return [(start, k % n_members) for k, start in enumerate(drawn)]
+
+    def goals(self, system: System) -> list[Goal]:
+        """The goals of loops, in turn."""
+        names = [coordinate.name for coordinate in system.coordinates]
+        tolerance = self._sizes(system, self.tolerance)
+        found = []
+        for place in self.x_des or (None,):
+            q = system.at_rest(self.end)
+            moved = {**self.goal} if place is None else {**self.goal, PLACE: place}
+            for name, value in moved.items():
+                q[names.index(name)] = value
+            found.append(Goal(system.coordinates, q, tolerance, self.hold))
+        return found
+
+    def random_start(self, system: System, goal: Goal, number: int) -> Start:
+        """One of many starts; it depends on its number, not on how many there are."""
+        generator = np.random.default_rng([self.start_seed, number])
+        spread = self._both(system, self.spread, 0.0)
+        state = self._at_rest(system) + spread * generator.uniform(-1, 1, 2 * system.n_q)
+        return Start(f"random {number}", state, goal, (self.start_seed, number))
+
+    def bounds(self, system: System) -> np.ndarray:
+        """The absolute values of a state (2 n_q,) up to which a loop goes on."""
+        return self._both(system, self.limits, np.inf)
+
+    def problems(self, system: System) -> Iterator[str]:
+        """What does not fit a system, one line each."""
+        states, coordinates = tuple(system.rest_states), [coordinate.name for coordinate in system.coordinates]
+        for key, name in (("start", self.start), ("end", self.end)):
+            if name not in states:
+                yield f"task.{key} = {name!r}: system={system.name} rests at {', '.join(states)}"
+        named = {"goal": self.goal, "spread": self.spread, "tolerance": self.tolerance, "limits": self.limits}
+        for key, values in named.items():
+            for name in set(values) - {*coordinates, *(() if key == "goal" else UNITS)}:
+                yield f"task.{key}.{name}: system={system.name} has coordinates {', '.join(coordinates)}"
+        disc = self.disc(system)
+        at_rest = system.shapes(list(system.at_rest()), np)
+        if disc is not None and not distances_squared(at_rest, disc.centre, np):
+            yield f"task.radius = {self.radius}: system={system.name} has no solid part to meet an obstacle; use 0"
+        if self.x_des and PLACE not in coordinates:
+            yield (
+                f"task.x_des = {list(self.x_des)}: system={system.name} has no coordinate x, only "
+                f"{', '.join(coordinates)}; use task=swing_up, or task.x_des=[]"
+            )
+
+    def _at_rest(self, system: System) -> np.ndarray:
+        """The state (2 n_q,) of rest where loops start; as printed, every angle of a pendulum on a cart is pi."""
+        q = system.at_rest(self.start)
+        if isinstance(system, Chain) and self.start == "hanging":
+            q[list(system.angles)] = np.pi
+        return np.concatenate([q, np.zeros(system.n_q)])
+
+    def _both(self, system: System, given: Bounds, default: float) -> np.ndarray:
+        """Sizes of coordinates and rates, (2 n_q,)."""
+        rate = given.get("rate")
+        rates = np.full(system.n_q, default if rate is None else rate)
+        return np.concatenate([self._sizes(system, given, default), rates])
+
+    def _sizes(self, system: System, given: Bounds, default: float = np.inf) -> np.ndarray:
+        """Sizes of coordinates (n_q,): by name, else by unit, else the default."""
+        sizes = np.full(system.n_q, default)
+        for i, coordinate in enumerate(system.coordinates):
+            degrees = given.get("deg") if coordinate.unit == "rad" else None
+            by_unit = given.get(coordinate.unit) if degrees is None else np.deg2rad(degrees)
+            size = given.get(coordinate.name, by_unit)
+            sizes[i] = default if size is None else size
+        return sizes

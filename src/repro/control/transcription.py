@@ -1,8 +1,8 @@
 """Problem (9) as a nonlinear programme: the layout of its variables and constraints, and their bounds.
 
-Variables [x_0, v_0, x_1, v_1, ..., x_N] with v = [f, further unknowns]; constraints, stage by stage,
+Variables [x_0, v_0, x_1, v_1, ..., x_N] with v = [u, further unknowns]; constraints, stage by stage,
 [x_{k+1} - F(x_k, v_k) | equalities | margins], the first stage followed by x_0 - x(t), the last with margins alone.
-Parameters [x(t), x_des, weights of the model].
+Parameters [x(t), goal, u_goal, weights of the model].
 """
 
 from dataclasses import dataclass
@@ -49,8 +49,13 @@ class Transcription:
         return 2 * self.model.n_q
 
     @property
+    def n_u(self) -> int:
+        """Inputs of an interval."""
+        return self.model.n_u
+
+    @property
     def n_v(self) -> int:
-        """Inner variables of an interval, the force first."""
+        """Inner variables of an interval, the inputs first."""
         return int(self.interval.inner.numel())
 
     @property
@@ -70,7 +75,7 @@ class Transcription:
 
     @property
     def n_parameters(self) -> int:
-        """Measured state, x_des, and the weights of the model."""
+        """Measured state, goal, its inputs, and the weights of the model."""
         return int(self.n_x + self.interval.parameters.numel())
 
     @property
@@ -97,20 +102,20 @@ class Transcription:
         return np.append(self._stages(variables)[:, : self.n_x], variables[None, -self.n_x :], axis=0)
 
     def inner(self, variables: np.ndarray) -> np.ndarray:
-        """Inner variables, (n_intervals, n_v); column 0 is the force."""
+        """Inner variables, (n_intervals, n_v); the inputs first."""
         return self._stages(variables)[:, self.n_x :]
 
     def variables(self, states: np.ndarray, inner: np.ndarray) -> np.ndarray:
         """The decision variables of states (n_intervals + 1, n_x) and inner variables (n_intervals, n_v)."""
         return np.append(np.concatenate([states[:-1], inner], axis=1).ravel(), states[-1])
 
-    def parameters(self, state: np.ndarray, x_des: float, weights: np.ndarray) -> np.ndarray:
-        """The parameters of one solution, (n_parameters,): measured state (n_x,), target x_des in m, model weights."""
-        return np.concatenate([state, [x_des], weights])
+    def parameters(self, state: np.ndarray, goal: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """The parameters of one solution, (n_parameters,): measured state (n_x,), goal (n_q,), model weights."""
+        return np.concatenate([state, goal, self.model.rest_inputs(goal, weights), weights])
 
-    def guess(self, states: np.ndarray, forces: np.ndarray) -> np.ndarray:
-        """Decision variables from states (n_intervals + 1, n_x) and forces (n_intervals,), linear between nodes."""
-        inner = [forces[:, None]]
+    def guess(self, states: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+        """Decision variables from states (n_intervals + 1, n_x) and inputs (n_intervals, n_u), linear between nodes."""
+        inner = [inputs]
         if self.discretisation == "collocation":
             steps = np.diff(states, axis=0)
             accelerations = steps[:, self.model.n_q :] / np.array(self.problem.intervals)[:, None]
@@ -125,7 +130,7 @@ class Transcription:
         if self.problem.speed_limit is not None:
             most[1:, self.model.n_q :] = self.problem.speed_limit
         inner = np.full((self.n_intervals, self.n_v), np.inf)
-        inner[:, 0] = self.problem.force_limit
+        inner[:, : self.n_u] = self.problem.force_limit
         ubx = self.variables(most, inner)
         n_margins = self.interval.margins.numel()
         free = np.repeat([0.0, np.inf], [self.n_rows - n_margins, n_margins])

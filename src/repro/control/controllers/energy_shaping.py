@@ -17,6 +17,7 @@ import numpy as np
 from repro.control.controller import ControlStep
 from repro.control.controller_options import ControllerOptions
 from repro.errors import UserError
+from repro.mechanics.chain import Chain
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.inputs import under_inputs
 from repro.mechanics.system import System
@@ -35,17 +36,18 @@ LQR_ANGLE, LQR_RATE = 0.4, 3.0  # it takes over within this of upright, in rad a
 class Options(ControllerOptions):
     """Options of the classical swing-up of one link."""
 
-    drives: ClassVar[str] = "a cart with one link"
+    drives: ClassVar[str] = "a cart with one link by one force"
 
     def fits(self, system: System) -> bool:
         """Whether it can drive a system."""
-        return super().fits(system) and system.n_q == 2
+        return isinstance(system, Chain) and system.n_q == 2
 
 
 @contextmanager
 def build(options: Options, model: PredictiveModel, disc: Disc | None, samples: Samples) -> Iterator[MakeController]:
     """Makes controllers of the true system; they use nothing else."""
-    yield lambda weights, x_des: EnergyShaping(model.system, x_des, options.force_limit, options.time_step)
+    (limit,) = options.limits(model.system)
+    yield lambda weights, goal: EnergyShaping(model.system, float(goal.q[0]), limit, options.time_step)
 
 
 @dataclass
@@ -59,7 +61,7 @@ class EnergyShaping:
 
     def __post_init__(self) -> None:
         if self.system.n_q != 2:
-            raise UserError(f"energy shaping drives {Options.drives}; {self.system.name} has {self.system.n_q - 1}")
+            raise UserError(f"energy shaping drives a cart with one link; {self.system.name} has {self.system.n_q - 1}")
         self._dynamics = dynamics_of(self.system)
         self._feedback = lqr(self.system, self.time_step)
         at_rest = np.zeros(2)
@@ -74,9 +76,9 @@ class EnergyShaping:
             force = -float(self._feedback @ error)
         else:
             force = self._swing(state, error)
-        return ControlStep(float(np.clip(force, -self.force_limit, self.force_limit)))
+        return ControlStep(np.clip([force], -self.force_limit, self.force_limit))
 
-    def observe(self, samples: np.ndarray, forces: np.ndarray) -> None:
+    def observe(self, samples: np.ndarray, inputs: np.ndarray) -> None:
         """The controller stays as it is."""
 
     def _swing(self, state: np.ndarray, error: np.ndarray) -> float:

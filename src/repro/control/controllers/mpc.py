@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -14,6 +14,7 @@ from repro.control.optimal_control_problem import (
     NodeWeights,
     Obstacle,
     OptimalControlProblem,
+    PotentialGoal,
     SolverName,
 )
 from repro.plugins.options import Count, Natural, Positive
@@ -23,7 +24,9 @@ if TYPE_CHECKING:
 
     from repro.control.controller import Controller, MakeController, Samples
     from repro.control.geometry import Disc
+    from repro.control.goal import Goal
     from repro.control.predictive_model import PredictiveModel
+    from repro.mechanics.system import System
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +35,7 @@ class Options(ControllerOptions):
 
     intervals, coarse_intervals                   of time_step, then of coarse_step, in the horizon
     stage_cost, terminal_cost, angle_error,
-    force_limit, speed_limit                      as in `OptimalControlProblem`
+    potential_goal, speed_limit                   as in `OptimalControlProblem`
     clearance_radii, obstacle_constraint,
     obstacle_weight, midpoints                    as in `Obstacle`
     tolerance, iterations, seconds                limits of one solution; seconds of CPU time
@@ -47,6 +50,7 @@ class Options(ControllerOptions):
     stage_cost: NodeWeights
     terminal_cost: NodeWeights
     angle_error: AngleError
+    potential_goal: PotentialGoal
     speed_limit: Positive | None
     clearance_radii: Positive
     obstacle_constraint: bool
@@ -63,8 +67,8 @@ class Options(ControllerOptions):
     noise: Positive
     drift: Positive
 
-    def problem(self, disc: Disc | None) -> OptimalControlProblem:
-        """Problem (9), with a disc to avoid or without."""
+    def problem(self, disc: Disc | None, system: System) -> OptimalControlProblem:
+        """Problem (9) for a system, with a disc to avoid or without."""
         obstacle = None
         if disc is not None:
             obstacle = Obstacle(
@@ -80,10 +84,20 @@ class Options(ControllerOptions):
             stage_cost=self.stage_cost,
             terminal_cost=self.terminal_cost,
             obstacle=obstacle,
-            force_limit=self.force_limit,
+            force_limit=self.limits(system),
             speed_limit=self.speed_limit,
             angle_error=self.angle_error,
+            potential_goal=self.potential_goal,
         )
+
+    def problems(self, system: System) -> Iterator[str]:
+        """Weights of coordinates and inputs that the system does not have."""
+        has = {"position": [c.name for c in system.coordinates], "force": [each.name for each in system.inputs]}
+        for cost in ("stage_cost", "terminal_cost"):
+            for key, names in has.items():
+                weight = getattr(getattr(self, cost), key)
+                for name in set(weight) - {*names} if isinstance(weight, Mapping) else ():
+                    yield f"control.{cost}.{key}.{name}: system={system.name} has {', '.join(names)}"
 
 
 @contextmanager
@@ -96,14 +110,14 @@ def build(options: Options, model: PredictiveModel, disc: Disc | None, samples: 
     from repro.control.solver import Limits, make_solver
     from repro.control.transcription import Transcription
 
-    transcription = Transcription(model, options.problem(disc), options.discretisation)
+    transcription = Transcription(model, options.problem(disc, model.system), options.discretisation)
     limits = Limits(options.tolerance, options.iterations, options.seconds)
     balance = MomentumBalance(model.model, model.system, SUBSTEPS, options.time_step / SUBSTEPS)
 
     with closing(make_solver(transcription, options.solver, limits)) as solver:
 
-        def make(weights: np.ndarray, x_des: float) -> Controller:
-            controller = PredictiveController(transcription, solver, weights, x_des)
+        def make(weights: np.ndarray, goal: Goal) -> Controller:
+            controller = PredictiveController(transcription, solver, weights, goal.q)
             if not options.adaptive:
                 return controller
             prior = Prior.of(model.model, weights, *samples, options.prior_error, options.prior_friction)

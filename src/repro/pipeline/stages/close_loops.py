@@ -66,10 +66,11 @@ def drive(
     with plugin(CONTROLLERS, options.kind).build(options, predictive, disc, samples) as make_controller:
         for number, (start, member) in enumerate(starts):
             report(number / len(starts), f"closed loop {number + 1} of {len(starts)}")
-            controller = make_controller(wrong_weights(parameters[member], task, start), start.x_des)
+            controller = make_controller(wrong_weights(parameters[member], task, start), start.goal)
             loop = run_loop(
-                system, controller, start, task, time_step=options.time_step, seconds=task.seconds, disc=disc
-            )
+                system, controller, start, task,
+                time_step=options.time_step, seconds=task.seconds, disc=disc, bounds=task.bounds(system),
+            )  # fmt: skip
             rows.append(row(loop, seeds[member]))
             if number < SHOWN:
                 trajectories += [(number, seeds[member], *point) for point in trajectory(loop, disc)]

@@ -38,7 +38,7 @@ def record(
     states = loop["states"][::SUBSTEPS]
     steps = int(np.sum(np.all(np.isfinite(states), axis=1)))
     states, time = states[:steps], loop["time"][::SUBSTEPS][:steps]
-    force, predicted = (_for_each(loop[name], steps) for name in ("forces", "predicted"))
+    inputs, predicted = (_for_each(loop[name], steps) for name in ("inputs", "predicted"))
     charts = {
         "solver time": ("ms", _for_each(loop["milliseconds"], steps)),
         "iterations": ("", _for_each(loop["iterations"], steps)),
@@ -46,7 +46,6 @@ def record(
     }
     if loop["clearance"].size:
         charts["clearance"] = ("m", loop["clearance"][::SUBSTEPS][:steps])
-    inputs = force[:, None]
     tau = generalised_force(system, states[:, : system.n_q], inputs)
     energy = energies(system, states)
     recording = RunRecording(
