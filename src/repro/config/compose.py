@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from repro.config.composed_cache import Cache
 from repro.config.error_lines import lines
-from repro.config.overrides import EXPERIMENT, REPRODUCED_AT, check, experiment_of, first_lines, renamed
+from repro.config.overrides import EXPERIMENT, REPRODUCED_AT, check, experiment_of, first_lines, renamed, takes_names
 from repro.config.places import CONF, ROOT
 from repro.config.registry import groups
 from repro.config.rules import impossible
@@ -103,7 +103,8 @@ def _composed(overrides: Sequence[str]) -> dict[str, Any]:
         config = copy.deepcopy(_chosen(tuple(o for o in overrides if not _is_value(o))))
         for override in OverridesParser.create().parse_overrides([o for o in overrides if _is_value(o)]):
             try:
-                OmegaConf.update(config, override.key_or_group, override.value(), merge=True)
+                key = override.key_or_group
+                OmegaConf.update(config, key, override.value(), merge=True, force_add=takes_names(key))
             except (ConfigAttributeError, ConfigKeyError):
                 raise UserError(f"{override.key_or_group}: unknown key; the chosen option has no such key") from None
         resolved = OmegaConf.to_container(config, resolve=True, throw_on_missing=False)

@@ -148,11 +148,16 @@ def _check_leaf(override: str, group: str, path: Sequence[str], overrides: Seque
         for part in path[:-1]:
             section = section.get(part, {}) if isinstance(section, dict) else {}
         allowed |= set(section) if isinstance(section, dict) else set()
-    if path[-1] not in allowed:
+    if path[-1] not in allowed and not takes_names(f"{group}.{path[0]}"):
         listed = ", ".join(sorted(allowed)) or "none here"
         raise UserError(
             f"{override}: unknown key {path[-1]!r}{nearest(path[-1], sorted(allowed))}; allowed are {listed}"
         )
+
+
+def takes_names(key: str) -> bool:
+    """Whether a key, or the group of keys that it is in, is by name of coordinates."""
+    return key.startswith(tuple(f"task.{each}" for each in ("spread", "goal", "tolerance", "limits")))
 
 
 def first_lines(error: Exception) -> str:

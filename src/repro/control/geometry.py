@@ -6,7 +6,7 @@ from typing import Any, assert_never
 
 import numpy as np
 
-from repro.mechanics.shapes import Block, Circle, InputArrow, Point, Segment, Shape, Spring
+from repro.mechanics.shapes import Block, Circle, InputArrow, Point, Segment, Shape, Spring, Turn
 from repro.mechanics.system import System
 
 
@@ -41,7 +41,7 @@ def _to_shape(shape: Shape, centre: Sequence[float], m: Any) -> list[Any]:
             cosine, sine = m.cos(shape.angle), m.sin(shape.angle)
             own = cosine * across + sine * up, cosine * up - sine * across
             return [sum(m.fmax(m.fabs(at) - half, 0.0) ** 2 for at, half in zip(own, shape.half, strict=True))]
-        case Segment() | Circle() | Block() | Spring() | InputArrow():
+        case Segment() | Circle() | Block() | Spring() | InputArrow() | Turn():
             return []
         case other:
             assert_never(other)
