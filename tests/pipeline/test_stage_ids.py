@@ -27,8 +27,8 @@ IDS = {
     "driven": [
         "sip-episodes1000-5db4e73935",
         "sip-truth-587f0e5f28",
-        "sip-truth-sip-best-a2c8709bd8",
-        "sip-truth-sip-best-726fb103dd",
+        "sip-truth-sip-best-43c375475a",
+        "sip-truth-sip-best-daf245a22a",
     ],
 }
 
