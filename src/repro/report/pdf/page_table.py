@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from repro.report.tables.table import Table
-from repro.results.metric_names import METRICS
+from repro.results.metric_names import vocabulary
 
 # Of a table of models a page has room for this much; the whole table is beside the report as CSV.
 LEFT_OUT = ("median AE q̈", "MAE L relative", "skill τ", "skill q̈", "stale")
-MEASURED = {"loops", *(metric.label for metric in METRICS.values())} - {"epochs"}
 # Values that need no mention in the name of a row.
 SILENT = ("", "–", "0", "false", "lagrangian", "no")
 TEXT = 18  # characters from which on a cell is text that may break, in lines of at least WRAPPED characters
@@ -72,7 +71,9 @@ def _named_in_one_column(grid: Grid) -> Grid:
 
 
 def _is_measured(title: str) -> bool:
-    return re.sub(r"\[\d+\]$", "", title.removesuffix(" on D_H")) in MEASURED
+    label = re.sub(r"(\[\d+\]|, \d+ links)$", "", title.removesuffix(" on D_H"))
+    metrics = [*vocabulary().metrics.values(), *vocabulary().of_chains.values()]
+    return label == "loops" or (label != "epochs" and any(label == metric.label for metric in metrics))
 
 
 def _name(titles: Sequence[str], cells: Sequence[str]) -> str:
