@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from repro.results.results import Results, typed
-from repro.results.schema import TABLES
+from repro.results.table_schema import TABLES
 
 EXPERIMENT = "sip_control"
 

@@ -18,8 +18,6 @@ DRAWING = runpy.run_path(str(ROOT / "docs" / "architecture.py"))  # reads the im
 # Files of one name in these folders hold different things that the folder tells apart: a command, a figure, a choice.
 NAMED_BY_THEIR_FOLDER = ("commands", "figures", "tables", "bases", "systems", "kinds", "optimisers")
 REPEATED = ("Options",)  # of a plugin, one class in each of its files
-# Names that still mean two things. This list may only become shorter.
-STILL_REPEATED = {"schema", "Row", "Section"}
 
 SCIENCE = ("codegen", "plugins", "mechanics", "models", "data", "learning", "control", "evaluation")
 STORED = ("tracking", "results", "claims")
@@ -119,7 +117,7 @@ def test_one_name_means_one_thing():
     nodes = (node for path in FILES for node in ast.walk(DRAWING["parsed"](path)))
     classes = Counter(node.name for node in nodes if isinstance(node, ast.ClassDef))
     repeated = {name for name, count in (*files.items(), *classes.items()) if count > 1}
-    assert repeated - {*REPEATED} <= STILL_REPEATED
+    assert repeated <= {*REPEATED}
 
 
 def test_the_hall_holds_three_files():

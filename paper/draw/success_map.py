@@ -8,7 +8,7 @@ from repro.report.figures.figure import Figure, legend, small_multiples
 from repro.report.style import Role
 from repro.results.metric_names import written
 from repro.results.results import Results
-from repro.results.schema import as_text, plain
+from repro.results.table_schema import as_text, plain
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -13,7 +13,7 @@ from repro.bench.scale import SCALES
 from repro.bench.stored_bench import CHECKPOINT, FILE, MeasuredRows, run, stage
 from repro.commands import bench as command
 from repro.results.gather import gather
-from repro.results.schema import BENCH
+from repro.results.table_schema import BENCH
 from repro.tracking.store import Store
 
 # torch.func loads its rules for forward mode with a function that torch itself deprecates

@@ -9,8 +9,9 @@ from repro.evaluation.canonical import RestStates, in_gauge
 from repro.evaluation.predictions import predict
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import load
+from repro.models.gauge import Gauge
 
-READINGS = ["raw", "anchor", "canonical", "canonical_anchor"]
+GAUGES = list(Gauge)
 SPOILT = {
     "kinetic": lambda q, qd: 0.3 * casadi.sin(q[1]) + 2.0 + casadi.cos(q[1]) * qd[1] + 0.5 * qd[0],
     "potential": lambda q: -1.3,
@@ -20,7 +21,7 @@ SPOILT = {
 def _read(model, reading, system, q, qd, no_weights):
     zero = np.zeros_like(q)
     said = predict(model, no_weights, q, qd, zero, zero)
-    return in_gauge(said, RestStates(model, no_weights, system, q), qd, reading)
+    return in_gauge(said, RestStates(model, no_weights, system, q), qd, Gauge(reading))
 
 
 @pytest.mark.parametrize("reading", ["canonical", "canonical_anchor"])
@@ -52,7 +53,7 @@ def test_the_anchor_gives_the_known_energy_at_the_upright_rest(reading, conventi
 
 def test_without_an_anchor_a_constant_stays(written, no_weights, data, system):
     q, qd = data.test.q, data.test.qd
-    for reading, stays in zip(READINGS, [True, False, True, False], strict=True):
+    for reading, stays in zip(GAUGES, [True, False, True, False], strict=True):
         pure, moved = (
             _read(written(potential=shift), reading, system, q, qd, no_weights).potential
             for shift in (lambda q: 0, lambda q: 5.0)

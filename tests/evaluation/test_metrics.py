@@ -12,12 +12,13 @@ from repro.evaluation.predictions import truth
 from repro.mechanics.system import load
 from repro.models.bases import fxf, t1, t2
 from repro.models.degenerate import Degenerate
+from repro.models.gauge import Gauge
 from repro.models.lagrangian import Lagrangian
 from repro.models.trivial import Trivial
 
 
 def _metrics(model, parameters, part, system=None, reading="raw"):
-    return {m.name: m.values for m in pointwise(model, parameters, part, system, "test", reading)}
+    return {m.name: m.values for m in pointwise(model, parameters, part, system, "test", Gauge(reading))}
 
 
 @pytest.mark.parametrize("reading", ["raw", "anchor", "canonical", "canonical_anchor"])

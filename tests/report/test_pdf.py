@@ -19,7 +19,7 @@ from repro.report.tables.cost import cost_fact, cost_table
 from repro.report.tables.every import all_tables
 from repro.report.tables.table import Row, Table
 from repro.results.results import Results, typed
-from repro.results.schema import TABLES
+from repro.results.table_schema import TABLES
 
 PAPER = paper_folder()
 FIGURES = load_figures(PAPER)

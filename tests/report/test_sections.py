@@ -10,7 +10,7 @@ from repro.report.placeholders import Texts
 from repro.report.sections import HEADINGS, load_sections
 from repro.results.metric_names import metric_named
 from repro.results.results import Results, typed
-from repro.results.schema import TABLES
+from repro.results.table_schema import TABLES
 from repro.tracking.paths import project_folder
 
 PAPER = paper_folder()

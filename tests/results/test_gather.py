@@ -5,8 +5,8 @@ from repro.errors import UserError
 from repro.results.gather import CURVE_STEPS, gather
 from repro.results.gathering import Gathering
 from repro.results.results import Results
-from repro.results.schema import TABLES
 from repro.results.selectors import settings
+from repro.results.table_schema import TABLES
 
 
 def test_gathered_tables_have_the_fixed_columns_whatever_the_store_holds(store):

@@ -11,8 +11,8 @@ from repro.claims.verdicts import Verdict, judge
 from repro.results.gather import gather_runs
 from repro.results.gathering import NO_PAPER, Gathering
 from repro.results.results import Case, Results, Sensitivity, typed
-from repro.results.schema import CARD, LOOP_CARD
 from repro.results.stored import StoredRun, read_json
+from repro.results.table_schema import CARD, LOOP_CARD
 
 if TYPE_CHECKING:
     import pandas as pd

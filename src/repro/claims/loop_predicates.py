@@ -12,9 +12,9 @@ from repro.claims.decision import Decision, Ruling
 from repro.claims.evidence import Evidence, Finding, StatementPredicate
 from repro.claims.selector import LoopSelector, Value
 from repro.claims.yaml_rows import Number
-from repro.results.schema import as_text
 from repro.results.selectors import NotRunError, loops_of_one_setting
 from repro.results.statistics import FEWEST, Estimate, estimate, share
+from repro.results.table_schema import as_text
 
 if TYPE_CHECKING:
     import pandas as pd

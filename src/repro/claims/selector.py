@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator
 
-from repro.results.schema import BENCH, CARD, CONTROL
+from repro.results.table_schema import BENCH, CARD, CONTROL
 
 Value = bool | int | float | str
 Selector = dict[str, Value | list[Value]]

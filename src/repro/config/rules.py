@@ -13,6 +13,7 @@ from repro.data.data_options import RandomForce, RecordingFile
 from repro.errors import UserError
 from repro.learning.objective_options import Equation
 from repro.learning.sequence_options import SequenceKind
+from repro.models.gauge import Gauge
 from repro.plugins.plugin import not_allowed, plugin, plugin_names
 
 if TYPE_CHECKING:
@@ -96,8 +97,8 @@ def _without_energies(config: Config) -> Iterator[str]:
         yield f"objective.kind = 'inverse': {choice} predicts accelerations only; use objective=forward"
     if config.sequence.kind is not SequenceKind.MAIN:
         yield f"sequence.kind = '{config.sequence.kind}': {choice} has no energies; use sequence=main"
-    if config.energies.gauge != "raw":
-        yield f"energies.gauge = {config.energies.gauge!r}: {choice} has no energies; use energies=raw"
+    if config.energies.gauge is not Gauge.RAW:
+        yield f"energies.gauge = '{config.energies.gauge}': {choice} has no energies; use energies=raw"
 
 
 def _port(config: Config) -> Iterator[str]:

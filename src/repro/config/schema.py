@@ -14,7 +14,8 @@ from repro.data.data_options import DataSource, RandomForce
 from repro.learning.objective_options import ObjectiveOptions
 from repro.learning.optimiser_options import OptimiserOptions
 from repro.learning.sequence_options import SequenceOptions
-from repro.mechanics.system_options import SystemOptions
+from repro.mechanics.system_options import Reading, SystemOptions
+from repro.models.gauge import Gauge
 from repro.models.model_options import ModelOptions
 
 
@@ -35,7 +36,7 @@ class SystemSection(Section):
         """The constants by name."""
         return dict(self.__pydantic_extra__)
 
-    def options(self, reading: "Reading") -> SystemOptions:
+    def options(self, reading: "ReadingSection") -> SystemOptions:
         """The system in a reading of the paper's conventions."""
         return SystemOptions(
             self.name,
@@ -48,10 +49,10 @@ class SystemSection(Section):
         )
 
 
-class Reading(Section):
+class ReadingSection(Section):
     """Which reading of the paper's conventions (conf/reading)."""
 
-    name: Literal["physical", "printed"]
+    name: Reading
 
 
 class Curriculum(Section):
@@ -70,7 +71,7 @@ class Basis(Section):
 class Energies(Section):
     """How T and V are read off a fitted model (conf/energies)."""
 
-    gauge: Literal["raw", "anchor", "canonical", "canonical_anchor"]
+    gauge: Gauge
     horizons: list[Positive]
 
 
@@ -97,7 +98,7 @@ class Config(Section):
     """One run. The options of `model`, `optimiser` and `control` are those that the module of their `kind` declares."""
 
     system: SystemSection
-    reading: Reading
+    reading: ReadingSection
     data: Annotated[DataSource, Field(discriminator="source")]
     curriculum: Curriculum
     model: Model

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from repro.data.checks import check_choice, check_not_negative, check_positive, check_seeds, training_size
+from repro.data.data_options import Regime
 from repro.data.dataset import Dataset
 from repro.data.sensors import Sensors
 from repro.errors import UserError
@@ -28,7 +29,7 @@ def random_force(
     train_samples: int | None = None,
     time_step: float = 0.04,
     force_limit: float | None = None,
-    regime: str = "episodes",
+    regime: str = Regime.EPISODES,
     episode_steps: int = 1000,
     start: str | None = None,
     reset: str = "start",
@@ -64,7 +65,7 @@ def random_force(
     check_positive(samples=samples, time_step=time_step, force_limit=limits.min(), episode_steps=episode_steps)
     noise = {"tau": tau_noise, "qdd": qdd_noise, "q": q_noise, "qd": qd_noise, "force": force_noise}
     check_not_negative(**{f"{name}_noise": deviation for name, deviation in noise.items()})
-    check_choice("regime", regime, ("episodes", "long"))
+    check_choice("regime", regime, tuple(Regime))
     check_choice("reset", reset, ("start", "random"))
     check_choice("labels", labels, LABELS)
     check_choice("measured", measured, MEASURED)
@@ -74,7 +75,7 @@ def random_force(
         raise UserError(f"quantisation = {list(quantisation)}: two steps, of lengths (m) and of angles (rad), or []")
     step, held = _held_samples(time_step, sample_step)
     n_train = training_size(samples, train_fraction)
-    length = samples if regime == "long" else min(episode_steps, samples)
+    length = Regime(regime).length(samples, episode_steps)
     streams = [_streams(seed) for seed in (seeds[:1] if common else seeds)]
     episodes = -(-samples // length)
     shape = episodes * -(-length // held), len(limits)

@@ -12,7 +12,6 @@ gyroscopic force and is reported as the remainder.
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
-from typing import Literal
 
 import numpy as np
 from torch import Tensor
@@ -21,10 +20,10 @@ from repro.codegen.array_evaluation import evaluate
 from repro.evaluation.predictions import at_rest
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
+from repro.models.gauge import Gauge
 from repro.models.model import Model
 from repro.models.terms import Terms
 
-Gauge = Literal["raw", "anchor", "canonical", "canonical_anchor"]
 HARMONICS = 3
 
 
@@ -71,11 +70,11 @@ def in_gauge(terms: Terms, rest: RestStates, qd: np.ndarray, gauge: Gauge) -> Te
     of one state is known; here the upright rest, where H is V.
     """
     kinetic, potential = terms.kinetic, terms.potential
-    if gauge.startswith("canonical"):
+    if gauge.is_canonical:
         kinetic = kinetic - rest.terms.kinetic - (rest.gradients * qd).sum(-1)
         potential = potential - rest.terms.kinetic
-    if gauge.endswith("anchor"):
-        potential = potential - rest.anchor_error(gauge == "canonical_anchor")
+    if gauge.is_anchored:
+        potential = potential - rest.anchor_error(gauge.is_canonical)
     return replace(terms, kinetic=kinetic, potential=potential)
 
 

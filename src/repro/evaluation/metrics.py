@@ -7,9 +7,10 @@ import numpy as np
 from torch import Tensor
 
 from repro.data.dataset import Dataset
-from repro.evaluation.canonical import Gauge, RestStates, in_gauge
+from repro.evaluation.canonical import RestStates, in_gauge
 from repro.evaluation.predictions import predict, truth
 from repro.mechanics.system import System
+from repro.models.gauge import Gauge
 from repro.models.model import Model
 from repro.models.terms import Terms, least_eigenvalue
 
@@ -47,7 +48,7 @@ def pointwise(
         rest = RestStates(model, parameters, system, part.q)
         yield from _gravity(rest, split)
         yield from _gauge_errors(in_gauge(predicted, rest, part.qd, gauge), true, split)
-        canonical = in_gauge(predicted, rest, part.qd, "canonical_anchor")
+        canonical = in_gauge(predicted, rest, part.qd, Gauge.CANONICAL_ANCHOR)
         error = np.abs(canonical.lagrangian - true.lagrangian).mean(1)
         yield MetricValues(split, "mae_L_canonical", error, "J")
         yield MetricValues(split, "gyroscopic_remainder", rest.remainder, MOMENTUM)

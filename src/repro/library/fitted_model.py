@@ -20,6 +20,7 @@ from repro.evaluation.model_motion import model_motion
 from repro.evaluation.predictions import at_rest, predict
 from repro.learning.result import Curve
 from repro.mechanics.system import System
+from repro.models.gauge import Gauge
 from repro.models.model import Model
 from repro.models.terms import Terms
 
@@ -151,7 +152,7 @@ class FittedModel:
         from repro.library.datasets import for_members
 
         part = for_members(self.data if data is None else data, self.members).test
-        metrics = pointwise(self.model, self._parameters, part, self.system, "test", "canonical")
+        metrics = pointwise(self.model, self._parameters, part, self.system, "test", Gauge.CANONICAL)
         rows = {metric.name: (metric.unit, *metric.values) for metric in metrics}
         return pd.DataFrame.from_dict(rows, orient="index", columns=["unit", *self.seeds])
 

@@ -3,14 +3,15 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, assert_never
 
 import numpy as np
 
 from repro.errors import UserError
 from repro.mechanics.system import System
+from repro.mechanics.system_options import Reading
 
-READINGS = ("physical", "printed")
+READINGS = tuple(Reading)
 DAMPING_FRAMES = ("relative", "absolute")
 
 
@@ -24,7 +25,7 @@ class LinkAngles(System):
 
     settings: ClassVar[tuple[str, ...]] = (*System.settings, "reading", "damping_frame", "damping_growth")
 
-    reading: str = "physical"
+    reading: Reading = Reading.PHYSICAL
     damping_frame: str = "relative"
     damping_growth: float = 0.0
 
@@ -39,7 +40,13 @@ class LinkAngles(System):
     @property
     def up(self) -> float:
         """Cosine of the upright angle: 1 where angles are measured from upright, -1 where from hanging."""
-        return 1.0 if self.reading == "physical" else -1.0
+        match self.reading:
+            case Reading.PHYSICAL:
+                return 1.0
+            case Reading.PRINTED:
+                return -1.0
+            case _:
+                assert_never(self.reading)
 
     @property
     def upright(self) -> np.ndarray:
@@ -54,7 +61,7 @@ class LinkAngles(System):
     @property
     def rest_states(self) -> Mapping[str, tuple[float, ...]]:
         """All links up, and all links down."""
-        up, down = (0.0, math.pi) if self.reading == "physical" else (math.pi, 0.0)
+        up, down = (0.0, math.pi) if self.up > 0 else (math.pi, 0.0)
         return {
             name: tuple(angle if coordinate.is_angle else 0.0 for coordinate in self.coordinates)
             for name, angle in (("upright", up), ("hanging", down))

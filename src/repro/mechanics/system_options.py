@@ -2,9 +2,17 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 from typing import Any, Literal
 
 from repro.plugins.options import Options
+
+
+class Reading(StrEnum):
+    """Of the paper's conventions: angles from upright and energies that balance, or eq. (13) and the DIP as printed."""
+
+    PHYSICAL = "physical"
+    PRINTED = "printed"
 
 
 @dataclass(frozen=True)
@@ -12,7 +20,7 @@ class SystemOptions(Options):
     """The true system: its name, the reading of the paper's conventions, friction, and constants by name."""
 
     name: str
-    reading: Literal["physical", "printed"] = "physical"
+    reading: Reading = Reading.PHYSICAL
     damping: tuple[float, ...] = ()
     damping_frame: Literal["relative", "absolute"] = "relative"
     damping_growth: float = 0.0

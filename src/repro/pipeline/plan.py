@@ -8,7 +8,7 @@ from pathlib import Path
 from repro.config.schema import Config, scaled
 from repro.config.submodels import fit_of, is_settings, settings_of
 from repro.control.controller_options import CONTROLLERS, ControllerOptions
-from repro.data.data_options import FreeMotionOptions, RandomForce, RecordingFile
+from repro.data.data_options import FreeMotionOptions, RandomForce, RecordingFile, Regime
 from repro.learning.sequence_options import SequenceKind, SequenceOptions
 from repro.learning.training_options import Training
 from repro.pipeline.stage_options import (
@@ -49,7 +49,7 @@ class Pipeline:
         if isinstance(config.data, RandomForce):
             for number, steps in enumerate(config.curriculum.episodes, start=1):
                 shorter = replace(
-                    config.data, regime="episodes", episode_steps=steps, samples=config.curriculum.samples
+                    config.data, regime=Regime.EPISODES, episode_steps=steps, samples=config.curriculum.samples
                 )
                 datasets[f"stage_{number}"] = self._data_options(shorter)
         datasets["data"] = self._data_options(config.data)
@@ -226,7 +226,7 @@ class Pipeline:
             from repro.tracking.files import file_digest
 
             sha256 = file_digest(Path(source.path))
-        elif isinstance(source, RandomForce) and source.regime == "long":
+        elif isinstance(source, RandomForce) and source.regime is Regime.LONG:
             source = replace(source, episode_steps=RandomForce.episode_steps)  # has no effect
         return DataOptions(self.config.system_options, tuple(self.config.members), source, sha256)
 
@@ -257,4 +257,4 @@ def _label(options: DataOptions) -> str:
         return Path(source.path).stem
     if isinstance(source, FreeMotionOptions):
         return "free"
-    return "long" if source.regime == "long" else f"episodes{source.episode_steps}"
+    return str(source.regime) if source.regime is Regime.LONG else f"episodes{source.episode_steps}"

@@ -9,7 +9,7 @@ from repro.plugins.plugin import plugin_module
 from repro.recording.contents import FILENAME
 from repro.recording.viewer import KIND
 from repro.results.metric_names import written
-from repro.results.schema import as_text
+from repro.results.table_schema import as_text
 from repro.tracking.ids import digits
 from repro.tracking.paths import outputs_root
 from repro.tracking.plain_data import Json

@@ -1,17 +1,15 @@
 """What each kind of stage depends on beside the stages upstream: its options are all that its work is handed."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 from repro.control.controller_options import ControllerOptions
 from repro.control.task import Task
 from repro.data.data_options import FreeMotionOptions, RandomForce, RecordingFile
 from repro.learning.training_options import Training
 from repro.mechanics.system_options import SystemOptions
+from repro.models.gauge import Gauge
 from repro.models.model_options import ModelOptions
 from repro.plugins.options import Options
-
-Gauge = Literal["raw", "anchor", "canonical", "canonical_anchor"]
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from repro.claims.verdicts import Verdict
 from repro.report.figures.figure import Figure
 from repro.report.paper import Paper
 from repro.report.placeholders import Texts
-from repro.report.sections import Section
+from repro.report.sections import ReportSection
 from repro.report.tables.table import Table
 from repro.results.results import Results
 
@@ -22,6 +22,6 @@ class Content:
     verdicts: Sequence[Verdict]
     tables: Sequence[Table]
     figures: Sequence[Figure]
-    sections: Sequence[Section]
+    sections: Sequence[ReportSection]
     assumptions: Sequence[Assumption]
     texts: Texts

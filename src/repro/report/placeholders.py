@@ -28,9 +28,9 @@ from repro.report import writing
 from repro.report.tables.cost import cost_fact
 from repro.report.tables.verdicts import cure
 from repro.results.results import Results
-from repro.results.schema import CARD, CONTROL
 from repro.results.selectors import AmbiguousError, NotRunError, loops_of_one_setting, one_setting, paired_values
 from repro.results.statistics import paired_ratio
+from repro.results.table_schema import CARD, CONTROL
 
 if TYPE_CHECKING:
     from jinja2 import Environment

@@ -22,7 +22,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Section:
+class ReportSection:
     """One section: its texts, and the figures, tables and claims (by name) that it shows."""
 
     id: str
@@ -33,7 +33,7 @@ class Section:
     claims: tuple[str, ...]
 
 
-def load_sections(texts: Texts) -> list[Section]:
+def load_sections(texts: Texts) -> list[ReportSection]:
     """Fill the sections in the order of their file names; a part of which nothing is left falls out.
 
     Raises UserError naming the file for a mistake in a text; a result that is missing reads "not run".
@@ -45,7 +45,7 @@ def load_sections(texts: Texts) -> list[Section]:
     return [_section(name, texts.fill(name)) for name in names]
 
 
-def _section(name: str, text: str) -> Section:
+def _section(name: str, text: str) -> ReportSection:
     import yaml
 
     _, mark, rest = f"{text}\n".partition("---\n")
@@ -58,7 +58,7 @@ def _section(name: str, text: str) -> Section:
     if not isinstance(facts, dict) or set(facts) != {"title", *LISTS}:
         message = f"{name} must begin with title, {', '.join(LISTS)} between two lines of ---"
         raise UserError(message)
-    return Section(
+    return ReportSection(
         id=name.removesuffix(".md").partition("-")[2],
         title=str(facts["title"]),
         parts=_parts(name, body),

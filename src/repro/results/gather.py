@@ -9,9 +9,9 @@ from repro.errors import UserError
 from repro.results.as_printed import is_as_printed
 from repro.results.gathering import NO_PAPER, Gathering
 from repro.results.results import Results, typed
-from repro.results.run_stages import Row, stages_of
-from repro.results.schema import Cell
+from repro.results.run_stages import StageRow, stages_of
 from repro.results.stored import StoredRun, read_json, stored_benches, stored_runs
+from repro.results.table_schema import Cell
 from repro.tracking.plain_data import digest
 from repro.tracking.record import Record
 
@@ -96,7 +96,7 @@ def _first_loop(run: StoredRun) -> "pd.DataFrame":
     return loops if loops.empty else loops[loops["loop"] == loops["loop"].min()]
 
 
-def _stages(runs: Sequence[StoredRun]) -> list[Row]:
+def _stages(runs: Sequence[StoredRun]) -> list[StageRow]:
     known: dict[str, Record | None] = {}
     return [row for run in _distinct(runs) for row in stages_of(run, known)]
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from repro.errors import UserError
 from repro.results.run_setting import RunSetting
-from repro.results.schema import CARD, PANDAS_TYPES, TABLES, plain
+from repro.results.table_schema import CARD, PANDAS_TYPES, TABLES, plain
 from repro.tracking.files import replacing
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ KEYS = ["setting", "experiment"]
 
 @dataclass(frozen=True)
 class Results:
-    """The result tables; columns and types as in `schema`. The sensitivity runs have tables of their own."""
+    """The result tables; columns and types as in `table_schema`. The sensitivity runs have tables of their own."""
 
     metrics: "pd.DataFrame"
     runs: "pd.DataFrame"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 from repro.results.columns import LOOP, RUN, Column, Settings
-from repro.results.schema import Cell, as_column, as_text
+from repro.results.table_schema import Cell, as_column, as_text
 
 OPTIONS = "options"
 MEASURED = ("n_train", "epochs")

@@ -11,8 +11,8 @@ import numpy as np
 from repro.results.columns import Settings
 from repro.results.metric_names import metric_named, written
 from repro.results.run_card import options
-from repro.results.schema import as_text
 from repro.results.statistics import Estimate, estimate, share
+from repro.results.table_schema import as_text
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -9,10 +9,10 @@ from repro.tracking.paths import RUN_FILE, Paths
 from repro.tracking.record import Record
 
 UPSTREAM_KINDS = ("data", "fits", "control")
-Row = dict[str, object]
+StageRow = dict[str, object]
 
 
-def stages_of(run: StoredRun, known: dict[str, Record | None]) -> list[Row]:
+def stages_of(run: StoredRun, known: dict[str, Record | None]) -> list[StageRow]:
     """Return one row per stage of a finished run, upstream first; `known` holds what several runs share.
 
     Raises UserError naming a damaged file.
@@ -40,7 +40,7 @@ def _folder(paths: Paths, id: str) -> Path | None:
     return next((folder for folder in folders if (folder / RUN_FILE).is_file()), None)
 
 
-def _row(run: str, name: str, record: Record) -> Row:
+def _row(run: str, name: str, record: Record) -> StageRow:
     origin, machine = record.provenance, record.provenance.machine
     return {
         "run": run,

@@ -11,7 +11,7 @@ from repro.results.columns import LOOP
 from repro.results.results import Results
 from repro.results.run_card import OPTIONS, spelled
 from repro.results.run_setting import RunSetting
-from repro.results.schema import CARD, LOOP_CARD, TEST_SET, as_text, plain
+from repro.results.table_schema import CARD, LOOP_CARD, TEST_SET, as_text, plain
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from repro.results.results import Results
-from repro.results.schema import plain
 from repro.results.selectors import Where, find_loops
+from repro.results.table_schema import plain
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from repro.config.compose import Composed, plan
 from repro.data.data_options import RandomForce
 from repro.pipeline.card import card_of
 from repro.pipeline.plan import Pipeline
-from repro.results.schema import as_text
 from repro.results.selectors import agrees
+from repro.results.table_schema import as_text
 from repro.sweep.expected_time import MeasuredTimes, expected_seconds
 from repro.tracking.paths import Paths
 from repro.tracking.record import Record

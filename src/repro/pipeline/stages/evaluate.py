@@ -11,7 +11,7 @@ from torch import Tensor
 
 from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
-from repro.evaluation.canonical import Gauge, RestStates, in_gauge
+from repro.evaluation.canonical import RestStates, in_gauge
 from repro.evaluation.coefficients import coefficient_errors
 from repro.evaluation.damping import damping_errors
 from repro.evaluation.energy_drift import energy_curves, energy_errors, free_motion_energies
@@ -32,6 +32,7 @@ from repro.learning.sequence_options import SequenceOptions
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System, load_system
 from repro.models.damped import without_damping
+from repro.models.gauge import Gauge
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
 from repro.models.terms import Terms
@@ -236,4 +237,4 @@ def _learned_energies(fit: Fit, system: System, states: np.ndarray) -> Terms:
     zero = np.zeros_like(q)
     predicted = predict(fit.model, fit.parameters, q, qd, zero, zero)
     rest = RestStates(fit.model, fit.parameters, system, q)
-    return in_gauge(predicted, rest, qd, "canonical_anchor")
+    return in_gauge(predicted, rest, qd, Gauge.CANONICAL_ANCHOR)

@@ -10,7 +10,7 @@ from repro.report.html.metric_rows import MetricRow, metric_rows
 from repro.report.html.references import References, references
 from repro.results.metric_names import written
 from repro.results.results import Results
-from repro.results.schema import CARD, as_text, plain
+from repro.results.table_schema import CARD, as_text, plain
 
 NAMED_BY = ("model", "basis", "hidden", "objective", "optimiser", "sequence")
 LOOP_COLUMNS = (

@@ -15,7 +15,7 @@ from repro.report.html.environment import ASSETS, rendered
 from repro.report.html.metric_rows import SPLITS
 from repro.report.html.rule import rule
 from repro.report.html.run_page import LOOP_COLUMNS, run_pages
-from repro.report.sections import Section
+from repro.report.sections import ReportSection
 from repro.report.tables.table import Table
 from repro.report.tables.verdicts import READING, cure, mark, measured
 from repro.results.results import SENSITIVITY
@@ -90,7 +90,7 @@ def _trials(sensitivity: Table | None) -> Mapping[str, Sequence[Mapping[str, Any
     return trials
 
 
-def _section(section: Section, figures: Mapping[str, Figure], tables: Mapping[str, Table]) -> dict[str, Any]:
+def _section(section: ReportSection, figures: Mapping[str, Figure], tables: Mapping[str, Table]) -> dict[str, Any]:
     return {
         "id": section.id,
         "title": section.title,

@@ -11,7 +11,7 @@ from repro.report.content import Content
 from repro.report.pdf.numbering import Numbers
 from repro.report.pdf.page_table import page_table
 from repro.report.pdf.prose import blocks
-from repro.report.sections import Section
+from repro.report.sections import ReportSection
 from repro.report.tables.cost import cost_table
 from repro.report.tables.table import Table
 from repro.report.tables.verdicts import cure, marks, measured
@@ -92,7 +92,7 @@ def _remark(verdict: Verdict) -> str:
 
 
 def _section(
-    section: Section, content: Content, tables: Mapping[str, Table], numbers: Numbers, wide: list[Table]
+    section: ReportSection, content: Content, tables: Mapping[str, Table], numbers: Numbers, wide: list[Table]
 ) -> dict[str, Any]:
     shown = [page_table(tables[name]) for name in section.tables if name in tables]
     narrow = [entry["name"] for entry in shown if not entry["landscape"]]
@@ -131,7 +131,7 @@ def _others(content: Content, tables: Mapping[str, Table], numbers: Numbers, wid
     claims = tuple(verdict.claim.name for verdict in content.verdicts if verdict.claim.name not in shown)
     if not (figures or left or claims):
         return []
-    others = Section("others", "Other experiments", (), figures, left, claims)
+    others = ReportSection("others", "Other experiments", (), figures, left, claims)
     return [_section(others, content, tables, numbers, wide)]
 
 

@@ -8,8 +8,8 @@ from repro.report import writing
 from repro.report.tables.table import Row, Table
 from repro.results.metric_names import written
 from repro.results.results import Results
-from repro.results.schema import as_text, plain
 from repro.results.statistics import share
+from repro.results.table_schema import as_text, plain
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -11,8 +11,8 @@ from repro.report.tables.table import markdown_head, markdown_line
 from repro.results.metric_names import metric_named
 from repro.results.results import Results
 from repro.results.run_setting import RunSetting
-from repro.results.schema import as_text
 from repro.results.selectors import anchor_name, settings, with_varying_options
+from repro.results.table_schema import as_text
 
 
 @checked(frozen=True)

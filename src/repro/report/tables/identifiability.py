@@ -10,8 +10,8 @@ from repro.report.tables.table import Row, Table
 from repro.results.metric_names import metric_named, written
 from repro.results.results import Results
 from repro.results.run_setting import RunSetting
-from repro.results.schema import as_text
 from repro.results.selectors import settings
+from repro.results.table_schema import as_text
 
 METRICS = ("rank", "condition_raw", "condition_scaled")
 

@@ -12,7 +12,6 @@ from repro.report.writing import ABSENT, interval
 from repro.results.metric_names import metric_named, written
 from repro.results.results import Results
 from repro.results.run_setting import RunSetting
-from repro.results.schema import as_text
 from repro.results.selectors import (
     ANCHORS,
     DEGENERATE,
@@ -25,6 +24,7 @@ from repro.results.selectors import (
     varying_columns,
     with_varying_options,
 )
+from repro.results.table_schema import as_text
 
 # Never one error alone: force, acceleration (mean and median), energy, Lagrangian (raw, relative, canonical), inertia.
 CORE = (

@@ -11,9 +11,9 @@ from repro.report.tables.table import Row, Table
 from repro.results.metric_names import metric_named, written
 from repro.results.results import Results
 from repro.results.run_setting import RunSetting
-from repro.results.schema import as_text
 from repro.results.selectors import alike, paired_values, settings
 from repro.results.statistics import paired_ratio
+from repro.results.table_schema import as_text
 
 Where = Mapping[str, Any]
 

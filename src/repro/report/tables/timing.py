@@ -3,7 +3,7 @@
 from repro.report import writing
 from repro.report.tables.table import Row, Table
 from repro.results.results import Results
-from repro.results.schema import as_text, plain
+from repro.results.table_schema import as_text, plain
 
 COLUMNS = (
     *("comparison", "ours", "other", "size", "members", "other / ours (quartiles)"),

@@ -1,0 +1,32 @@
+"""The defaults that options declare in code are those of their files in conf/."""
+
+from dataclasses import MISSING, fields
+
+import pytest
+
+from repro.config.registry import groups, settings
+from repro.data.data_options import RandomForce
+from repro.learning.objective_options import ObjectiveOptions
+from repro.learning.sequence_options import SequenceOptions
+from repro.plugins.plugin import plugin
+
+FOLDERS = {"model": "models.kinds", "optimiser": "learning.optimisers", "control": "control.controllers"}
+DECLARED = {"data": RandomForce, "objective": ObjectiveOptions, "sequence": SequenceOptions}
+# By which keys the options of one group differ from each other, on purpose.
+CHOSEN = {"kind", "name", "source", "regime"}
+VARIANTS = {"adam_cosine": {"schedule", "decay"}, "lasso": {"method"}}
+FILES = [(group, option) for group in (*FOLDERS, *DECLARED) for option in groups()[group] if option != "file"]
+
+
+@pytest.mark.parametrize(("group", "option"), FILES)
+def test_defaults_in_code_and_in_files_agree(group, option):
+    stored = settings(group, option)
+    declared = DECLARED[group] if group in DECLARED else plugin(FOLDERS[group], stored["kind"]).Options
+    differing = {}
+    for field in fields(declared):
+        if field.default is MISSING or field.name not in stored or field.name in CHOSEN | VARIANTS.get(option, set()):
+            continue
+        value = stored[field.name]
+        if (tuple(value) if isinstance(value, list) else value) != field.default:
+            differing[field.name] = (field.default, value)
+    assert not differing
