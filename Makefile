@@ -12,8 +12,9 @@ help: ## show this help
 
 $(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit("Python >= 3.11 is needed; choose one with: make PYTHON=/path/to/python3") if sys.version_info < (3, 11) else None'
+	@echo "setting up $(VENV): the dependencies are downloaded and installed, which takes a few minutes"
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	$(BIN)/python -m pip install --progress-bar on --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	@touch $@
 
 setup: $(STAMP) ## create .venv with the pinned dependencies (done by every other target)

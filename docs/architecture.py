@@ -75,7 +75,11 @@ def floors(rooms: Arrows) -> dict[str, int]:
 
 def drawn() -> tuple[Arrows, dict[str, int]]:
     """The rooms of the picture with their floors."""
-    rooms = {room: others - {*EVERYWHERE} for room, others in arrows().items() if room not in (*EVERYWHERE, "__init__")}
+    rooms = {
+        room: others - {*EVERYWHERE}
+        for room, others in arrows().items()
+        if room not in (*EVERYWHERE, "__init__", "__main__")
+    }
     return rooms, floors(rooms)
 
 

@@ -92,6 +92,7 @@ def test_troubles_end_calmly(monkeypatch, capsys, trouble, code, expected):
         raise trouble
 
     monkeypatch.setattr("repro.commands.status.main", raises)
+    monkeypatch.setattr("shutil.which", lambda name: f"/usr/bin/{name}")
     assert cli.main(["status"]) == code
     output = capsys.readouterr().err
     assert expected in output

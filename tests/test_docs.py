@@ -177,34 +177,90 @@ PLUMBING |= {"report", "results", "sweep"}
 
 def test_every_room_is_in_the_reference() -> None:
     rooms = {path.parent.name for path in (ROOT / "src" / "repro").glob("*/__init__.py")}
-    pages = {page.stem for page in (ROOT / "docs" / "reference").glob("*.md")}
+    pages = {page.stem for folder in ("docs", "docs/reference") for page in (ROOT / folder).glob("*.md")}
     assert rooms - PLUMBING <= pages
 
 
+def test_the_readme_is_short() -> None:
+    assert len((ROOT / "README.md").read_text().splitlines()) <= 120
+
+
+SIZED = (
+    *(
+        "scale=",
+        "seeds=",
+        "record=",
+        "data.samples=",
+        "optimiser.epochs=",
+        "optimiser.iterations=",
+        "chain=",
+        "whole_chain=",
+    ),
+    *("sequence.pretraining_epochs=", "task.seconds=", "sequence.initial_angles=", "energies.horizons=", "device="),
+)
+
+
 def examples() -> dict[str, list[str]]:
-    """The runs that README.md shows, each cut to a single member and the scale smoke."""
-    shown = [(" ".join(words), words) for page, words in commands() if page == "README.md" and words[0] == "run"]
-    sized = ("scale=", "seeds=", "record=")
-    return {
-        line: [*(word for word in words if not word.startswith(sized)), "scale=smoke", "seeds=1", "record=false"]
-        for line, words in shown
-        if "--help" not in words
-    }
+    """The runs and examinations that the pages show, each cut to a single member and the scale smoke."""
+    cut = {}
+    for line, words in SHOWN.items():
+        if words[0] not in ("run", "identify") or {"--help", "..."} & {*words} or len(words) == 1:
+            continue
+        if any(word.startswith("hydra/launcher=") for word in words):  # needs an extra
+            continue
+        own = [word for word in words if not word.startswith(SIZED)]
+        cut[line] = [*own, "scale=smoke", "seeds=1", *(["record=false"] if words[0] == "run" else [])]
+    return cut
+
+
+def ended(words: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    """A command line in a folder with a recording of one's own, and results in `outputs`."""
+    values = np.random.default_rng(0).normal(size=(100, 6))
+    states = pd.DataFrame(values, columns=["x", "theta", "xd", "thetad", "force", "torque"])
+    states.assign(time=0.04 * states.index).to_csv(folder / "my.csv")
+    environment = {**os.environ, "REPRO_OUTPUTS": str(folder / "outputs")}
+    command = [sys.executable, "-m", "repro", *words]
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("shown", examples())
-def test_a_run_of_the_readme_runs(shown: str, tmp_path: Path) -> None:
-    states = pd.DataFrame(
-        np.random.default_rng(0).normal(size=(100, 6)), columns=["x", "theta", "xd", "thetad", "force", "torque"]
-    )
-    states.assign(time=0.04 * states.index).to_csv(tmp_path / "my.csv")
-    command = [sys.executable, "-m", "repro.cli", *examples()[shown]]
-    environment = {**os.environ, "REPRO_OUTPUTS": str(tmp_path / "outputs")}
-    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+def test_a_documented_run_runs(shown: str, tmp_path: Path) -> None:
+    words = examples()[shown]
+    done = ended(words, tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
-    if "--dry-run" not in command:
+    if words[0] == "run" and "--dry-run" not in words:
         assert list((tmp_path / "outputs" / "runs").glob("*/run.json"))
+
+
+@pytest.fixture(scope="module")
+def two_runs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[str]]:
+    folder = tmp_path_factory.mktemp("documented")
+    done = ended(["run", "-m", "basis=t1", "optimiser=least_squares,lbfgs", "scale=smoke", "seeds=1"], folder)
+    assert done.returncode == 0, done.stderr
+    return folder, sorted(path.parent.name for path in (folder / "outputs" / "runs").glob("*/run.json"))
+
+
+# Commands on stored runs, as the pages show them; --open, --web and a window need a display.
+ON_RUNS = ["status", "status --why ID", "runs basis=t1", "show ID", "diff ID OTHER", "report", "export ID FOLDER"]
+ON_RUNS += ["sensitivity --dry-run", "completion bash", "run -m --failed basis=t1 optimiser=least_squares scale=smoke"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("shown", ON_RUNS)
+def test_a_documented_command_on_stored_runs_runs(shown: str, two_runs: tuple[Path, list[str]]) -> None:
+    folder, (one, other) = two_runs
+    done = ended([{"ID": one, "OTHER": other}.get(word, word) for word in shown.split()], folder)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("block", re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL))
+def test_the_python_of_the_readme_runs(block: str, tmp_path: Path) -> None:
+    environment = {**os.environ, "REPRO_OUTPUTS": str(tmp_path / "outputs")}
+    command = [sys.executable, "-c", block]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.extras

@@ -2,49 +2,79 @@
 
 import difflib
 import os
+import re
 import shlex
+import shutil
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from importlib import import_module
 
+from repro.commands.table import COMMANDS
 from repro.errors import UserError
 
-COMMANDS = {  # by name: a line of help, and an example of the arguments
-    "reproduce": ("run every experiment and make the report", "scale=quick"),
-    "run": ("run one configuration, or many with -m", "-m basis=t1,t2"),
-    "sensitivity": ("change one assumption at a time", "data_start"),
-    "status": ("what is done, stale, failed, missing", "--why 9f3c2a81bd"),
-    "runs": ("list stored runs", "basis=t2"),
-    "show": ("one run in full", "9f3c2a81bd"),
-    "diff": ("how two runs differ", "9f3c2a81bd 04be7d1f6a"),
-    "report": ("make tables, figures and verdicts from stored runs", ""),
-    "identify": ("which terms of a linear basis data determine", "system=dip basis=fxf"),
-    "view": ("open a run's recording, or several in one", "9f3c2a81bd 04be7d1f6a"),
-    "export": ("a learned model for CasADi, C and torch", "9f3c2a81bd exported"),
-    "mlflow": ("copy finished runs to an MLflow tracking store", "sqlite:///mlflow.db basis=t2"),
-    "bench": ("time this project against others", ""),
-    "clean": ("remove leftovers, never a current result", "--yes"),
-}
+LONGEST_LINE = 2000  # letters of a message
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command line and return its exit code: 0 success, 1 failed jobs, 2 a user's mistake, 130 Ctrl-C."""
+    """Run one command line and return its exit code.
+
+    0 success, 1 failed jobs or a failure of the machine, 2 a user's mistake, 130 Ctrl-C.
+    """
     arguments = list(sys.argv[1:] if argv is None else argv)
+    _open_closed_streams()
     try:
-        code = _dispatch(arguments)
-        sys.stdout.flush()
-        return code
+        try:
+            return _dispatch(arguments)
+        finally:
+            sys.stdout.flush()
     except UserError as error:
-        print(f"repro: {error}", file=sys.stderr)
-        return 2
+        return _end(2, "\n".join(_shortened(line) for line in f"repro: {error}".splitlines()))
     except KeyboardInterrupt:
-        again = shlex.join(["repro", *arguments])
-        print(f"\nStopped. Finished work is kept; to go on: {again}", file=sys.stderr)
-        return 130
+        again = shlex.join([*program(), *arguments])
+        return _end(130, f"\nStopped. Finished work is kept; to go on: {again}")
     except BrokenPipeError:
-        # The reader of the pipe (head, less) has closed it; the interpreter's last flush must not fail on it again.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _discard_output()
         return 0
+    except MemoryError:
+        return _end(1, "repro: not enough memory; fewer --workers and data.samples need less. Finished work is kept")
+    except OSError as error:
+        _discard_output()
+        place = f"{error.filename}: " if error.filename else "cannot write the output: " if error.errno else ""
+        return _end(1, f"repro: {place}{error.strerror or error}")
+
+
+def program() -> list[str]:
+    """How a user starts this program again: by its name where it is on the path, else as it was started."""
+    if shutil.which("repro"):
+        return ["repro"]
+    called = sys.argv[0]
+    return [os.path.relpath(called)] if os.path.basename(called) == "repro" else ["python", "-m", "repro"]  # noqa: PTH119
+
+
+def _end(code: int, text: str) -> int:
+    # Where standard error cannot be written either, the exit code alone says it.
+    with suppress(OSError):
+        print(text, file=sys.stderr, flush=True)
+    return code
+
+
+def _shortened(line: str) -> str:
+    words = re.sub(r"\S{300,}", lambda word: f"{word[0][:100]}... ({len(word[0])} letters)", line)
+    return words if len(words) <= LONGEST_LINE else f"{words[:LONGEST_LINE]}..."
+
+
+def _open_closed_streams() -> None:
+    """Give a program that was started without standard output or error (`>&-`) one that takes everything."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: PTH123, SIM115 - open until the process ends
+
+
+def _discard_output() -> None:
+    """The interpreter's last flush must not fail again where the reader (head, less) has gone or the disk is full."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _dispatch(arguments: Sequence[str]) -> int:
@@ -57,6 +87,10 @@ def _dispatch(arguments: Sequence[str]) -> int:
         print(version("repro"))
         return 0
     name, *rest = arguments
+    try:
+        os.getcwd()  # noqa: PTH109 - pathlib loads longer
+    except FileNotFoundError:
+        raise UserError("the working folder was deleted: change to one that exists") from None
     if name not in COMMANDS:
         near = difflib.get_close_matches(name, COMMANDS, n=1)
         guess = f" Did you mean {near[0]}?" if near else ""

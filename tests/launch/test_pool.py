@@ -85,7 +85,7 @@ def test_every_ending_costs_that_job_alone(start):
     assert "exit code 3" in messages["leaves"]
     assert "SIGKILL" in messages["is_killed"] and "memory" in messages["is_killed"]
     assert "SIGABRT" in messages["crashes"]
-    assert messages["hangs"].startswith("killed after 1.")
+    assert messages["hangs"].startswith("killed after 1")
     assert "missing" in messages["missing"]
     # Told at once: a failure is reported before a later job starts.
     order = [tuple(one) for one in told["order"]]

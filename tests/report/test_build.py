@@ -48,7 +48,7 @@ def test_an_unchanged_report_is_not_made_again_and_a_changed_one_is(quick_store)
 
 def test_without_runs_the_error_says_what_there_is_and_how_to_start(store):
     store.run("sip_basis", {"mae_tau": [0.2]})
-    with pytest.raises(UserError, match=r"nothing of scale quick.*run so far: paper.*make reproduce SCALE=quick"):
+    with pytest.raises(UserError, match=r"no experiment of scale quick.*run so far: scale paper.*repro reproduce$"):
         build(store.outputs, "quick")
 
 

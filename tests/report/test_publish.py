@@ -8,13 +8,19 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from repro.claims.claims import load_claims
+from repro.claims.verdicts import judge_all
 from repro.errors import UserError
 from repro.report import publish, readme
 from repro.report.build import redraw
 from repro.tracking.paths import project_folder
 
 ROOT = project_folder()
-BLOCKS = ("count", "verdicts", "models", "trap")
+BLOCKS = {
+    "README.md": ("count", "headlines"),
+    "docs/verdicts.md": ("verdicts",),
+    "docs/better-models.md": ("models", "trap"),
+}
 
 
 @pytest.fixture
@@ -34,8 +40,10 @@ def make_checkout(root: Path) -> Path:
     (root / "paper").mkdir(parents=True)
     for name in ("claims.yaml", "assumptions.yaml"):
         (root / "paper" / name).write_bytes((ROOT / "paper" / name).read_bytes())
-    marks = "".join(f"<!-- {name}:begin -->\n<!-- {name}:end -->\n" for name in BLOCKS)
-    (root / "README.md").write_text(f"# Title\n{marks}below\n", encoding="utf-8")
+    (root / "docs").mkdir()
+    for page, blocks in BLOCKS.items():
+        marks = "".join(f"<!-- {name}:begin -->\n<!-- {name}:end -->\n" for name in blocks)
+        (root / page).write_text(f"# Title\n{marks}below\n", encoding="utf-8")
     git(root, "init", "-q")
     commit(root)
     return root
@@ -55,8 +63,8 @@ def test_publishing_writes_what_the_drift_check_accepts(published):
     assert readme.drift(published) == []
     text = (published / "README.md").read_text(encoding="utf-8")
     assert text.startswith("# Title\n<!-- count:begin -->\n**")
-    assert text.endswith("<!-- trap:end -->\nbelow\n")
-    assert "| C4a | PLNN" in text
+    assert text.endswith("<!-- headlines:end -->\nbelow\n") and len(text.splitlines()) == 1 + 3 + 2 + 12 + 1
+    assert "| C4a | PLNN" in text and "| C4a | PLNN" in (published / "docs" / "verdicts.md").read_text(encoding="utf-8")
     assert (published / "paper" / "tables" / "verdicts.csv").is_file()
     assert (published / "paper" / "figures" / "validation.pdf").is_file()
     assert (published / "paper" / "report.pdf").read_bytes().startswith(b"%PDF")
@@ -65,9 +73,9 @@ def test_publishing_writes_what_the_drift_check_accepts(published):
 def test_drift_of_the_readme_and_of_the_claims_is_reported(published, tmp_path):
     root = tmp_path / "copy"
     shutil.copytree(published, root)
-    page = root / "README.md"
+    page = root / "docs" / "verdicts.md"
     page.write_text(page.read_text(encoding="utf-8").replace("| consistent", "| outside", 1), encoding="utf-8")
-    assert readme.drift(root) == ["README.md shows another table of verdicts than paper/results gives"]
+    assert readme.drift(root) == ["docs/verdicts.md shows another table of verdicts than paper/results gives"]
     claims = root / "paper" / "claims.yaml"
     claims.write_text(claims.read_text(encoding="utf-8").replace("printed: 0.26", "printed: 26.0"), encoding="utf-8")
     assert "claims.csv holds another verdict of C4a than outside" in readme.drift(root)
@@ -91,7 +99,7 @@ def test_only_a_clean_tree_of_the_full_scale_and_the_present_code_is_published(c
 def test_a_readme_without_marks_is_an_error(results, tmp_path):
     (tmp_path / "README.md").write_text("# Title\n", encoding="utf-8")
     with pytest.raises(UserError, match="lacks the marks"):
-        readme.write_tables(tmp_path / "README.md", results, [])
+        readme.write_tables(tmp_path, results, judge_all(load_claims(ROOT / "paper" / "claims.yaml"), results))
 
 
 def test_the_committed_verdicts_have_not_drifted():

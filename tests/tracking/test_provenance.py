@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import subprocess
 
 import pytest
@@ -43,25 +44,36 @@ def test_a_clean_tree_is_its_commit(tree, tmp_path):
 
 def test_commit_and_patch_give_the_tree_back(tree, tmp_path):
     (tree / "model.py").write_bytes(b"a = 2\r\nb = '\xe9'\r\n")
-    (tree / "new file.py").write_text("b = 3\n")
-    (tree / "image.bin").write_bytes(bytes(range(256)))
-    (tree / "huge.bin").write_bytes(bytes(1_100_000))
+    (tree / "src" / "repro").mkdir(parents=True)
+    (tree / "src" / "repro" / "new file.py").write_text("b = 3\n")
     (tree / "ignored").mkdir()
     (tree / "ignored" / "x").write_text("x")
     index = (tree / ".git" / "index").read_bytes()
     state = git.state(tmp_path / "outputs" / "patches")
     assert (tree / ".git" / "index").read_bytes() == index
     assert not state["clean"]
-    assert state["untracked"] == ["image.bin", "new file.py"]
-    assert state["untracked_not_stored"] == ["huge.bin"]
+    assert state["untracked"] == ["src/repro/new file.py"]
+    assert state["untracked_not_stored"] == {}
     copy = tmp_path / "copy"
     run(tmp_path, "clone", "--quiet", str(tree), str(copy))
     run(copy, "checkout", "--quiet", state["commit"])
     run(copy, "apply", str(tmp_path / "outputs" / state["patch"]))
-    for name in ("model.py", "new file.py", "image.bin"):
+    for name in ("model.py", "src/repro/new file.py"):
         assert (copy / name).read_bytes() == (tree / name).read_bytes()
     assert git.state(tmp_path / "outputs" / "patches") == state
     assert len(list((tmp_path / "outputs" / "patches").iterdir())) == 1
+
+
+@pytest.mark.parametrize(
+    "name", [".env", "my.csv", "notes.py", "src/repro/.env", "conf/key.pem", "src/my.py", "a/conf/b.yaml"]
+)
+def test_what_no_run_is_made_from_stays_private(tree, tmp_path, name):
+    (tree / name).parent.mkdir(parents=True, exist_ok=True)
+    (tree / name).write_text("password of nobody else")
+    state = git.state(tmp_path / "patches")
+    assert state["untracked_not_stored"] == {name: hashlib.sha256(b"password of nobody else").hexdigest()}
+    stored = b"".join(path.read_bytes() for path in (tmp_path / "patches").iterdir())
+    assert b"password" not in stored and name.encode() not in stored
 
 
 def test_a_tree_without_a_commit_says_so(tmp_path, monkeypatch):

@@ -2,6 +2,7 @@
 
 import ctypes
 import hashlib
+import logging
 import os
 import shutil
 import subprocess
@@ -21,7 +22,9 @@ def compiler() -> str:
     for name in (os.environ.get("CC"), "cc", "gcc", "clang"):
         if name and (path := shutil.which(name)):
             return path
-    raise CompilerError("no C compiler (cc, gcc or clang) was found")
+    message = "no C compiler (cc, gcc or clang) was found"
+    logging.getLogger("repro").warning("%s: everything works, more slowly", message)
+    raise CompilerError(message)
 
 
 def has_compiler() -> bool:
@@ -48,10 +51,14 @@ def library_file(source: str, flags: Sequence[str]) -> Path:
 
 def cache_folder() -> Path:
     """Where compiled libraries are kept: $XDG_CACHE_HOME/repro, ~/.cache/repro, or the temporary folder."""
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    home = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))  # noqa: PTH111 - raises nothing
     folder = home / "repro"
     try:
+        if not home.is_absolute():
+            raise FileNotFoundError(home)
         folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
     except OSError:
         folder = Path(tempfile.gettempdir()) / f"repro-{os.getuid()}"
         folder.mkdir(mode=0o700, exist_ok=True)

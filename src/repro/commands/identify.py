@@ -8,12 +8,14 @@ from repro.config.compose import compose
 from repro.config.rules import linear
 from repro.errors import UserError
 from repro.evaluation.identifiability import Identifiability
+from repro.launch import own_progress
 from repro.learning.objective_options import Equation
 from repro.pipeline.plan import Pipeline
 from repro.pipeline.stages import data
 from repro.pipeline.stages.examine import identified
 from repro.pipeline.stages.fit import training_data
 from repro.pipeline.stages.stored_fit import model_of
+from repro.tracking import progress
 from repro.tracking.load import Run
 from repro.tracking.paths import outputs_root
 from repro.tracking.store import Store
@@ -36,7 +38,9 @@ def main(argv: Sequence[str]) -> int:
     overrides = parser.parse_args(argv).overrides
     if not any(override.startswith("seeds=") for override in overrides):
         overrides.append("seeds=1")
-    for phase, members in _examined(overrides).items():
+    with own_progress.shown("identify"):
+        examined = _examined(overrides)
+    for phase, members in examined.items():
         print(report(phase, members))
     return 0
 
@@ -63,11 +67,12 @@ def _examined(overrides: Sequence[str]) -> dict[str, list[Identifiability]]:
         chosen = f"model={config.model.kind}, basis={config.basis.name}, objective={config.objective.kind}"
         raise UserError(f"identify is for model=lagrangian with a linear basis and objective=inverse, not {chosen}")
     pipeline, store = Pipeline.of(config, composed.command), Store(outputs_root())
-    upstream = {
-        role: Run(store.compute(stage, partial(data.make, options=pipeline.data_options[role])))
-        for role, stage in pipeline.data_stages.items()
-    }
+    upstream = {}
+    for number, (role, stage) in enumerate(pipeline.data_stages.items(), start=1):
+        progress.report(0.1 * number, f"data: {role}")
+        upstream[role] = Run(store.compute(stage, partial(data.make, options=pipeline.data_options[role])))
     options = pipeline.fit_options
+    progress.report(0.5, "rank and null directions")
     model = model_of(options, upstream)
     return identified(model, config.objective, config.sequence, training_data(options, upstream))
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from repro.commands.arguments import add_filters, command_parser, filters, fits
+from repro.commands.arguments import add_filters, check_known, command_parser, filters, fits
 from repro.export.mlflow_runs import copy_runs
 from repro.tracking import index, record
 from repro.tracking.paths import Paths, outputs_root
@@ -20,6 +20,7 @@ def main(argv: Sequence[str]) -> int:
     values = filters(arguments.filters)
     paths = Paths(outputs_root())
     entries = [entry for entry in index.load(paths).finished().values() if entry.kind == "runs"]
+    check_known(values, [entry.card for entry in entries])
     runs = (record.read(paths.folder("runs", entry.id)) for entry in entries if fits(entry.card, values))
     copied = copy_runs(runs, arguments.uri, arguments.experiment)
     print(f"{len(copied)} runs copied to {arguments.uri}, experiment {arguments.experiment}")

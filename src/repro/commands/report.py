@@ -4,12 +4,15 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
+from repro.commands import runs
 from repro.commands.arguments import command_parser
+from repro.errors import UserError
+from repro.launch import own_progress
 from repro.recording.viewer import find_recording
 from repro.report import build, terminal
 from repro.results.results import Results
 from repro.results.staleness import stale_runs
-from repro.tracking.paths import outputs_root, project_folder
+from repro.tracking.paths import Paths, outputs_root, project_folder
 
 EXAMPLES = """examples:
   repro report                          the report of the last quick runs, under outputs/report/quick
@@ -25,10 +28,16 @@ def main(argv: Sequence[str]) -> int:
     arguments = _parser().parse_args(argv)
     outputs = outputs_root()
     recordings = [find_recording(run, outputs) for run in arguments.interactive]
-    if arguments.source is not None:
-        summary = build.redraw(arguments.source, outputs / "report" / "redrawn")
-    else:
-        summary = build.build(outputs, arguments.scale, stale=stale_runs(outputs))
+    try:
+        with own_progress.shown("report"):
+            if arguments.source is not None:
+                summary = build.redraw(arguments.source, outputs / "report" / "redrawn")
+            else:
+                summary = build.build(outputs, arguments.scale, stale=stale_runs(outputs))
+    except build.NothingToJudgeError as error:
+        if arguments.publish or not Paths(outputs).ids("runs"):
+            raise
+        return _show_runs(error)
     terminal.show(summary)
     page = summary.page
     if recordings:
@@ -45,6 +54,13 @@ def main(argv: Sequence[str]) -> int:
         import webbrowser
 
         webbrowser.open(page.absolute().as_uri())
+    return 0
+
+
+def _show_runs(error: UserError) -> int:
+    """The runs that belong to no experiment as a table, since there is nothing to judge."""
+    runs.main([])
+    print(f"\n{error}")
     return 0
 
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from repro.commands.arguments import add_workers, command_parser
 from repro.config.overrides import expand, experiments
 from repro.errors import UserError
+from repro.launch import own_progress
 from repro.launch.pool import start_server
 from repro.report import drawing
 from repro.sweep.listing import list_jobs
@@ -38,7 +39,9 @@ def main(argv: Sequence[str]) -> int:
     from repro.report import build, terminal  # after the runs: their start must not wait for it
     from repro.results.staleness import stale_runs
 
-    terminal.show(build.build(paths.root, scale, stale=stale_runs(paths.root)))
+    with own_progress.shown("report"):
+        summary = build.build(paths.root, scale, stale=stale_runs(paths.root))
+    terminal.show(summary)
     return 0 if timed and all(result.ok for result in results) else 1
 
 

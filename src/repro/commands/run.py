@@ -1,11 +1,13 @@
 """`repro run`: one configuration, or many with -m."""
 
 import argparse
+import sys
 from collections.abc import Sequence
 
 import yaml
 
-from repro.commands.arguments import add_workers, command_parser
+from repro.commands.arguments import add_workers, command_parser, seconds
+from repro.commands.hydra_habits import refuse_hydras
 from repro.config.compose import plan
 from repro.config.overrides import belongs, expand, experiment_of, setting
 from repro.config.registry import choices_text
@@ -15,9 +17,11 @@ from repro.launch.pool import start_server
 from repro.sweep.listing import list_jobs
 from repro.sweep.missing import PRELOAD, run_missing
 from repro.sweep.planned_job import PlannedJob, plan_jobs, total
+from repro.sweep.search import SearchOptions, search
+from repro.sweep.search import split as split_search
 from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.store import Store
-from repro.tracking.text import duration
+from repro.tracking.text import duration, table
 
 EPILOGUE = """examples:
   repro run basis=t1 optimiser=least_squares
@@ -25,19 +29,27 @@ EPILOGUE = """examples:
   repro run -m experiment=sip_basis scale=smoke
   repro run --cfg job basis=t2          the resolved configuration, nothing run
   repro run -m --dry-run experiment=sip_energies
+  repro run -m hydra/sweeper=optuna 'optimiser.learning_rate=tag(log,interval(1e-4,1e-1))' hydra.sweeper.n_trials=20
   repro run -m experiment=sip_basis hydra/launcher=submitit_slurm hydra.launcher.timeout_min=60
 Results lie in outputs/ (or $REPRO_OUTPUTS); a finished run is never repeated.
 
 choices:
 """
+_MOST_SHOWN = 5  # runs of a search
 
 
 def main(argv: Sequence[str]) -> int:
     """Run one configuration, or with -m every one that the lists and the experiment make; 1 when a job failed."""
+    refuse_hydras(argv)
     options = _run_parser().parse_intermixed_args(argv)
     if options.cfg not in (None, "job"):
+        if "=" not in options.cfg:
+            raise UserError(f"--cfg {options.cfg}: there is --cfg job only, the resolved configuration of a run")
         options.overrides.insert(0, options.cfg)  # --cfg basis=t2: what follows is an override
-    own, where = cluster.split(options.overrides)
+    own, wanted = split_search(options.overrides)
+    if wanted is not None:
+        return _search(own, wanted, options)
+    own, where = cluster.split(own)
     if where:
         cluster.refuse({"--workers": options.workers, "--timeout": options.timeout}, where)
     overrides = _jobs(own, options.paired, sweep=options.multirun or options.dry_run)
@@ -55,6 +67,20 @@ def main(argv: Sequence[str]) -> int:
     results = run_missing(jobs, paths, options.workers, options.timeout, where)
     _print_outcome(jobs, paths)
     return 1 if any(not result.ok for result in results) else 0
+
+
+def _search(overrides: Sequence[str], wanted: SearchOptions, options: argparse.Namespace) -> int:
+    """Search for the best value of a metric and print the best runs."""
+    if not options.multirun or options.dry_run or options.cfg or options.paired or options.failed:
+        raise UserError("hydra/sweeper=optuna goes with -m, --workers and --timeout alone")
+    paths = Paths(outputs_root())
+    best = search(overrides, wanted, paths, options.workers, options.timeout)
+    if not best:
+        print(f"no run gave a value of {wanted.metric}", file=sys.stderr)
+        return 1
+    rows = [[run.job.run, f"{run.value:.4g}", run.job.composed.command] for run in best[:_MOST_SHOWN]]
+    print(table(rows, ["best first", wanted.metric, "command"]))
+    return 0
 
 
 def _jobs(overrides: Sequence[str], paired: bool, sweep: bool) -> list[tuple[str, ...]]:
@@ -104,8 +130,8 @@ def _run_parser() -> argparse.ArgumentParser:
     parser.add_argument("--dry-run", action="store_true", help="list the jobs, what is done, and the expected time")
     parser.add_argument("--failed", action="store_true", help="only the jobs whose last attempt failed")
     add_workers(parser)
-    parser.add_argument("--timeout", type=float, metavar="SECONDS", help="a job that takes longer is stopped")
+    parser.add_argument("--timeout", type=seconds, metavar="SECONDS", help="a job that takes longer is stopped")
     parser.add_argument(
-        "--cfg", nargs="?", const="job", metavar="job", help="print the resolved configuration and run nothing"
+        *("-c", "--cfg"), nargs="?", const="job", metavar="job", help="print the resolved configuration and run nothing"
     )
     return parser

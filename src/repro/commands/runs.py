@@ -3,7 +3,7 @@
 import json
 from collections.abc import Mapping, Sequence
 
-from repro.commands.arguments import add_filters, add_json, command_parser, filters, fits
+from repro.commands.arguments import add_filters, add_json, check_known, command_parser, filters, fits
 from repro.tracking import index
 from repro.tracking.ids import digits
 from repro.tracking.index import Entry
@@ -27,6 +27,7 @@ def main(argv: Sequence[str]) -> int:
     values = filters(arguments.filters)
     entries = [entry for entry in index.load(Paths(outputs_root())).entries if entry.kind == arguments.kind]
     carded = [(entry, entry.card) for entry in sorted(entries, key=lambda entry: entry.finished)]
+    check_known(values, [card for _, card in carded])
     chosen = [(entry, card) for entry, card in carded if fits(card, values)]
     if arguments.json:
         plain = [entry._asdict() | {"card": card} for entry, card in chosen]

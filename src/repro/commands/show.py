@@ -8,6 +8,7 @@ from repro.commands.arguments import ID, add_json, command_parser
 from repro.tracking.load import load_record
 from repro.tracking.paths import RUN_FILE, Paths, outputs_root
 from repro.tracking.plain_data import flattened
+from repro.tracking.store import NOTICES
 from repro.tracking.text import duration, short, size, table
 
 
@@ -33,6 +34,8 @@ def main(argv: Sequence[str]) -> int:
     print(f"  commit {source['commit']}" + (f", then git apply {source['patch']}" if source.get("patch") else ""))
     print(f"  {machine['processor']}, {machine['platform']}, Python {machine['python']}")
     summary = dict(entry.summary)
+    if notices := summary.pop(NOTICES, ()):
+        print("\nnotices", *(f"  {notice}" for notice in notices), sep="\n")
     sections = {"results, medians over the members": summary.pop("median", {}), "card": summary.pop("card", {})}
     for title, content in (
         ("from", entry.identity.upstream),

@@ -1,6 +1,7 @@
 """From overrides to checked configurations, by Hydra; what was composed before is read from a file."""
 
 import copy
+import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -11,7 +12,16 @@ from pydantic import ValidationError
 
 from repro.config.composed_cache import Cache
 from repro.config.error_lines import lines
-from repro.config.overrides import EXPERIMENT, REPRODUCED_AT, check, experiment_of, first_lines, renamed, takes_names
+from repro.config.overrides import (
+    EXPERIMENT,
+    REPRODUCED_AT,
+    check,
+    experiment_of,
+    explicit,
+    first_lines,
+    renamed,
+    takes_names,
+)
 from repro.config.places import CONF, ROOT
 from repro.config.registry import groups
 from repro.config.rules import impossible
@@ -22,7 +32,6 @@ from repro.tracking.text import hydra_quoted
 if TYPE_CHECKING:
     from omegaconf import DictConfig
 
-NEEDS_QUOTES = set("[]{}() $*;&|")
 # The groups of Hydra's own settings: no run reads them, and composing them takes a quarter of the time.
 _OWN_GROUPS = ("output", "launcher", "sweeper", "help", "hydra_help", "hydra_logging", "job_logging", "env")
 WITHOUT_HYDRAS_OWN = tuple(f"~hydra/{group}" for group in _OWN_GROUPS)
@@ -39,7 +48,7 @@ class Composed:
     def command(self) -> str:
         """The command line that repeats it."""
         shown = (override.replace(EXPERIMENT, "experiment=") for override in self.overrides)
-        return " ".join(["repro run", *(f"'{o}'" if set(o) & NEEDS_QUOTES else o for o in shown)])
+        return shlex.join(["repro", "run", *shown])
 
 
 def plan(
@@ -111,6 +120,7 @@ def _composed(overrides: Sequence[str]) -> dict[str, Any]:
     except (HydraException, OmegaConfBaseException, yaml.YAMLError) as error:
         raise UserError(first_lines(error)) from None
     assert isinstance(resolved, dict)
+    resolved["explicit"] = resolved.get("explicit") or explicit(overrides)
     return {str(key): value for key, value in resolved.items() if key != REPRODUCED_AT}
 
 

@@ -4,23 +4,33 @@ import itertools
 import re
 from collections.abc import Iterable, Sequence
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from repro.config import registry
-from repro.config.places import EXPERIMENTS
+from repro.config.places import EXPERIMENTS, check_checkout
 from repro.config.renamed_keys import refuse_renamed
 from repro.errors import UserError
 from repro.plugins.plugin import nearest
 
+if TYPE_CHECKING:
+    from hydra.core.override_parser.types import Override
+
 EXPERIMENT = "+experiments@_global_="  # how Hydra spells experiment=
 REPRODUCED_AT = "reproduced_at"  # the key of an experiment's file that lists scales; no part of a configuration
+# What a scale cuts, unless the command line gives it.
+CUT_BY_SCALE = (
+    *("data.samples", "curriculum.samples", "optimiser.epochs", "optimiser.iterations", "chain", "whole_chain"),
+    *("sequence.initial_angles", "sequence.pretraining_epochs", "energies.horizons"),
+    *("task.seconds", "task.initial_states", "task.x_des"),
+)
 # What may be added to a job of an experiment without making it another setting.
 SAME_SETTING = ("scale", "seeds", "record")
 
 
 def experiments(reproduced_at: str = "") -> list[str]:
     """Names of all experiments, or of those that a reproduction at this scale includes."""
-    names = sorted(path.stem for path in EXPERIMENTS.glob("*.yaml"))
+    check_checkout()
+    names = sorted(path.stem for path in EXPERIMENTS.glob("[!.]*.yaml"))
     if not reproduced_at:
         return names
     scales = {name: registry.read_settings(EXPERIMENTS / f"{name}.yaml").get(REPRODUCED_AT) for name in names}
@@ -35,9 +45,11 @@ def expand(overrides: Sequence[str], *, paired: bool = False, lines: bool = True
     UserError for lists that do not pair, or for an override that is not understood.
     """
     overrides = [renamed(override) for override in overrides]
-    replaced = {_key(override) for override in overrides}
+    if lines:  # first, so that what is given beside it follows the lines of its file
+        overrides.sort(key=lambda override: not override.startswith(EXPERIMENT))
+    replaced = {key_of(override) for override in overrides}
     jobs = [
-        (*(override for override in line_job if _key(override) not in replaced), *own)
+        (*(override for override in line_job if key_of(override) not in replaced), *own)
         for own in (_pairs(overrides) if paired else _product(overrides))
         for line in (_sweep_lines(own) if lines else [[]])
         for line_job in _product(line)
@@ -57,7 +69,14 @@ def experiment_of(job: Sequence[str]) -> str:
 
 def setting(job: Sequence[str]) -> frozenset[str]:
     """The overrides of a job that tell its setting, its experiment apart."""
-    return frozenset(o for o in job if _key(o) not in SAME_SETTING and not o.startswith(EXPERIMENT))
+    return frozenset(o for o in job if key_of(o) not in SAME_SETTING and not o.startswith(EXPERIMENT))
+
+
+def explicit(job: Sequence[str]) -> list[str]:
+    """What a command line gives of the keys that a scale cuts; before `experiment=` are the lines of its file."""
+    named = [number for number, override in enumerate(job) if override.startswith(EXPERIMENT)]
+    given = {key_of(override) for override in job[named[0] if named else 0 :]}
+    return [key for key in CUT_BY_SCALE if key in given]
 
 
 @cache
@@ -65,15 +84,19 @@ def _asked_for(experiment: str) -> frozenset[frozenset[str]]:
     return frozenset(setting(job) for job in expand([EXPERIMENT + experiment])) if experiment else frozenset()
 
 
-def _key(override: str) -> str:
+def key_of(override: str) -> str:
+    """The key of an override, without signs before it."""
     return override.lstrip("+~").partition("=")[0]
 
 
 def renamed(override: str) -> str:
     """`experiment=NAME` and `+experiment=NAME` both mean the file experiments/NAME.yaml (NAME,OTHER: each of them)."""
+    override = override.removeprefix("++")  # add or change: every key that can be changed is there already
     key, _, value = override.partition("=")
     if key not in ("experiment", "+experiment", "+experiments", "+experiments@_global_"):
         return override
+    if value.startswith("glob("):
+        return EXPERIMENT + value
     for name in value.split(","):
         if name not in experiments():
             raise UserError(f"experiment={name}: allowed are {', '.join(experiments())}{nearest(name, experiments())}")
@@ -101,18 +124,36 @@ def _pairs(overrides: Sequence[str]) -> Iterable[tuple[str, ...]]:
     return [tuple(values[index % len(values)] for values in lists) for index in range(count)]
 
 
-def _values(override: str) -> list[str]:
+def parsed(override: str) -> "Override":
+    """What Hydra's grammar makes of an override; UserError where it makes nothing."""
     from hydra.core.override_parser.overrides_parser import OverridesParser
     from hydra.errors import HydraException
 
     try:
-        parsed = OverridesParser.create().parse_override(override)
+        return OverridesParser.create().parse_override(override)
     except HydraException as error:
-        raise UserError(f"{override}: not understood ({first_lines(error)}); write key=value or key=a,b") from None
-    if not parsed.is_sweep_override():
+        raise UserError(
+            f"{override}: not understood ({first_lines(error)}); write key=value or key=a,b, and a text with other "
+            """letters in two kinds of quotes: 'key="a text"'"""
+        ) from None
+
+
+def _values(override: str) -> list[str]:
+    from hydra.core.override_parser.types import Glob
+
+    one = parsed(override)
+    if not one.is_sweep_override():
         return [override]
     key = override.partition("=")[0]
-    return [f"{key}={value}" for value in parsed.sweep_string_iterator()]
+    if one.is_interval_sweep():
+        raise UserError(f"{override}: an interval is for a search (hydra/sweeper=optuna); list values, or range(1,5)")
+    if isinstance(pattern := one.value(), Glob):
+        names = experiments() if key == EXPERIMENT[:-1] else registry.groups().get(key, [])
+        if not (chosen := pattern.filter(names)):
+            allowed = f"allowed are {', '.join(names)}" if names else "glob is for groups and experiments"
+            raise UserError(f"{override}: fits nothing; {allowed}")
+        return [f"{key}={name}" for name in chosen]
+    return [f"{key}={value}" for value in one.sweep_string_iterator()]
 
 
 def check(overrides: Sequence[str]) -> None:
@@ -133,6 +174,9 @@ def check(overrides: Sequence[str]) -> None:
             raise UserError(f"{override}: allowed are {', '.join(groups[key])}{nearest(value, groups[key])}")
         if override.startswith("~") and "." in key:
             raise UserError(f"{override}: keys cannot be removed; give another value")
+        if override.startswith("~") and key in groups:
+            instead = f"write {key}=none" if "none" in groups[key] else f"choose one of {', '.join(groups[key])}"
+            raise UserError(f"{override}: a group cannot be removed; {instead}")
         if override.startswith("+") and "." in key:
             raise UserError(f"{override}: keys cannot be added; leave out the + and use a key that the schema has")
         if "." in key and head in groups:

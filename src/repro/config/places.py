@@ -5,11 +5,19 @@ from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
+from repro.errors import UserError
+
 SOURCE = Path(__file__).resolve().parents[1]
 ROOT = SOURCE.parents[1]
 CONF, EXPERIMENTS = ROOT / "conf", ROOT / "experiments"
 READERS = ("config", "pipeline")  # rooms whose code makes stages of the settings
 DECLARERS = ("plugins", "mechanics", "models", "data", "learning", "control")
+
+
+def check_checkout() -> None:
+    """UserError where the package was installed without the folders that it reads its settings from."""
+    if not (CONF / "config.yaml").is_file():
+        raise UserError(f"conf/ is not in {ROOT}: this needs the project's checkout (pip install -e . in its folder)")
 
 
 def digest(experiment: str = "") -> str:

@@ -4,7 +4,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from repro.config.places import CONF, EXPERIMENTS
+from repro.config.places import CONF, EXPERIMENTS, check_checkout
 from repro.errors import UserError
 from repro.tracking.yaml_file import read_yaml
 
@@ -12,6 +12,7 @@ from repro.tracking.yaml_file import read_yaml
 @cache
 def groups() -> dict[str, list[str]]:
     """Every group with its options. A file whose name begins with _ is a base of others, no option."""
+    check_checkout()
     folders = (path for path in sorted(CONF.iterdir()) if path.is_dir())
     return {path.name: [option.stem for option in _files(path)] for path in folders}
 

@@ -18,6 +18,8 @@ from repro.mechanics.system_options import Reading, SystemOptions
 from repro.models.gauge import Gauge
 from repro.models.model_options import ModelOptions
 
+LARGEST_SEED = 2**32  # what the generators of all libraries take
+
 
 class SystemSection(Section):
     """The true system (conf/system); further keys are constants of the system, which knows their names."""
@@ -117,6 +119,7 @@ class Config(Section):
     whole_chain: list[Count]
     experiment: str | None
     sweep: list[str]
+    explicit: list[str]  # keys that the command line gives, which the scale does not cut
 
     @field_validator("seeds", mode="before")
     @classmethod
@@ -124,10 +127,25 @@ class Config(Section):
         numbers = value if isinstance(value, list) else [value]
         whole = bool(numbers) and all(isinstance(n, int) and not isinstance(n, bool) and n >= 0 for n in numbers)
         if value is not None and (not whole or value == 0):
-            raise ValueError("give a number of members (1 or more), a list of seeds such as [0,1,5], or null")
+            raise ValueError(
+                "give a number of members (1 or more), a list of seeds such as [0,1,5], or null; "
+                "for a job per seed write seeds=[0],[1],..."
+            )
+        if value is not None and max(numbers) >= LARGEST_SEED:
+            raise ValueError(f"a seed, and a number of members, is below 2**32 = {LARGEST_SEED}")
         if len(set(numbers)) < len(numbers):
             raise ValueError("a seed is given twice, so two members would be the same; give each once")
         return value
+
+    def cuts(self, key: str) -> bool:
+        """Whether the scale may cut the value of a key: the command line does not give it."""
+        return key not in self.explicit
+
+    @property
+    def loops(self) -> int:
+        """Closed loops of a run, at most."""
+        given = not (self.cuts("task.initial_states") and self.cuts("task.x_des"))
+        return self.task.n_loops(len(self.members)) if given else self.scale.loops
 
     @property
     def system_options(self) -> SystemOptions:
@@ -142,22 +160,34 @@ class Config(Section):
 
 
 def scaled(config: Config) -> Config:
-    """The same run at its scale: samples capped, epochs and iterations shortened, long motions and chains left out."""
-    scale = config.scale
-    share = scale.epochs if config.optimiser.unit == "epochs" else scale.iterations
-    updates: dict[str, Any] = {"optimiser": config.optimiser.shortened(share)}
-    horizons = _up_to(scale.seconds, config.energies.horizons)
-    updates["task"] = replace(config.task, seconds=min(config.task.seconds, scale.seconds or math.inf))
-    updates["energies"] = config.energies.model_copy(update={"horizons": horizons})
-    updates |= {name: _up_to(scale.links, getattr(config, name)) for name in ("chain", "whole_chain")}
+    """The same run at its scale: samples capped, epochs and iterations shortened, long motions and chains left out.
+
+    What the command line gives explicitly stays as it is.
+    """
+    scale, unit = config.scale, config.optimiser.unit
+    updates: dict[str, Any] = {}
+    if config.cuts(f"optimiser.{unit}"):
+        updates["optimiser"] = config.optimiser.shortened(scale.epochs if unit == "epochs" else scale.iterations)
+    if config.cuts("task.seconds"):
+        updates["task"] = replace(config.task, seconds=min(config.task.seconds, scale.seconds or math.inf))
+    if config.cuts("energies.horizons"):
+        horizons = _up_to(scale.seconds, config.energies.horizons)
+        updates["energies"] = config.energies.model_copy(update={"horizons": horizons})
+    updates |= {
+        name: _up_to(scale.links, getattr(config, name)) for name in ("chain", "whole_chain") if config.cuts(name)
+    }
     if isinstance(config.data, RandomForce):
         sequence, epochs = config.sequence, config.sequence.pretraining_epochs
-        shorter = None if epochs is None else max(1, math.ceil(epochs * scale.epochs))
-        angles = min(sequence.initial_angles, scale.initial_angles)
-        updates["data"] = replace(config.data, samples=min(config.data.samples, scale.samples))
-        updates["sequence"] = replace(sequence, initial_angles=angles, pretraining_epochs=shorter)
-        samples = min(config.curriculum.samples, scale.samples)
-        updates["curriculum"] = config.curriculum.model_copy(update={"samples": samples})
+        if epochs is not None and config.cuts("sequence.pretraining_epochs"):
+            sequence = replace(sequence, pretraining_epochs=max(1, math.ceil(epochs * scale.epochs)))
+        if config.cuts("sequence.initial_angles"):
+            sequence = replace(sequence, initial_angles=min(sequence.initial_angles, scale.initial_angles))
+        updates["sequence"] = sequence
+        if config.cuts("data.samples"):
+            updates["data"] = replace(config.data, samples=min(config.data.samples, scale.samples))
+        if config.cuts("curriculum.samples"):
+            samples = min(config.curriculum.samples, scale.samples)
+            updates["curriculum"] = config.curriculum.model_copy(update={"samples": samples})
     return config.model_copy(update=updates)
 
 

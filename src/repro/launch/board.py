@@ -10,7 +10,7 @@ from typing import Self, assert_never
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn
 
-from repro.launch.jobs import Event, EventKind, Job, JobResult, reason
+from repro.launch.jobs import Event, EventKind, Job, JobOutcome, JobResult, reason
 from repro.tracking.text import duration
 
 _PLAIN_PAUSE_S = 30.0
@@ -28,6 +28,7 @@ class Board:
         self._bars = Progress(*columns, console=console, transient=True, disable=not self.live)
         self._all = self._bars.add_task("all jobs", total=len(self.clock.jobs), note="")
         self._running: dict[int, TaskID] = {}
+        self._notices: set[str] = set()
         self._last_line = time.monotonic()
 
     def __enter__(self) -> Self:
@@ -50,7 +51,9 @@ class Board:
                 if not self.live and time.monotonic() - self._last_line > _PLAIN_PAUSE_S:
                     self._print(f"{self.clock.text()}; now {event.job.name} {note}".rstrip())
             case EventKind.NOTICE:
-                self._print(f"{event.job.name}: {event.text}")
+                if event.text not in self._notices:  # what concerns all jobs is said by each
+                    self._notices.add(event.text)
+                    self._print(f"{event.job.name}: {event.text}")
             case EventKind.ENDED:
                 if event.index in self._running:  # a job that died at once has not started
                     self._bars.remove_task(self._running.pop(event.index))
@@ -113,7 +116,8 @@ class Clock:
 
     def text_left(self) -> str:
         """About how long it will take; "" when that is unknown or nothing is left."""
-        left = self.seconds_left() if len(self.ended) < len(self.jobs) else None
+        stopping = any(result.outcome is JobOutcome.INTERRUPTED for result in self.ended.values())
+        left = self.seconds_left() if len(self.ended) < len(self.jobs) and not stopping else None
         return "" if left is None else f"about {duration(left)} left"
 
     def _mean_seconds(self) -> float | None:

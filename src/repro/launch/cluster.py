@@ -35,6 +35,19 @@ INSTEAD = {
     "submitit_local": {"--timeout": "hydra.launcher.timeout_min=N"},
     "ray": {"--workers": "+hydra.launcher.ray.init.num_cpus=N"},
 }
+# Settings of Hydra that nothing here reads, and what takes their place.
+_PLACE = "results lie in outputs/ by what was run; REPRO_OUTPUTS=/some/folder chooses another place"
+HYDRAS_OWN = {
+    "hydra.sweep.": _PLACE,
+    "hydra.run.": _PLACE,
+    "hydra.job.chdir": _PLACE,
+    "hydra.output_subdir": _PLACE,
+    "hydra.verbose": "a failed job's log and trace are in `repro show ID`",
+    "hydra/sweeper": "the only search is hydra/sweeper=optuna; lists multiply by themselves with -m",
+    "hydra.sweeper": "goes with hydra/sweeper=optuna",
+    "hydra/help": "`repro run --help` lists options and choices",
+    "hydra.mode": "-m runs many jobs",
+}
 _SUBMITTED = "_submitted.pkl"
 
 
@@ -48,7 +61,10 @@ def split(overrides: Sequence[str]) -> tuple[list[str], list[str]]:
     launcher = [override for override in overrides if override not in jobs]
     names = [override.removeprefix(LAUNCHER) for override in launcher if override.startswith(LAUNCHER)]
     if launcher and not names:
-        raise UserError(f"{launcher[0]}: settings of Hydra itself go with hydra/launcher={'|'.join(EXTRAS)}")
+        key = launcher[0].lstrip("+~").partition("=")[0]
+        instead = next((text for start, text in HYDRAS_OWN.items() if key.startswith(start)), "")
+        text = instead or f"settings of Hydra itself go with hydra/launcher={'|'.join(EXTRAS)}"
+        raise UserError(f"{launcher[0]}: {text}")
     for name in names:
         if name not in EXTRAS:
             raise UserError(f"{LAUNCHER}{name}: allowed are {', '.join(EXTRAS)}; leave it out to run on this machine")

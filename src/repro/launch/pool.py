@@ -7,6 +7,7 @@ Editing a module that the server has loaded changes no job of this sweep.
 
 from __future__ import annotations
 
+import atexit
 import multiprocessing
 import os
 import signal
@@ -72,10 +73,21 @@ def start_server(preload: Sequence[str], *, threads: int = 1) -> None:
     # The libraries read these when they are loaded, which happens in the server.
     for variable in _THREAD_VARIABLES:
         os.environ.setdefault(variable, str(threads))
-    multiprocessing.set_forkserver_preload([worker.__name__, *preload, f"{__package__}.preloaded"])
+    watched = [f"{__package__}.watch_parent", worker.__name__, *preload, f"{__package__}.preloaded"]
+    multiprocessing.set_forkserver_preload(watched)
     # Ctrl-C reaches the launcher alone, also while the server still loads.
     with _interrupts(signal.SIG_IGN):
         forkserver.ensure_running()
+    atexit.unregister(_stop_server)
+    atexit.register(_stop_server)
+
+
+def _stop_server() -> None:
+    """End the server at once: while it loads modules it would outlive its command, and hold the pipe of its output."""
+    server = vars(forkserver)["_forkserver"]  # there is no public name for it
+    if server._forkserver_pid is not None:
+        with suppress(ProcessLookupError):
+            os.kill(server._forkserver_pid, signal.SIGKILL)
 
 
 @dataclass

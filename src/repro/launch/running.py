@@ -12,9 +12,14 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+from repro.errors import UserError
 from repro.launch import worker
 from repro.launch.jobs import Event, EventKind, Job, JobError, JobOutcome, JobResult
 
+SERVER_ENDED = (
+    "the process that starts the jobs was ended from outside, often for lack of memory: try fewer --workers. "
+    "Finished work is kept; the same command goes on from there"
+)
 _EXIT_S = 2.0
 _TAIL_LINES = 15
 
@@ -36,8 +41,12 @@ class Running:
         self.pipe, end_of_job = context.Pipe(duplex=False)
         arguments = (end_of_job, index, job, str(self.log))
         self.process = context.Process(target=worker.main, args=arguments, name=job.name)
-        self.process.start()
-        end_of_job.close()
+        try:
+            self.process.start()
+        except (EOFError, ConnectionError):
+            raise UserError(SERVER_ENDED) from None
+        finally:
+            end_of_job.close()
         self.started = time.monotonic()
         self.ready = False
         self.interrupts = 0

@@ -7,7 +7,7 @@ from typing import Protocol
 import casadi as ca
 import numpy as np
 
-from repro.codegen.c_library import CompilerError
+from repro.codegen.c_library import CompilerError, has_compiler
 from repro.codegen.straight_line import statements
 from repro.errors import UserError
 from repro.mechanics import c_engine
@@ -30,7 +30,8 @@ def active_engine() -> str:
     try:
         c_engine.CompiledIntegrator(["qdd[0] = u[0]"], 0, 1, 1)
     except (CompilerError, OSError) as error:
-        logging.getLogger("repro").warning("simulating with CasADi, more slowly: %s", error)
+        if has_compiler():
+            logging.getLogger("repro").warning("simulating with CasADi, more slowly: %s", error)
         return "casadi"
     return "c"
 

@@ -14,6 +14,7 @@ from repro.tracking.plain_data import Json, flattened
 WITHOUT_EFFECT = {
     "experiment": "says where the run is listed",
     "sweep": "belongs to the experiment",
+    "explicit": "decides what the scale cuts of settings that are listed themselves",
     "record": "decides whether a recording is written",
     "seeds": "are the members; runs that differ in seeds alone are pooled",
     "scale.": "is applied to samples, epochs, iterations and loops, which are settings of their own",
@@ -52,7 +53,7 @@ def used_settings(config: Config) -> dict[str, object]:
     flat = flattened(config.model_dump(mode="json"))
     unused = _unused(flat, config)
     used = {key: value for key, value in flat.items() if not any(_is_in(key, place) for place in unused)}
-    return used | ({} if flat["control.kind"] == "none" else {"control.loops": config.scale.loops})
+    return used | ({} if flat["control.kind"] == "none" else {"control.loops": config.loops})
 
 
 def _unused(flat: Json, config: Config) -> list[str]:

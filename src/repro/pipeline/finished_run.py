@@ -79,7 +79,7 @@ class OpenedRun(Run):
         return self.upstream["fit"]
 
 
-def open_run(id: str, *, root: Path | None = None) -> Run:
+def open_run(id: str, *, root: Path | str | None = None) -> Run:
     """The stage that an id, its start or the digits at its end name; a run comes with model, parameters and data.
 
     UserError when none or several fit.

@@ -148,7 +148,7 @@ class Pipeline:
         config = self.config
         canonical = config.energies.gauge.startswith("canonical")
         assert isinstance(config.control, ControllerOptions)
-        return LoopOptions(self.fit_options, config.control, config.task, config.scale.loops, canonical)
+        return LoopOptions(self.fit_options, config.control, config.task, config.loops, canonical)
 
     @cached_property
     def control_stage(self) -> Stage | None:
@@ -206,9 +206,11 @@ class Pipeline:
         return [*self.data_stages.values(), self.fit_stage, *closed, self.run_stage]
 
     def finished(self, store: Store) -> Record | None:
-        """The stored run, when everything that this run leaves exists."""
+        """The stored run, when everything that this run leaves exists: the stages that it was made from too."""
         run = store.find(self.run_stage.id, kind="runs")
-        if run is None or (self.is_recorded(run) and store.find(self.recording_stage.id, kind="recordings") is None):
+        if run is None or not all(store.has(stage.id, stage.kind) for stage in self.stages):
+            return None
+        if self.is_recorded(run) and store.find(self.recording_stage.id, kind="recordings") is None:
             return None
         return run
 

@@ -1,6 +1,6 @@
 """One run, done: every stage that is not stored yet, in order."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -13,7 +13,8 @@ from repro.tracking import progress
 from repro.tracking.load import Run, load_run
 from repro.tracking.plain_data import Json
 from repro.tracking.record import Record
-from repro.tracking.store import Store
+from repro.tracking.stage import Stage
+from repro.tracking.store import NOTICES, Store
 
 
 def execute(pipeline: Pipeline, store: Store) -> Record:
@@ -27,19 +28,21 @@ def execute(pipeline: Pipeline, store: Store) -> Record:
     upstream = {role: load_run(id, root=store.paths.root) for role, id in parts.items()}
     for role, stage in pipeline.data_stages.items():
         progress.report(0.0, f"data: {role}")
-        upstream[role] = Run(store.compute(stage, partial(data.make, options=pipeline.data_options[role])))
-    fitted = store.compute(pipeline.fit_stage, partial(fit.make, options=pipeline.fit_options, upstream=upstream))
+        upstream[role] = Run(_done(store, stage, partial(data.make, options=pipeline.data_options[role])))
+    fitted = _done(store, pipeline.fit_stage, partial(fit.make, options=pipeline.fit_options, upstream=upstream))
     inputs = {"fit": Run(fitted)}
     if pipeline.control_stage is not None:
         work = partial(close_loops.make, options=pipeline.loop_options, upstream=inputs)
-        inputs["control"] = Run(store.compute(pipeline.control_stage, work))
+        inputs["control"] = Run(_done(store, pipeline.control_stage, work))
     progress.report(0.95, "evaluation")
 
     def measured(folder: Path) -> Json:
         summary = evaluate.make(folder, pipeline.run_options, inputs)
         n_train = upstream["data"].record.summary["n_train"]
         counted = {name: fitted.summary[name] for name in ("n_parameters", "status", "notes")}
-        return summary | summary_of(pipeline.config, n_train=n_train, **counted)
+        before = [*upstream.values(), *inputs.values()]
+        notices = [text for stage in before for text in stage.record.summary.get(NOTICES, ())]
+        return summary | summary_of(pipeline.config, n_train=n_train, **counted) | {NOTICES: notices}
 
     run = store.compute(pipeline.run_stage, measured)
     if pipeline.is_recorded(run):
@@ -47,6 +50,14 @@ def execute(pipeline: Pipeline, store: Store) -> Record:
         work = partial(record, options=pipeline.recording_options, run=Run(run), command=pipeline.command)
         store.compute(pipeline.recording_stage, work)
     return run
+
+
+def _done(store: Store, stage: Stage, work: Callable[[Path], Json]) -> Record:
+    """The stage, stored or made now; what was said when a stored one was made is said again."""
+    stored = store.find(stage.id, kind=stage.kind)
+    for text in stored.summary.get(NOTICES, ()) if stored else ():
+        progress.notice(text)
+    return stored or store.compute(stage, work)
 
 
 def run_job(resolved: Json, outputs: str, command: str, overrides: Sequence[str] = ()) -> Json:

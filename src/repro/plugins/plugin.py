@@ -48,5 +48,6 @@ def not_allowed(key: str, value: Any, allowed: Iterable[str]) -> str:
 
 def nearest(word: str, allowed: Iterable[str]) -> str:
     """A hint at the allowed word that is spelt most alike, or nothing."""
-    close = difflib.get_close_matches(word, list(allowed), n=1)
-    return f" (did you mean {close[0]}?)" if close else ""
+    spelt = {name.lower(): name for name in allowed}
+    close = difflib.get_close_matches(word.lower(), spelt, n=1)
+    return f" (did you mean {spelt[close[0]]}?)" if close else ""

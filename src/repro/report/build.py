@@ -25,20 +25,19 @@ from repro.results.gather import gather_runs
 from repro.results.gathering import Gathering
 from repro.results.results import SENSITIVITY, Results
 from repro.results.stored import StoredRun, stored_benches, stored_runs
+from repro.tracking import progress
 from repro.tracking.files import write_text
+from repro.tracking.paths import Paths
 
 
 def build(outputs: Path, scale: str, *, stale: Collection[str] = ()) -> Summary:
     """Gather a scale's runs and make its report under outputs/report/<scale>; nothing is made twice from the same.
 
-    Raises UserError where nothing of this scale has been run.
+    Raises NothingToJudgeError where no experiment of this scale has been run.
     """
     runs, benches = stored_runs(outputs, scale, stale), stored_benches(outputs, scale)
     if not runs and not benches:
-        present = sorted({path.name for path in (outputs / "experiments").glob("*")} - {SENSITIVITY})
-        hint = f"; run so far: {', '.join(present)}" if present else ""
-        message = f"nothing of scale {scale} has been run in {outputs}{hint}. Start with: make reproduce SCALE={scale}"
-        raise UserError(message)
+        raise NothingToJudgeError(_advice(outputs, scale))
     folder, recordings = outputs / "report" / scale, outputs / "recordings"
     tried = stored_runs(outputs, SENSITIVITY, stale)
     lists = sorted((outputs / "experiments" / SENSITIVITY).glob("*.json"))
@@ -46,6 +45,7 @@ def build(outputs: Path, scale: str, *, stale: Collection[str] = ()) -> Summary:
     unchanged = stored_summary(folder, recordings, fingerprint)
     if unchanged is not None:
         return unchanged
+    progress.report(0.0, f"{len(runs)} runs are read")
     paper = Gathering.load(paper_folder())
     results = replace(gather_runs(runs, benches, paper), sensitivity=gather_sensitivity(lists, tried, paper))
     results.save(folder / "results")
@@ -54,8 +54,23 @@ def build(outputs: Path, scale: str, *, stale: Collection[str] = ()) -> Summary:
     return summary
 
 
+class NothingToJudgeError(UserError):
+    """No experiment of a scale has been run, so no claim can be judged."""
+
+
+def _advice(outputs: Path, scale: str) -> str:
+    listed = sorted({path.parent.name for path in (outputs / "experiments").glob("*/[!.]*.json")} - {SENSITIVITY})
+    own = len(Paths(outputs).ids("runs"))
+    parts = [f"no experiment of scale {scale} has been run in {outputs}"]
+    parts += [f"{own} run{'s' * (own > 1)} there belong{'s' * (own == 1)} to none" if not listed else ""] if own else []
+    parts += [f"run so far: scale {', '.join(listed)}"] if listed else []
+    start = "reproduce" if scale == "quick" else f"reproduce scale={scale}"
+    return "; ".join(filter(None, parts)) + f". To judge the claims: repro {start}"
+
+
 def redraw(source: Path, folder: Path) -> Summary:
     """Make the report from a folder of results alone, such as paper/results: nothing is run, no store is needed."""
+    progress.report(0.0, f"results are read from {source}")
     results = Results.load(source)
     return summarise(results, render(results, folder), folder, folder / "recordings")
 
@@ -64,6 +79,7 @@ def render(results: Results, folder: Path) -> list[Verdict]:
     """Judge the claims, and write results/claims.csv, tables, figures, report.pdf and the pages under a folder."""
     paper = paper_folder()
     claims, assumptions = load_claims(paper / "claims.yaml"), load_assumptions(paper / "assumptions.yaml")
+    progress.report(0.1, f"{len(claims)} claims are judged")
     verdicts = judge_all(claims, results)
     tables = all_tables(results, verdicts, load_paper(paper))
     if results.sensitivity is not None:
@@ -72,10 +88,13 @@ def render(results: Results, folder: Path) -> list[Verdict]:
     for table in tables:
         table.save(folder / "tables")
     write_text(folder / "results" / "claims.csv", tables[0].csv())
+    progress.report(0.2, "figures are drawn")
     figures = draw_all(results, folder / "figures")
     texts = Texts(paper / "report", results, verdicts)
     content = Content(load_paper(paper), results, verdicts, tables, figures, load_sections(texts), assumptions, texts)
+    progress.report(0.7, "the PDF is set")
     write_pdf(content, folder / "figures", paper / "report", folder / "report.pdf")
+    progress.report(0.8, "pages are written")
     write_site(content, folder, paper)
     return verdicts
 

@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from repro.launch.jobs import Job, reason
+from repro.launch.jobs import Event, Job, reason
 from repro.launch.pool import run_jobs
 from repro.report.figures.figure import Figure
 from repro.report.paper import load_figures, paper_folder
 from repro.results.results import Results
+from repro.tracking import progress
 from repro.tracking.cores import allowed_cores
 
 # What drawing needs and takes long to load.
@@ -24,7 +25,12 @@ def draw_all(results: Results, folder: Path) -> list[Figure]:
         Job(f"figures {n + 1}", f"{__name__}:draw", {"names": names[n::cores], "results": results, "folder": folder})
         for n in range(cores)
     ]
-    ended = run_jobs(jobs, workers=cores, preload=PRELOAD, logs=folder.parent / "logs")
+
+    def shown(event: Event) -> None:
+        if event.fraction is not None:
+            progress.report(0.2 + 0.5 * event.fraction, f"figure {event.text}")
+
+    ended = run_jobs(jobs, workers=cores, preload=PRELOAD, logs=folder.parent / "logs", on_progress=shown)
     for result in ended:
         if not result.ok:
             raise RuntimeError(f"{result.job.name}: {reason(result)}\n{result.error.trace if result.error else ''}")
@@ -35,4 +41,8 @@ def draw_all(results: Results, folder: Path) -> list[Figure]:
 def draw(names: Sequence[str], results: Results, folder: Path) -> list[str]:
     """Write some of the figures; return the names of those for which there was something to show."""
     chosen = [figure for figure in load_figures(paper_folder()) if figure.name in names]
-    return [figure.name for figure in chosen if figure.save(results, folder)]
+    saved = []
+    for number, figure in enumerate(chosen):
+        progress.report(number / len(chosen), figure.name)
+        saved += [figure.name] * figure.save(results, folder)
+    return saved

@@ -39,7 +39,7 @@ class Animation:
 
 @checked(frozen=True)
 class Paper:
-    """The contents of report.yaml; `systems` are the names of systems in the titles of runs."""
+    """The contents of report.yaml; `systems` are the names of systems in the titles of runs, `headlines` claims."""
 
     title: str
     subtitle: str
@@ -47,6 +47,7 @@ class Paper:
     source: str
     systems: Mapping[str, str] = field(default_factory=dict)
     tables: tuple[Query, ...] = ()
+    headlines: tuple[str, ...] = ()
     front_tables: tuple[FrontTable, ...] = ()
     animations: tuple[Animation, ...] = ()
 

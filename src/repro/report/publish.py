@@ -16,7 +16,7 @@ from repro.results.results import SENSITIVITY, Results, Sensitivity
 
 
 def publish(results: Results, root: Path) -> None:
-    """Write paper/results, tables, figures, animations and report.pdf, and README.md's tables, in the checkout `root`.
+    """Write paper/results, tables, figures, animations, report.pdf, the tables of README.md and docs, in a checkout.
 
     Raises UserError for another scale, an unclean git tree or results older than the code.
     """
@@ -43,7 +43,7 @@ def publish(results: Results, root: Path) -> None:
             shutil.rmtree(root / "paper" / name, ignore_errors=True)
             shutil.copytree(Path(temporary) / name, root / "paper" / name)
     animate_all(results, load_paper(paper_folder()).animations, root / "paper" / "animations")
-    write_tables(root / "README.md", results, verdicts)
+    write_tables(root, results, verdicts)
 
 
 def _refuse_stale(results: Results, command: str) -> None:

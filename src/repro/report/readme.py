@@ -1,4 +1,4 @@
-"""The tables in README.md: generated between marks, and checked against the committed results."""
+"""The tables in README.md and docs: generated between marks, and checked against the committed results."""
 
 import re
 from collections.abc import Sequence
@@ -20,6 +20,8 @@ from repro.report.tables.verdicts import cure, mark, measured, verdict_table
 from repro.results.results import Results
 from repro.tracking.files import write_text
 
+PAGES = {"count": "README.md", "headlines": "README.md", "verdicts": "docs/verdicts.md"}
+SHORT = ("claim", "what the paper says", "printed", "ours [95 %]", "verdict")
 TITLES = ("claim", "what the paper says", "measured", "printed", "ours [95 %]", "units", "verdict", "smallest change")
 
 
@@ -32,41 +34,51 @@ def verdict_block(verdicts: Sequence[Verdict]) -> str:
     """Return one line per claim or part of one."""
     lines = markdown_head(TITLES)
     for verdict in verdicts:
-        claim = verdict.claim
-        cells = (
-            claim.name,
-            claim.about,
-            measured(verdict),
-            writing.number(claim.printed),
-            writing.interval(verdict.estimate),
-            str(verdict.estimate.n or writing.ABSENT),
-            f"{mark(verdict)}; {verdict.flag}" if verdict.flag else mark(verdict),
-            cure(verdict),
-        )
-        lines.append(markdown_line([writing.markdown(cell) for cell in cells]))
+        name, about, printed, ours, judged = _judged(verdict)
+        units = str(verdict.estimate.n or writing.ABSENT)
+        flagged = f"{judged}; {verdict.flag}" if verdict.flag else judged
+        lines.append(_line(name, about, measured(verdict), printed, ours, units, flagged, cure(verdict)))
     return "\n".join(lines)
 
 
-def write_tables(readme: Path, results: Results, verdicts: Sequence[Verdict]) -> None:
-    """Replace the text between the marks of each table. Raises UserError where README.md lacks them."""
+def headline_block(verdicts: Sequence[Verdict], names: Sequence[str]) -> str:
+    """Return one short line for each of the claims of these names. Raises UserError for a name that is no claim."""
+    by_name = {verdict.claim.name: verdict for verdict in verdicts}
+    if unknown := [name for name in names if name not in by_name]:
+        raise UserError(f"report.yaml, headlines: no claim is called {', '.join(unknown)}")
+    return "\n".join([*markdown_head(SHORT), *(_line(*_judged(by_name[name])) for name in names)])
+
+
+def _judged(verdict: Verdict) -> tuple[str, str, str, str, str]:
+    claim = verdict.claim
+    return claim.name, claim.about, writing.number(claim.printed), writing.interval(verdict.estimate), mark(verdict)
+
+
+def _line(*cells: str) -> str:
+    return markdown_line([writing.markdown(cell) for cell in cells])
+
+
+def write_tables(root: Path, results: Results, verdicts: Sequence[Verdict]) -> None:
+    """Replace the text between the marks of each table in a checkout. Raises UserError where a page lacks them."""
     for name, block in _blocks(results, verdicts).items():
-        before, _, after = _parts(readme, name)
-        write_text(readme, f"{before}{_begin(name)}\n{block}\n{_end(name)}{after}")
+        page = root / _page(name)
+        before, _, after = _parts(page, name)
+        write_text(page, f"{before}{_begin(name)}\n{block}\n{_end(name)}{after}")
 
 
 def drift(root: Path) -> list[str]:
-    """List where README.md and the verdicts in paper/results differ from what the results there give; [] when nowhere.
+    """List where README.md, docs and the verdicts of paper/results differ from what its results give; [] when nowhere.
 
-    `root` is the checkout: it holds README.md, paper/claims.yaml, paper/assumptions.yaml and paper/results.
+    `root` is the checkout: it holds README.md, docs, paper/claims.yaml, paper/assumptions.yaml and paper/results.
     """
     paper = root / "paper"
     results, claims = Results.load(paper / "results"), load_claims(paper / "claims.yaml")
     verdicts = judge_all(claims, results)
     differences = []
     for name, block in _blocks(results, verdicts).items():
-        _, stands, _ = _parts(root / "README.md", name)
+        _, stands, _ = _parts(root / _page(name), name)
         if stands.strip() != block.strip():
-            differences.append(f"README.md shows another table of {name} than paper/results gives")
+            differences.append(f"{_page(name)} shows another table of {name} than paper/results gives")
     computed: dict[str, tuple[Table, Sequence[str]]] = {"claims.csv": (verdict_table(verdicts), ("id",))}
     if results.sensitivity is not None:
         ledger = load_assumptions(paper / "assumptions.yaml")
@@ -78,8 +90,14 @@ def drift(root: Path) -> list[str]:
 
 
 def _blocks(results: Results, verdicts: Sequence[Verdict]) -> dict[str, str]:
-    tables = {table.name: front_block(results, table) for table in load_paper(paper_folder()).front_tables}
-    return {"count": count_block(verdicts), "verdicts": verdict_block(verdicts)} | tables
+    paper = load_paper(paper_folder())
+    tables = {table.name: front_block(results, table) for table in paper.front_tables}
+    shown = {"count": count_block(verdicts), "headlines": headline_block(verdicts, paper.headlines)}
+    return shown | {"verdicts": verdict_block(verdicts)} | tables
+
+
+def _page(name: str) -> str:
+    return PAGES.get(name, "docs/better-models.md")
 
 
 def _begin(name: str) -> str:

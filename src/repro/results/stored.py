@@ -67,7 +67,7 @@ def stored_runs(outputs: Path, scale: str, stale: Collection[str] = ()) -> list[
     """
     return [
         _stored(outputs, job, path.stem, scale, stale)
-        for path in sorted((outputs / "experiments" / scale).glob("*.json"))
+        for path in sorted((outputs / "experiments" / scale).glob("[!.]*.json"))
         for job in jobs_of(path)
         if not (outputs / "bench" / str(job.get("run"))).is_dir()
     ]
@@ -75,7 +75,9 @@ def stored_runs(outputs: Path, scale: str, stale: Collection[str] = ()) -> list[
 
 def stored_benches(outputs: Path, scale: str) -> list[Path]:
     """List the bench folders of a scale's experiments; every bench folder where no experiment lists any."""
-    listed = {str(job.get("run")) for path in (outputs / "experiments" / scale).glob("*.json") for job in jobs_of(path)}
+    listed = {
+        str(job.get("run")) for path in (outputs / "experiments" / scale).glob("[!.]*.json") for job in jobs_of(path)
+    }
     finished = [
         path.parent
         for path in sorted((outputs / "bench").glob("*/run.json"))

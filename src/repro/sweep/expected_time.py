@@ -14,6 +14,7 @@ from repro.tracking.stage import Stage
 
 # Seconds on one core, measured with the examples of this project.
 OVERHEAD = 3.0
+SAMPLE = 5e-6  # made, stored, fitted in closed form and evaluated
 SAMPLE_AND_UNIT = 1e-8  # of a network, per epoch
 ITERATION = 4e-3
 LOOP_SECOND = 0.015  # per second of a closed loop and square of the number of coordinates
@@ -50,11 +51,14 @@ def expected_seconds(pipeline: Pipeline, times: MeasuredTimes) -> float:
 
 def _fit_seconds(config: Config) -> float:
     optimiser, members = config.optimiser, len(config.members)
+    samples = getattr(config.data, "samples", 10_000)
+    handled = members * samples * SAMPLE
     if not config.model.fitted:
-        return 1.0
+        return 1.0 + handled
+    if optimiser.unit is None:
+        return OVERHEAD + handled
     if optimiser.unit == "epochs":
         units = sum(getattr(config.model, "hidden", ())) or 1
-        samples = getattr(config.data, "samples", 10_000)
         return OVERHEAD + members * optimiser.length * samples * units * SAMPLE_AND_UNIT
     phases = 1 + len(config.curriculum.episodes)
     return OVERHEAD + members * phases * optimiser.length * ITERATION
@@ -62,7 +66,7 @@ def _fit_seconds(config: Config) -> float:
 
 def _loop_seconds(config: Config) -> float:
     task, coordinates = config.task, true_system(config).n_q
-    loops = min(task.n_loops(len(config.members)), config.scale.loops)
+    loops = min(task.n_loops(len(config.members)), config.loops)
     return OVERHEAD + loops * task.seconds * coordinates**2 * LOOP_SECOND
 
 

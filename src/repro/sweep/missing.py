@@ -1,5 +1,6 @@
 """Runs those of many planned jobs that are not there yet."""
 
+import sys
 from collections.abc import Sequence
 
 from repro.config.compose import compose
@@ -7,7 +8,7 @@ from repro.launch import cluster
 from repro.launch.board import Board
 from repro.launch.jobs import Job, JobResult, failure_table
 from repro.launch.pool import run_jobs
-from repro.sweep.planned_job import PlannedJob
+from repro.sweep.planned_job import PlannedJob, total
 from repro.tracking.cores import allowed_cores
 from repro.tracking.files import check_writable
 from repro.tracking.paths import Paths, outputs_root
@@ -43,6 +44,7 @@ def run_missing(
     if not where:
         _check_devices(missing)
     check_writable(paths.root)
+    print(total(jobs), file=sys.stderr, flush=True)
     todo = [
         Job(
             name=job.label,

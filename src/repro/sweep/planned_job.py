@@ -89,4 +89,4 @@ def total(jobs: Sequence[PlannedJob]) -> str:
     """How many jobs there are, how many are to be run, and about how long that takes."""
     missing = [job for job in jobs if job.record is None]
     left = duration(sum(job.expected_seconds for job in missing))
-    return f"{len(jobs)} jobs, {len(missing)} to run, about {left} of one core"
+    return f"{len(jobs)} job{'s' * (len(jobs) != 1)}, {len(missing)} to run, about {left} of one core"

@@ -124,6 +124,12 @@ def disk_errors_explained(folder: Path) -> Iterator[None]:
 def check_writable(folder: Path) -> None:
     """Raise UserError when a folder takes no new file: a full disk, a read-only mount, missing permission."""
     with disk_errors_explained(folder):
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except FileNotFoundError:  # /proc and its like
+            raise UserError(
+                f"{folder} cannot be made; choose another folder with {ROOT_VARIABLE}=/some/folder"
+            ) from None
         write_bytes(folder / ".cache" / "probe", b"0" * _NO_ROOM_BYTES)
         (folder / ".cache" / "probe").unlink(missing_ok=True)
 
@@ -131,4 +137,5 @@ def check_writable(folder: Path) -> None:
 def _is_full(folder: Path) -> bool:
     while not folder.exists():
         folder = folder.parent
-    return shutil.disk_usage(folder).free < _NO_ROOM_BYTES
+    usage = shutil.disk_usage(folder)
+    return usage.total > 0 and usage.free < _NO_ROOM_BYTES

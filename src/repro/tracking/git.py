@@ -11,9 +11,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from repro.tracking.files import write_bytes
+from repro.tracking.files import file_digest, write_bytes
 
-_LARGEST_UNTRACKED_BYTES = 1_000_000
+# Where the files lie that a run's identity is made from, and their suffixes: of new files these alone are stored.
+_READ_BY_RUNS = (("src/repro", (".py", ".c", ".h")), ("conf", (".yaml",)), ("experiments", (".yaml",)))
+_LARGEST_DIGESTED_BYTES = 100_000_000
 
 
 @cache
@@ -30,9 +32,10 @@ def source_tree() -> Path | None:
 
 
 def state(patches: Path) -> dict[str, Any]:
-    """Commit, branch, clean or not, and the patch (uncommitted changes and new files together) that `git apply` takes.
+    """Commit, branch, clean or not, and the patch (uncommitted changes and new source files) that `git apply` takes.
 
-    The patch is stored once per content as <patches>/<hash>.patch. New files above 1 MB are named, not stored.
+    The patch is stored once per content as <patches>/<hash>.patch. Of new files that no run is made from (data, .env)
+    the name and the digest are stored, never the content.
     """
     top = source_tree()
     if top is None:
@@ -58,15 +61,28 @@ def _state(top: Path, patches: Path) -> dict[str, Any]:
         "patch": None,
     }
     if not record["clean"]:
-        small = [name for name in untracked if (top / name).lstat().st_size <= _LARGEST_UNTRACKED_BYTES]
-        patch = _patch(top, small)
+        source = [name for name in untracked if _is_read_by_runs(name)]
+        patch = _patch(top, source)
         file = patches / f"{hashlib.sha256(patch).hexdigest()[:16]}.patch"
         if not file.exists():
             write_bytes(file, patch)
         record["patch"] = f"{patches.name}/{file.name}"
-        record["untracked"] = small
-        record["untracked_not_stored"] = sorted(set(untracked) - set(small))
+        record["untracked"] = source
+        record["untracked_not_stored"] = {name: _digest(top / name) for name in sorted(set(untracked) - set(source))}
     return record
+
+
+def _is_read_by_runs(name: str) -> bool:
+    return any(name.startswith(f"{folder}/") and name.endswith(suffixes) for folder, suffixes in _READ_BY_RUNS)
+
+
+def _digest(path: Path) -> str | None:
+    """SHA-256 of a file; None for one that is very large, a link, or cannot be read."""
+    try:
+        whole = path.is_file() and not path.is_symlink() and path.stat().st_size <= _LARGEST_DIGESTED_BYTES
+        return file_digest(path) if whole else None
+    except OSError:
+        return None
 
 
 def _patch(top: Path, new_files: list[str]) -> bytes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _METRICS = "metrics.parquet"
+_MOST_VALUES = 8  # in a message
 
 
 @dataclass(frozen=True)
@@ -41,8 +43,18 @@ class Run:
     @property
     def upstream(self) -> dict[str, Run]:
         """Role -> the stage its data, fit, ... came from."""
-        root = self.record.folder.parent.parent
-        return {role: load_run(id, root=root) for role, id in self.record.identity.upstream.items()}
+        upstream = self.record.identity.upstream
+        return {role: Run(load_record(self._paths, id)) for role, id in upstream.items() if self._stored(role, id)}
+
+    @property
+    def _paths(self) -> Paths:
+        return Paths(self.record.folder.parent.parent)
+
+    def _stored(self, role: str, id: str) -> bool:
+        if any(self._paths.folder(kind, id).is_dir() for kind in self._paths.kinds()):
+            return True
+        command = self.record.provenance.command
+        raise UserError(f"{id}, the {role} of {self.id}, was deleted; this makes it again: {command}")
 
     def table(self, name: str) -> pd.DataFrame:
         """A Parquet file of its folder: "metrics", "curves", "trajectories", ... UserError for an unknown one."""
@@ -55,9 +67,9 @@ class Run:
         return pd.read_parquet(file)
 
 
-def load_run(id: str, *, root: Path | None = None) -> Run:
+def load_run(id: str, *, root: Path | str | None = None) -> Run:
     """The stage that an id, its start or the digits at its end name; raises UserError when none or several do."""
-    return Run(load_record(Paths(root or outputs_root()), id))
+    return Run(load_record(Paths(Path(root or outputs_root())), id))
 
 
 def load_record(paths: Paths, id: str) -> Record:
@@ -69,7 +81,7 @@ def load_record(paths: Paths, id: str) -> Record:
         raise UserError(f"{folder} is damaged ({damage}): run the command that made it again") from damage
 
 
-def load_runs(*, root: Path | None = None, **filters: Any) -> pd.DataFrame:
+def load_runs(*, root: Path | str | None = None, **filters: Any) -> pd.DataFrame:
     """All finished runs as one tidy table: one row per (experiment, run, member, split, metric), with the run's card.
 
     A filter names a column and gives a value, a collection of values or a function of the value:
@@ -78,7 +90,7 @@ def load_runs(*, root: Path | None = None, **filters: Any) -> pd.DataFrame:
     """
     import pandas as pd
 
-    paths = Paths(root or outputs_root())
+    paths = Paths(Path(root or outputs_root()))
     listed = _listings(paths)
     parts = []
     for entry in index.load(paths).finished().values():
@@ -97,7 +109,12 @@ def load_runs(*, root: Path | None = None, **filters: Any) -> pd.DataFrame:
     for key, condition in filters.items():
         if key not in whole:
             raise UserError(f"no column {key} to filter by; there are: {', '.join(whole.columns)}")
+        present = sorted({str(value) for value in whole[key]})
         whole = whole[[_fits(value, condition) for value in whole[key]]]
+        if whole.empty and not callable(condition):
+            some = f"{', '.join(present[:_MOST_VALUES])}{', ...' * (len(present) > _MOST_VALUES)}"
+            warnings.warn(f"no row has {key}={condition!r}; those left by the filters before have {some}", stacklevel=2)
+            break
     return whole.reset_index(drop=True)
 
 
@@ -112,10 +129,13 @@ def _fits(value: Any, condition: Any) -> bool:
 def _listings(paths: Paths) -> dict[str, list[tuple[str, str]]]:
     """Run id -> the (experiment, scale) pairs that list it."""
     listed: dict[str, list[tuple[str, str]]] = {}
-    for file in sorted(paths.experiments.glob("*/*.json")):
-        content = json.loads(file.read_bytes())
-        pair = (content["experiment"], content["scale"])
-        for job in content["jobs"]:
-            if pair not in listed.setdefault(job["run"], []):
-                listed[job["run"]].append(pair)
+    for file in sorted(paths.experiments.glob("*/[!.]*.json")):
+        try:
+            content = json.loads(file.read_bytes())
+            pair = (content["experiment"], content["scale"])
+            for job in content["jobs"]:
+                if pair not in listed.setdefault(job["run"], []):
+                    listed[job["run"]].append(pair)
+        except (ValueError, KeyError, TypeError) as error:
+            raise UserError(f"{file} cannot be read ({error!r}): delete it and run the experiment again") from error
     return listed

@@ -30,7 +30,7 @@ def held(lock: Path, holder: Path, what: str) -> Iterator[None]:
     try:
         handle.acquire(timeout=0)
     except Timeout:
-        progress.notice(f"waiting for {what}: {holder_text(holder)} is making it")
+        progress.notice(f"shares {what} with {holder_text(holder)}, which is making it: waiting for it")
         handle.acquire()
     try:
         yield

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,9 +20,10 @@ NOT_KINDS = frozenset({"experiments", "report", "logs", "patches"})
 
 def outputs_root() -> Path:
     """The folder of all results: $REPRO_OUTPUTS, else ./outputs; UserError when it cannot be a folder."""
-    root = Path(os.environ.get(ROOT_VARIABLE) or "outputs").absolute()
+    given = os.environ.get(ROOT_VARIABLE) or "outputs"
+    root = Path(os.path.expanduser(given)).absolute()  # noqa: PTH111 - leaves ~ as it is where there is no home
     for place in (root, *root.parents):
-        if place.is_file():
+        if place.exists() and not place.is_dir():
             raise UserError(f"{ROOT_VARIABLE}={root}: {place} is a file, not a folder; choose another folder")
     return root
 
@@ -99,7 +101,10 @@ class Paths:
 
 def source_cache() -> Path:
     """The user's cache of source digests, which no results folder needs to hold; safe to delete."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "repro" / "code.json"
+    home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")  # noqa: PTH111 - raises nothing
+    if home.startswith("~"):  # a user without an entry in the list of users, as in containers
+        home = tempfile.gettempdir()
+    return Path(home) / "repro" / "code.json"
 
 
 def project_folder() -> Path:

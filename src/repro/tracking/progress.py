@@ -5,10 +5,12 @@ In a job of a sweep they are sent to the launcher; elsewhere only notices are sh
 
 from __future__ import annotations
 
+import logging
 import sys
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 
 _SHORTEST_PAUSE_S = 0.2
 
@@ -21,6 +23,8 @@ class _Listener:
     notice: Callable[[str], None] | None = None
     log: str = ""
     last_report: float = float("-inf")
+    logged: set[str] = field(default_factory=set)
+    collected: list[str] = field(default_factory=list)
 
 
 _listener = _Listener()
@@ -29,6 +33,16 @@ _listener = _Listener()
 def listen(report: Callable[[float | None, str], None], notice: Callable[[str], None], log: str) -> None:
     """Send progress and notices of this process to these functions; `log` is the file that takes its printed output."""
     _listener.report, _listener.notice, _listener.log = report, notice, log
+
+
+@contextmanager
+def watched(report: Callable[[float | None, str], None]) -> Iterator[None]:
+    """Send the progress of this process to a function inside the block."""
+    before, _listener.report = _listener.report, report
+    try:
+        yield
+    finally:
+        _listener.report = before
 
 
 def report(fraction: float | None, text: str = "") -> None:
@@ -41,10 +55,36 @@ def report(fraction: float | None, text: str = "") -> None:
 
 def notice(text: str) -> None:
     """Show one line to the user."""
+    _listener.collected.append(text)
     if _listener.notice is not None:
         _listener.notice(text)
     else:
         print(text, file=sys.stderr, flush=True)
+
+
+@contextmanager
+def collected() -> Iterator[list[str]]:
+    """The distinct notices given inside the block, complete when it ends."""
+    before, _listener.collected = _listener.collected, []
+    notices: list[str] = []
+    try:
+        yield notices
+    finally:
+        notices += dict.fromkeys(_listener.collected)
+        _listener.collected = before
+
+
+class _LoggedNotices(logging.Handler):
+    """Shows what rooms that import nothing of this one have logged, once per process."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        text = record.getMessage()
+        if text not in _listener.logged:
+            _listener.logged.add(text)
+            notice(text)
+
+
+logging.getLogger("repro").addHandler(_LoggedNotices())
 
 
 def log_path() -> str:

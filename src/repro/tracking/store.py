@@ -12,11 +12,13 @@ from typing import Any
 from repro.errors import UserError
 from repro.tracking import lock, progress, provenance, record
 from repro.tracking.files import disk_errors_explained, disk_trouble, file_digest, sync, write_json
-from repro.tracking.paths import CHECKPOINT_PREFIX, HOLDER_FILE, TEMPORARY_SUFFIX, Paths
+from repro.tracking.paths import CHECKPOINT_PREFIX, HOLDER_FILE, RUN_FILE, TEMPORARY_SUFFIX, Paths
 from repro.tracking.plain_data import plain_copy
 from repro.tracking.record import Damage, Failure, Record, StageOutcome, StoredFile
 from repro.tracking.source_reader import READER
 from repro.tracking.stage import Stage
+
+NOTICES = "notices"  # the key of a summary that has what the user was told while the stage was made
 
 
 class StageFailed(Exception):  # noqa: N818 - the outcome of a stage, known by this name everywhere
@@ -48,6 +50,10 @@ class Store:
         Checks run.json and the sizes of the files; `verify` checks every byte.
         """
         return self._first(self.paths.folder, id, kind, verify)
+
+    def has(self, id: str, kind: str) -> bool:
+        """Whether a finished stage lies in its folder, unread."""
+        return (self.paths.folder(kind, id) / RUN_FILE).is_file()
 
     def failure(self, id: str, *, kind: str = "") -> Record | None:
         """The last failed attempt of an id, or None; a success replaces it."""
@@ -118,7 +124,11 @@ class Store:
         write_json(folder / HOLDER_FILE, holder)
         meter = provenance.Meter()
         try:
-            summary = plain_copy(work(folder))
+            with progress.collected() as notices:
+                summary = work(folder)
+            if notices:
+                summary = summary | {NOTICES: [*dict.fromkeys([*summary.get(NOTICES, ()), *notices])]}
+            summary = plain_copy(summary)
         except Exception as error:
             trouble = disk_trouble(error, self.paths.root)
             if trouble is not None:

@@ -34,6 +34,9 @@ class StageState(StrEnum):
 STATES = tuple(StageState)
 # Separates a change from the upstream stage in which it happened.
 _UPSTREAM = " (upstream "
+RUNS = "runs"
+# The kind of the stages upstream of a run, by their role; all others are data.
+KIND_OF_ROLE = {"fit": "fits", "control": "control"}
 # Overrides of a job -> the stages it consists of by the present defaults and code, the run itself last.
 Expected = Callable[[Sequence[str]], Sequence[Stage]]
 # Experiment -> a digest of all that the settings of its jobs depend on.
@@ -80,6 +83,7 @@ def survey(
         why = changes(id)
         state = StageState.STALE if why else StageState.DONE
         items[id] = Item(id, entry.kind, entry.name, state, why, entry.command)
+    items |= _deleted(stored, items)
     for entry in stored.entries:
         if entry.outcome is StageOutcome.DAMAGED or (entry.outcome is StageOutcome.FAILED and entry.id not in items):
             state = StageState(entry.outcome)
@@ -99,6 +103,18 @@ def survey(
     if verify:
         items = {id: _verified(item, Store(paths.root)) for id, item in items.items()}
     return sorted(items.values(), key=lambda item: (item.kind, STATES.index(item.state), item.id))
+
+
+def _deleted(stored: Index, items: Mapping[str, Item]) -> dict[str, Item]:
+    """The stages that a run was made from and that are not stored any more; the run's command makes them again."""
+    missing = {}
+    for run in (entry for entry in stored.finished().values() if entry.kind == RUNS):
+        for role, id in run.upstream.items():
+            if id not in items:
+                kind = KIND_OF_ROLE.get(role, "data")
+                why = (f"deleted; {run.id} was made from it",)
+                missing[id] = Item(id, kind, id, StageState.MISSING, why, run.command)
+    return missing
 
 
 def _changes(stored: Index) -> Callable[[str], tuple[str, ...]]:
@@ -150,7 +166,7 @@ def _being_made(paths: Paths) -> list[Item]:
 def _listed(paths: Paths, settings: SettingsDigest | None) -> dict[str, _Listing]:
     """Every run that an experiment lists, by id."""
     listed: dict[str, _Listing] = {}
-    for file in sorted(paths.experiments.glob("*/*.json")):
+    for file in sorted(paths.experiments.glob("*/[!.]*.json")):
         try:
             content = json.loads(file.read_bytes())
             current = settings is not None and settings(content["experiment"]) == content.get("settings")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import sys
@@ -29,8 +30,9 @@ def table(rows: Iterable[Sequence[object]], header: Sequence[str] = (), width: i
 
 
 def terminal_width() -> int | None:
-    """The width of the terminal; None where the output goes to a file or to another program."""
-    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+    """The width of the terminal, or $COLUMNS; None where the output goes to a file or to another program."""
+    given = os.environ.get("COLUMNS", "").isdecimal()
+    return shutil.get_terminal_size().columns if given or sys.stdout.isatty() else None
 
 
 def short(value: object, width: int = 80) -> str:

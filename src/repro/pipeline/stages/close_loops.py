@@ -1,8 +1,10 @@
 """Closed loops as a stage: drives the true plant from many starts, and writes the results as tables."""
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -20,12 +22,17 @@ from repro.pipeline.stage_options import LoopOptions
 from repro.pipeline.stages.stored_fit import dataset, load_parameters, model_of
 from repro.plugins.plugin import plugin
 from repro.tracking import progress
+from repro.tracking.files import write_json
 from repro.tracking.load import Run
+from repro.tracking.paths import CHECKPOINT_PREFIX
 from repro.tracking.plain_data import Json
 
 LOOPS, TRAJECTORIES, FIRST = "control.parquet", "closed_loops.parquet", "first_loop.npz"
 SHOWN = 2  # loops whose trajectories are stored
 PRIOR_SAMPLES = 2000
+# What the loops so far have left; a stage that was interrupted finds these files again.
+_SO_FAR, _FIRST_SO_FAR = f"{CHECKPOINT_PREFIX}-loops.json", f"{CHECKPOINT_PREFIX}-{FIRST}"
+Row = dict[str, str | int | float | bool | None]
 
 
 def make(folder: Path, options: LoopOptions, upstream: Mapping[str, Run]) -> Json:
@@ -62,9 +69,9 @@ def drive(
     samples = train.q[0][:PRIOR_SAMPLES], train.qd[0][:PRIOR_SAMPLES], train.qdd[0][:PRIOR_SAMPLES]
     disc, starts = task.disc(system), task.starts(system, len(seeds))[: plan.loops]
     predictive = PredictiveModel(model, system, plan.canonical)
-    rows, trajectories = [], []
+    rows, trajectories = _finished(folder)
     with plugin(CONTROLLERS, options.kind).build(options, predictive, disc, samples) as make_controller:
-        for number, (start, member) in enumerate(starts):
+        for number, (start, member) in list(enumerate(starts))[len(rows) :]:
             report(number / len(starts), f"closed loop {number + 1} of {len(starts)}")
             controller = make_controller(wrong_weights(parameters[member], task, start), start.goal)
             loop = run_loop(
@@ -75,7 +82,9 @@ def drive(
             if number < SHOWN:
                 trajectories += [(number, seeds[member], *point) for point in trajectory(loop, disc)]
             if number == 0:
-                save(folder / FIRST, loop, disc)
+                save(folder / _FIRST_SO_FAR, loop, disc)
+            write_json(folder / _SO_FAR, {"rows": rows, "trajectories": trajectories})
+    (folder / _FIRST_SO_FAR).rename(folder / FIRST)
     table = pd.DataFrame(rows)
     table.to_parquet(folder / LOOPS, index=False)
     columns = ["loop", "member", "x_des", "name", "t", "value"]
@@ -86,3 +95,11 @@ def drive(
         "contacts": int(table["contact"].sum()),
         "killed": int(table["killed"].sum()),
     }
+
+
+def _finished(folder: Path) -> tuple[list[Row], list[tuple[Any, ...]]]:
+    """Rows and trajectories of the loops that an interrupted attempt has finished."""
+    if not (folder / _SO_FAR).exists():
+        return [], []
+    content = json.loads((folder / _SO_FAR).read_bytes())
+    return content["rows"], [tuple(point) for point in content["trajectories"]]

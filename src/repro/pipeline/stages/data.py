@@ -10,12 +10,16 @@ from repro.data.random_force import random_force
 from repro.data.recording_file import from_file
 from repro.mechanics.system import load_system
 from repro.pipeline.stage_options import DataOptions
+from repro.tracking import progress
 from repro.tracking.plain_data import Json
 
 
 def make(folder: Path, options: DataOptions) -> Json:
     """Simulate D or D_H, or read a recording in the coordinates of the system; UserError for what is not allowed."""
     dataset = _dataset(options)
+    warnings = dataset.provenance.get("warnings")
+    for warning in warnings if isinstance(warnings, list) else ():
+        progress.notice(f"{dataset.provenance['file']}: {warning}")
     dataset.save(folder)
     return {
         "members": dataset.members,

@@ -74,7 +74,7 @@ def make(folder: Path, options: RunOptions, upstream: Mapping[str, Run]) -> Json
         for name in (close_loops.LOOPS, close_loops.TRAJECTORIES):
             copyfile(closed.path(name), folder / name)
         summary["median"] |= {"success": closed.summary["success"]}
-    return summary | {"simulated": can_simulate(fit.model)}
+    return summary | {"simulated": options.fit.simulated and can_simulate(fit.model)}
 
 
 @dataclass(frozen=True)
@@ -233,8 +233,12 @@ def _true_energies(system: System, states: np.ndarray) -> Terms:
 
 
 def _learned_energies(fit: Fit, system: System, states: np.ndarray) -> Terms:
-    q, qd = (np.nan_to_num(part) for part in (states[..., : system.n_q], states[..., system.n_q :]))
+    """Energies along a motion; not a number where it has diverged."""
+    finite = np.isfinite(states).all(-1)
+    states = np.where(finite[..., None], states, 0.0)
+    q, qd = states[..., : system.n_q], states[..., system.n_q :]
     zero = np.zeros_like(q)
     predicted = predict(fit.model, fit.parameters, q, qd, zero, zero)
-    rest = RestStates(fit.model, fit.parameters, system, q)
-    return in_gauge(predicted, rest, qd, Gauge.CANONICAL_ANCHOR)
+    terms = in_gauge(predicted, RestStates(fit.model, fit.parameters, system, q), qd, Gauge.CANONICAL_ANCHOR)
+    kinetic, potential = (np.where(finite, values, np.nan) for values in (terms.kinetic, terms.potential))
+    return Terms(kinetic=kinetic, potential=potential)

@@ -1,0 +1,99 @@
+"""`repro completion`: what a shell completes after `repro`."""
+
+import io
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import redirect_stdout, suppress
+from importlib import import_module
+
+from repro.commands.arguments import command_parser
+from repro.commands.table import COMMANDS
+from repro.config import registry
+from repro.config.overrides import experiments
+from repro.errors import UserError
+from repro.tracking.paths import Paths, outputs_root
+from repro.tracking.plain_data import flattened
+
+EXAMPLES = """examples:
+  source <(repro completion bash)        in ~/.bashrc; for zsh in ~/.zshrc: source <(repro completion zsh)
+  repro completion fish | source         in ~/.config/fish/config.fish
+"""
+SCRIPTS = {
+    "bash": """_repro() {
+    local line="${COMP_LINE:0:COMP_POINT}"
+    local word="${line##*[[:space:]]}"
+    mapfile -t COMPREPLY < <(repro completion --line "$line" 2>/dev/null)
+    # bash cuts words at = and :, so only what follows the last one is replaced
+    local cut="${word%"${word##*[=:]}"}"
+    COMPREPLY=("${COMPREPLY[@]#"$cut"}")
+    [[ ${COMPREPLY[0]} == *[=.] ]] && compopt -o nospace
+}
+complete -o default -F _repro repro""",
+    "zsh": """_repro() {
+    local -a found
+    found=("${(@f)$(repro completion --line "${BUFFER[1,CURSOR]}" 2>/dev/null)}")
+    [[ -n $found ]] && compadd -Q -S '' -- $found || _files
+}
+compdef _repro repro""",
+    "fish": """complete -c repro -a '(repro completion --line (commandline -cp) 2>/dev/null)'""",
+}
+OF_RUNS = ("show", "diff", "view", "export")
+WITH_OVERRIDES = ("run", "identify", "reproduce")
+
+
+def main(argv: Sequence[str]) -> int:
+    """Print the script for a shell, or with --line what may stand at the end of a line."""
+    parser = command_parser("completion", "Print a script that makes a shell complete `repro`.", EXAMPLES)
+    parser.add_argument("shell", nargs="?", metavar="bash|zsh|fish", help="whose script to print")
+    parser.add_argument("--line", help="print what may follow at the end of this line; used by the scripts")
+    options = parser.parse_args(argv)
+    if options.line is not None:
+        print("\n".join(candidates(options.line)))
+        return 0
+    if options.shell not in SCRIPTS:
+        raise UserError(f"repro completion {options.shell or ''}: choose one of {', '.join(SCRIPTS)}")
+    print(SCRIPTS[options.shell])
+    return 0
+
+
+def candidates(line: str) -> list[str]:
+    """What may stand in the place of the last word of a line."""
+    *before, word = line.split(" ")
+    words = [each for each in before if each][1:]
+    return sorted({each for each in _words(words, word) if each.startswith(word)})
+
+
+def _words(before: Sequence[str], word: str) -> Iterator[str]:
+    if not before:
+        yield from COMMANDS
+        return
+    command = before[0]
+    if command not in COMMANDS:
+        return
+    if word.startswith("-"):
+        help_text = io.StringIO()
+        with redirect_stdout(help_text), suppress(SystemExit):
+            import_module(f"repro.commands.{command}").main(["--help"])
+        yield from re.findall(r"(?<![\w-])--?[a-z][a-z-]*", help_text.getvalue().partition("example")[0])
+    elif command in OF_RUNS:
+        yield from Paths(outputs_root()).ids("runs")
+    elif command == "completion":
+        yield from SCRIPTS
+    elif command in WITH_OVERRIDES:
+        yield from _overrides(before, word)
+
+
+def _overrides(before: Sequence[str], word: str) -> Iterator[str]:
+    key, chosen, value = word.partition("=")
+    groups = registry.groups() | {"experiment": experiments()}
+    if chosen:
+        listed = value.rpartition(",")[0]
+        yield from (f"{key}={listed + ',' if listed else ''}{name}" for name in groups.get(key, ()))
+    elif (group := key.partition(".")[0]) in groups and "." in key:
+        options = [name for name in groups[group] if f"{group}={name}" in before] or groups[group]
+        for option in options:
+            yield from (f"{group}.{leaf}=" for leaf in flattened(registry.settings(group, option)))
+    else:
+        yield from (f"{group}=" for group in groups)
+        yield from (f"{group}." for group in registry.groups() if key and group.startswith(key))
+        yield from ("seeds=", "record=", "device=", "chain=", "whole_chain=")

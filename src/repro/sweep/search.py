@@ -1,0 +1,140 @@
+"""A search over settings for the best value of a metric, by Optuna (the extra `search`): hydra/sweeper=optuna."""
+
+import importlib.util
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal, get_args
+
+from repro.config.overrides import key_of, parsed
+from repro.errors import UserError
+from repro.plugins.plugin import nearest
+from repro.sweep.missing import run_missing
+from repro.sweep.planned_job import PlannedJob, plan_jobs
+from repro.tracking.cores import allowed_cores
+from repro.tracking.paths import Paths
+from repro.tracking.store import Store
+
+if TYPE_CHECKING:
+    from optuna.distributions import BaseDistribution
+
+CHOSEN = "hydra/sweeper=optuna"
+SETTING = "hydra.sweeper."
+Direction = Literal["minimize", "maximize"]
+
+
+@dataclass(frozen=True)
+class SearchOptions:
+    """Options of a search: hydra.sweeper.NAME=VALUE.
+
+    metric     of the test part, the median over the members
+    n_trials   runs in all, those that are stored already included
+    direction  minimize | maximize
+    seed       of the sampler
+    """
+
+    metric: str = "mae_tau"
+    n_trials: int = 20
+    direction: Direction = "minimize"
+    seed: int = 0
+
+    @classmethod
+    def of(cls, overrides: Sequence[str]) -> "SearchOptions":
+        """From hydra.sweeper.NAME=VALUE; UserError for another name or value."""
+        given = dict(override.removeprefix(SETTING).split("=", 1) for override in overrides)
+        names = list(cls.__dataclass_fields__)
+        if unknown := [name for name in given if name not in names]:
+            hint = nearest(unknown[0], names)
+            raise UserError(f"{SETTING}{unknown[0]}: a search has {', '.join(names)}{hint}")
+        for name in ("n_trials", "seed"):
+            if name in given and not (given[name].isdecimal() and int(given[name]) >= (name == "n_trials")):
+                raise UserError(f"{SETTING}{name}={given[name]}: a whole number is needed")
+        if (direction := given.get("direction", "minimize")) not in get_args(Direction):
+            raise UserError(f"{SETTING}direction={direction}: allowed are {', '.join(get_args(Direction))}")
+        numbers = {name: int(given[name]) for name in ("n_trials", "seed") if name in given}
+        texts = {name: given[name] for name in ("metric", "direction") if name in given}
+        return cls(**texts, **numbers)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class FoundRun:
+    """A finished run of a search, and its value of the metric."""
+
+    job: PlannedJob
+    value: float
+
+
+def split(overrides: Sequence[str]) -> tuple[list[str], SearchOptions | None]:
+    """The overrides without those of a search, and its options where one is chosen."""
+    if CHOSEN not in overrides:
+        return list(overrides), None
+    if importlib.util.find_spec("optuna") is None:
+        raise UserError(f"{CHOSEN} needs an extra: pip install -e '.[search]' in the project's folder")
+    rest = [override for override in overrides if override != CHOSEN and not override.startswith(SETTING)]
+    return rest, SearchOptions.of([override for override in overrides if override.startswith(SETTING)])
+
+
+def search(
+    overrides: Sequence[str], options: SearchOptions, paths: Paths, workers: int | None, timeout: float | None
+) -> list[FoundRun]:
+    """Run the trials, `workers` at once; returns those that gave a value, the best first. UserError for no space."""
+    import optuna
+    from optuna.trial import TrialState
+
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    space = {key_of(override): chosen for override in overrides if (chosen := distribution(override)) is not None}
+    if not space:
+        raise UserError("a search needs something to choose: optimiser.learning_rate=interval(1e-4,1e-1), basis=t1,t2")
+    fixed = [override for override in overrides if key_of(override) not in space]
+    sampler = optuna.samplers.TPESampler(seed=options.seed, constant_liar=True)
+    study = optuna.create_study(direction=options.direction, sampler=sampler)
+    store, workers = Store(paths.root), workers or allowed_cores()
+    found: dict[str, FoundRun] = {}
+    for first in range(0, options.n_trials, workers):
+        trials = [study.ask(space) for _ in range(min(workers, options.n_trials - first))]
+        jobs = plan_jobs([(*fixed, *_chosen(trial.params)) for trial in trials], paths)
+        run_missing(jobs, paths, workers, timeout)
+        for trial, job in zip(trials, jobs, strict=True):
+            value = _value(job, store, options.metric)
+            if value is None or math.isnan(value):
+                study.tell(trial, state=TrialState.FAIL)
+                continue
+            study.tell(trial, value)
+            found[job.run] = FoundRun(job, value)
+    return sorted(found.values(), key=lambda trial: trial.value, reverse=options.direction == "maximize")
+
+
+def distribution(override: str) -> "BaseDistribution | None":
+    """What a sweep of Hydra's grammar lets Optuna choose from; None for a single value.
+
+    Of an interval or a range tagged `log`, as in tag(log, interval(1e-4, 1e-1)), the logarithm is uniform.
+    """
+    from hydra.core.override_parser.types import IntervalSweep, RangeSweep
+    from optuna.distributions import CategoricalDistribution, FloatDistribution, IntDistribution
+
+    one = parsed(override)
+    if not one.is_sweep_override():
+        return None
+    value = one.value()
+    if isinstance(value, IntervalSweep):
+        low, high, log = value.start, value.end, "log" in value.tags
+        if isinstance(low, int) and isinstance(high, int):
+            return IntDistribution(low, high, log=log)
+        return FloatDistribution(float(low or 0.0), float(high or 0.0), log=log)
+    if isinstance(value, RangeSweep) and isinstance(value.start, int) and isinstance(value.step, int):
+        return IntDistribution(value.start, int(value.stop or 0) - 1, step=value.step)
+    return CategoricalDistribution([*one.sweep_string_iterator()])
+
+
+def _chosen(parameters: Mapping[str, Any]) -> list[str]:
+    return [f"{key}={value}" for key, value in parameters.items()]
+
+
+def _value(job: PlannedJob, store: Store, metric: str) -> float | None:
+    record = job.pipeline.finished(store)
+    if record is None:
+        return None
+    medians = record.summary["median"]
+    if metric not in medians:
+        raise UserError(f"{SETTING}metric={metric}: a run has {', '.join(sorted(medians))}{nearest(metric, medians)}")
+    return float(medians[metric])
