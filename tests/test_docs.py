@@ -112,7 +112,8 @@ def test_every_command_is_understood(shown: str, only_parsed: None, tmp_path: Pa
     with pytest.raises(UnderstoodError):
         cli.main(words)
     recording = tmp_path / "my.csv"
-    recording.write_text("time\n")
+    rows = [f"{0.1 * k:.1f},{0.005 * k**2},{0.2 * k:.1f},{0.1 * k:.1f},2,1,0" for k in range(20)]
+    recording.write_text("\n".join(["time,x,theta,xd,thetad,force,torque", *rows]))
     if words[0] in ("run", "identify", "reproduce"):
         jobs = overrides_of(words, recording)
         assert plan(jobs[:1] if any(map(experiment_of, jobs)) else jobs, tmp_path)

@@ -36,10 +36,16 @@ COMPANIONS = {
 OPTIONS = [f"{group}={option}" for group, options in groups().items() for option in options]
 
 
+def written(path):
+    """A recording of a cart that is pushed by a constant force."""
+    rows = [f"{0.1 * k:.1f},{0.005 * k**2},{0.2 * k:.1f},{0.1 * k:.1f},2,1,0" for k in range(20)]
+    path.write_text("\n".join(["time,x,theta,xd,thetad,force,torque", *rows]))
+    return path
+
+
 @pytest.mark.parametrize("option", OPTIONS)
 def test_every_option_composes(option, tmp_path):
-    recording = tmp_path / "recording.csv"
-    recording.write_text("time\n")
+    recording = written(tmp_path / "recording.csv")
     companions = [text.replace("{file}", str(recording)) for text in COMPANIONS.get(option, [])]
     composed = compose([option, *companions])
     assert composed.config.members == list(range(composed.config.scale.seeds))
@@ -94,8 +100,7 @@ def test_what_was_composed_is_read_from_the_cache(tmp_path):
 
 
 def test_a_job_that_reads_a_file_is_checked_each_time(tmp_path):
-    recording = tmp_path / "recording.csv"
-    recording.write_text("time\n")
+    recording = written(tmp_path / "recording.csv")
     jobs = expand(["data=file", f"data.path={recording}", "basis=t1"])
     plan(jobs, tmp_path / "cache")
     recording.unlink()

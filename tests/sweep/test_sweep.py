@@ -41,14 +41,15 @@ def test_a_sweep_runs_once_and_a_failing_job_costs_itself_alone(outputs, tmp_pat
     rows = ["time,x,theta,xd,thetad,force,torque"]
     rows += [f"{0.04 * k},{k % 7},{np.sin(k)},{np.cos(k)},{k % 5},{k % 3},0" for k in range(100)]
     good.write_text("\n".join(rows))
-    broken.write_text("\n".join(rows).replace("torque", "torq"))
-    sweep = ["run", "-m", "basis=t1", "optimiser=least_squares", "data=file", f"data.path={good},{broken}", "seeds=1"]
+    broken.write_text("\n".join(rows).replace(",1,", ",1e200,"))  # its squares overflow
+    file = ["data=file", "data.checks=warn"]
+    sweep = ["run", "-m", "basis=t1", "optimiser=least_squares", *file, f"data.path={good},{broken}", "seeds=1"]
 
     assert cli.main(sweep) == 1
     said = capsys.readouterr()
     assert "1 of 2 jobs failed" in said.out
-    assert "torque" in said.out
-    assert f"repeat: repro run basis=t1 optimiser=least_squares data=file data.path={broken}" in said.out
+    assert "infs" in said.out
+    assert f"repeat: repro run basis=t1 optimiser=least_squares {' '.join(file)} data.path={broken}" in said.out
     assert "Traceback" not in said.out + said.err
     made = stamps(outputs, "runs")
     assert len(made) == 1

@@ -1,11 +1,12 @@
 """Settings that are right one by one and cannot go together: one small rule an idea."""
 
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
+from repro.config.described_system import coordinates_of, true_system
 from repro.config.plugin_options import MODELS
+from repro.config.recording_rules import recording, wrong_content
 from repro.config.schema import Config
 from repro.config.submodels import n_coordinates
 from repro.control.controller_options import ControllerOptions
@@ -24,8 +25,8 @@ BASES = "models.bases"
 
 def impossible(config: Config) -> Iterator[str]:
     """Reasons why this configuration cannot run, one line each; unknown names first, as rules load what they name."""
-    unknown = [*_unknown_names(config)]
-    yield from unknown or (line for rule in RULES for line in rule(config))
+    lines = [*_unknown_names(config)] or [line for rule in RULES for line in rule(config)]
+    yield from lines or wrong_content(config)
 
 
 def linear(config: Config) -> bool:
@@ -57,15 +58,16 @@ def _start_of_data(config: Config) -> Iterator[str]:
 
 
 def _basis_of_another_system(config: Config) -> Iterator[str]:
-    if not config.model.uses_basis or [*_system(config)]:
+    if not config.model.uses_basis or [*_system(config)] or [*recording(config)]:
         return
-    units = [coordinate.unit for coordinate in true_system(config).coordinates]
+    units = [coordinate.unit for coordinate in coordinates_of(config)]
     if not _suits(config.basis.name, units):
         suited = ", ".join(name for name in plugin_names(BASES) if _suits(name, units))
         needed = ", ".join("..." if unit is ... else unit for unit in _features(config.basis.name).COORDINATES)
+        owner = "data.coordinates" if config.own_coordinates else f"system={config.system.name}"
         yield (
             f"basis.name = {config.basis.name!r}: is made for coordinates in {needed}, and "
-            f"system={config.system.name} has {', '.join(units)}; use one of {suited}"
+            f"{owner} has {', '.join(units)}; use one of {suited}"
         )
 
 
@@ -184,26 +186,11 @@ def _parts(config: Config) -> Iterator[str]:
 
 
 def _chain(config: Config) -> Iterator[str]:
-    if config.chain and (config.system.name != "link" or not config.model.joinable):
+    if config.chain and (config.system.name != "link" or not config.model.joinable or config.own_coordinates):
         suited = ", ".join(_models_with("joinable"))
         yield f"chain = {config.chain}: joins copies of a link; use system=link and one of model={suited}"
     if config.whole_chain and (config.system.name != "link" or isinstance(config.data, RecordingFile)):
         yield f"whole_chain = {config.whole_chain}: is sampled from the true chain; use system=link, not data=file"
-
-
-def _recording(config: Config) -> Iterator[str]:
-    if not isinstance(config.data, RecordingFile):
-        return
-    if config.data.path == "???":
-        yield "data.path: a value is needed: your CSV or Parquet file"
-    elif not Path(config.data.path).is_file():
-        yield f"data.path = {config.data.path!r}: no such file; give a CSV or Parquet file"
-    if config.model.from_true_system:
-        yield f"model.kind = {config.model.kind!r}: is made from the true system, which data=file does not include"
-    if config.sequence.kind is not SequenceKind.MAIN:
-        yield f"sequence.kind = '{config.sequence.kind}': needs simulated data; data=file goes with sequence=main"
-    if config.curriculum.episodes:
-        yield "curriculum.episodes: needs simulated data; data=file goes with curriculum=none"
 
 
 def _sensors(config: Config) -> Iterator[str]:
@@ -256,8 +243,8 @@ RULES: tuple[Callable[[Config], Iterator[str]], ...] = (
     _model_alone,
     _model_of_system,
     _parts,
-    _recording,
     _sensors,
+    recording,
     _closed_loop,
 )
 
@@ -280,13 +267,6 @@ def _suited_to(control: ControllerOptions) -> str:
 def _models_with(capability: str) -> list[str]:
     """Kinds of model whose options declare a capability."""
     return [kind for kind in plugin_names(MODELS) if getattr(plugin(MODELS, kind).Options, capability)]
-
-
-def true_system(config: Config) -> "System":
-    """The system that the configuration describes; UserError for constants that it cannot have."""
-    from repro.mechanics.system import load_system
-
-    return load_system(config.system_options)
 
 
 def _features(basis: str) -> ModuleType:

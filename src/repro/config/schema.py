@@ -10,7 +10,7 @@ from repro.config.base import Count, NotNegative, Positive, Section
 from repro.config.plugin_options import MODELS, OPTIMISERS, chosen
 from repro.control.controller_options import CONTROLLERS, ControlOptions
 from repro.control.task import Task
-from repro.data.data_options import DataSource, RandomForce
+from repro.data.data_options import DataSource, RandomForce, RecordingFile
 from repro.learning.objective_options import ObjectiveOptions
 from repro.learning.optimiser_options import OptimiserOptions
 from repro.learning.sequence_options import SequenceOptions
@@ -151,6 +151,11 @@ class Config(Section):
     def system_options(self) -> SystemOptions:
         """The true system."""
         return self.system.options(self.reading)
+
+    @property
+    def own_coordinates(self) -> bool:
+        """Whether the data are a recording with coordinates of its own, so that `system` plays no part."""
+        return isinstance(self.data, RecordingFile) and bool(self.data.coordinates.names)
 
     @property
     def members(self) -> list[int]:

@@ -2,10 +2,13 @@
 
 from dataclasses import dataclass, fields
 from enum import StrEnum
+from pathlib import Path
 from typing import Annotated, Any, Literal, assert_never
 
 from annotated_types import Ge
 
+from repro.errors import UserError
+from repro.mechanics.coordinate import Coordinate
 from repro.plugins.options import Count, NotNegative, Options, Positive, Share
 
 Samples = Annotated[int, Ge(10)]
@@ -72,8 +75,8 @@ class Columns(Options):
     """Names of the columns of a recording that hold each role, in the order of the coordinates."""
 
     q: tuple[str, ...]
-    qd: tuple[str, ...]
-    tau: tuple[str, ...]
+    qd: tuple[str, ...] = ()
+    tau: tuple[str, ...] = ()
     qdd: tuple[str, ...] = ()
     time: tuple[str, ...] = ()
     episode: tuple[str, ...] = ()
@@ -85,14 +88,81 @@ class Columns(Options):
 
 
 @dataclass(frozen=True)
+class Units(Options):
+    """Units of those columns, or factors to SI units; none where they are in SI units."""
+
+    q: tuple[str | float, ...] = ()
+    qd: tuple[str | float, ...] = ()
+    tau: tuple[str | float, ...] = ()
+    qdd: tuple[str | float, ...] = ()
+    time: tuple[str | float, ...] = ()
+
+
+@dataclass(frozen=True)
+class OwnCoordinates(Options):
+    """The coordinates of a recording of a mechanism that is no system here; no names: those of the system.
+
+    angles: those of the names that are angles; units: of all, else rad for angles and m for the others; cyclic: those
+    that no energy depends on; absolute: angles from the vertical of links that hang on the one before.
+    """
+
+    names: tuple[str, ...] = ()
+    angles: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
+    cyclic: tuple[str, ...] = ()
+    absolute: tuple[str, ...] = ()
+
+    def described(self) -> tuple[Coordinate, ...]:
+        """The coordinates; UserError for names and units that do not fit together."""
+        for key in ("angles", "cyclic", "absolute"):
+            if unknown := [name for name in getattr(self, key) if name not in self.names]:
+                raise UserError(f"data.coordinates.{key} = {unknown}: choose from the names {list(self.names)}")
+        if len(set(self.names)) < len(self.names):
+            raise UserError(f"data.coordinates.names = {list(self.names)}: give each name once")
+        if len(self.units) not in (0, len(self.names)):
+            raise UserError(f"data.coordinates.units = {list(self.units)}: needs one per name, or none")
+        units = self.units or tuple("rad" if name in self.angles else "m" for name in self.names)
+        return tuple(
+            Coordinate(name, unit, name in self.angles, name in self.cyclic, name in self.absolute)
+            for name, unit in zip(self.names, units, strict=True)
+        )
+
+
+@dataclass(frozen=True)
 class RecordingFile(Options):
     """Options of a recording of the user; see `repro.data.recording_file`."""
 
     source: Literal["file"]
-    path: str
+    path: str | tuple[str, ...]
     columns: Columns
-    time_step: Positive | None
-    train_fraction: Share
+    time_step: Positive | None = None
+    train_fraction: Share = 0.8
+    units: Units = Units()
+    coordinates: OwnCoordinates = OwnCoordinates()
+    driven: tuple[str, ...] = ()
+    test_path: str | tuple[str, ...] | None = None
+    test_episodes: tuple[str | int, ...] = ()
+    labels: Literal["recorded", "differenced", "savitzky_golay", "smoothed"] = "recorded"
+    missing: Literal["refuse", "drop"] = "refuse"
+    checks: Literal["refuse", "warn"] = "refuse"
+
+    @property
+    def paths(self) -> tuple[Path, ...]:
+        """The files and folders to read, in order."""
+        return _paths(self.path)
+
+    @property
+    def test_paths(self) -> tuple[Path, ...]:
+        """The files and folders that are for testing alone."""
+        return _paths(self.test_path or ())
+
+    def plain(self) -> dict[str, Any]:
+        """All options but the paths: the data are known by the digest of the files."""
+        return {key: value for key, value in super().plain().items() if key not in ("path", "test_path")}
+
+
+def _paths(given: str | tuple[str, ...]) -> tuple[Path, ...]:
+    return tuple(Path(each).expanduser() for each in ((given,) if isinstance(given, str) else given))
 
 
 DataSource = RandomForce | RecordingFile  # what conf/data chooses from

@@ -52,3 +52,20 @@ def savitzky_golay(
                 values[..., rows, :], window, order, deriv=derivative, delta=step, axis=-2
             )
     return found[0], found[1], found[2]
+
+
+def differences_of_positions(q: np.ndarray, time: np.ndarray, episode: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Velocities and accelerations of positions q (sample, n_q), from the parabola through three neighbours.
+
+    Of second and first order in the uneven steps of time (sample,); the ends of an episode take the parabola of their
+    neighbour. episode: (sample,), each of at least three samples.
+    """
+    qd, qdd = np.empty_like(q), np.empty_like(q)
+    for part in np.split(np.arange(len(q)), np.flatnonzero(np.diff(episode)) + 1):
+        before, after = np.diff(time[part])[:-1, None], np.diff(time[part])[1:, None]
+        left, right = np.diff(q[part], axis=0)[:-1] / before, np.diff(q[part], axis=0)[1:] / after
+        curve = 2 * (right - left) / (before + after)
+        slope = (after * left + before * right) / (before + after)
+        qdd[part] = np.concatenate([curve[:1], curve, curve[-1:]])
+        qd[part] = np.concatenate([slope[:1] - before[0] * curve[:1], slope, slope[-1:] + after[-1] * curve[-1:]])
+    return qd, qdd

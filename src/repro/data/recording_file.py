@@ -1,135 +1,202 @@
-"""One's own recordings, from CSV or Parquet."""
+"""One's own recordings, from files of text or Parquet."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
 from repro.data.checks import check_positive, training_size
+from repro.data.data_options import RecordingFile
 from repro.data.dataset import Dataset
-from repro.data.differentiation import difference
+from repro.data.differentiation import difference, differences_of_positions
+from repro.data.plausibility import contradictions, remarks
+from repro.data.measurement import Measurement
+from repro.data.recorded_rows import RecordedRows, chosen, joined, samples_of
+from repro.data.sensors import estimated
+from repro.data.tables.read import files_of, read_table
 from repro.errors import UserError
 from repro.mechanics.coordinate import Coordinate
+from repro.mechanics.system import System
 
-if TYPE_CHECKING:
-    import pandas as pd
-
-ROLES = ("time", "q", "qd", "qdd", "tau", "episode")
 UNEVEN = 0.01  # relative deviation of a sampling interval from the median that is worth a warning
+GAP = 10.0  # a sampling interval of so many medians ends an episode
+
+ESTIMATED = ("savitzky_golay", "smoothed")  # labels for which q, qd and qdd are all estimates
+
+Stamp = tuple[str, int, int]  # name of a file, time of its last change, size
 
 
-def from_file(
-    path: Path | str,
-    *,
-    columns: Mapping[str, Sequence[str]],
-    coordinates: Sequence[Coordinate],
-    time_step: float | None = None,
-    train_fraction: float = 0.8,
-    members: int = 1,
-) -> Dataset:
-    """Read a recording, one row a sample in SI units; the first train_fraction of the rows are for training.
+def from_file(source: RecordingFile, system: System | None, *, members: int = 1) -> Dataset:
+    """Read a recording, one row per sample; all members have the same data.
 
-    columns: names of the columns that hold each role, one a coordinate for q, qd, tau and (optional) qdd; one for time
-    and (optional) episode. Without time, time_step in s is needed. Without qdd, qd is differenced within episodes and
-    provenance["warnings"] says so. All members have the same data. UserError says what is wrong with the file.
+    system: the one whose coordinates are recorded, where the source names none. What is derived, converted or
+    suspicious is said in provenance["warnings"]. UserError for what is wrong with the files, and, unless source.checks
+    is "warn", for columns that contradict each other.
     """
-    path = Path(path)
     check_positive(members=members)
-    _check_columns(columns, len(coordinates))
-    table = _read(path)
-    numbers = {role: _numbers(path, table, names) for role, names in columns.items() if names}
-    samples = len(table)
-    n_train = training_size(samples, train_fraction, "rows")
-    episode = _episodes(numbers["episode"][:, 0]) if "episode" in numbers else np.zeros(samples, dtype=np.int64)
-    time, time_step, warnings = _clock(path, numbers.get("time"), episode, time_step)
-    if "qdd" not in numbers:
-        numbers["qdd"] = difference(numbers["qd"], time, episode)
-        warnings.append("qdd is not recorded: it was differenced from qd, which blurs it over each step")
-    q, qd, qdd, tau = (np.repeat(numbers[role][None], members, axis=0) for role in ("q", "qd", "qdd", "tau"))
+    coordinates = source.coordinates.described()
+    if coordinates:
+        system = None
+    elif system is None:
+        raise UserError("data.coordinates.names: name the coordinates, or choose a system that has them")
+    else:
+        coordinates = system.coordinates
+    stamps = tuple(tuple(map(_stamp, files)) for files in files_read(source))
+    one = _read(source, system, coordinates, *stamps)
+    arrays = {name: np.repeat(getattr(one, name), members, axis=0) for name in ("q", "qd", "qdd", "tau")}
+    measurement = one.measurement and one.measurement.changed(lambda each: np.repeat(each, members, axis=0))
+    return replace(one, **arrays, measurement=measurement)  # type: ignore[arg-type]
+
+
+def files_read(source: RecordingFile) -> tuple[list[Path], list[Path]]:
+    """The files to learn from, and those for testing alone; UserError where there are none."""
+    files, tests = ([file for path in paths for file in files_of(path)] for paths in (source.paths, source.test_paths))
+    return files, tests
+
+
+def _stamp(path: Path) -> Stamp:
+    return str(path), path.stat().st_mtime_ns, path.stat().st_size
+
+
+@lru_cache(maxsize=8)
+def _read(
+    source: RecordingFile,
+    system: System | None,
+    coordinates: tuple[Coordinate, ...],
+    files: tuple[Stamp, ...],
+    tests: tuple[Stamp, ...],
+) -> Dataset:
+    """The recording of one member; a file is read once, where the settings are checked and where data are made."""
+    parts = [
+        samples_of(read_table(Path(stamp[0])), source, coordinates, system, test=number >= len(files))
+        for number, stamp in enumerate((*files, *tests))
+    ]
+    samples, notes = _episodes(joined(parts), source.labels)
+    samples, turned = _without_wraps(samples, coordinates)
+    names = ", ".join(Path(stamp[0]).name for stamp in (*files, *tests)[:3]) + (", ..." if len(parts) > 3 else "")
+    recorded = samples.q, samples.qd
+    problems = [*contradictions(*recorded, samples.qdd, samples.time, samples.episode, coordinates, samples.row)]
+    if problems and source.checks == "refuse":
+        raise UserError(f"{names}: {problems[0]} (data.checks=warn reads it as it is)")
+    suspicious = remarks(*recorded, samples.time, samples.episode, coordinates, samples.row)
+    samples, n_train = _parted(samples, source)
+    motion, recording, derived = _motion(samples, source.labels)
+    if not samples.tau.any():
+        derived.append("no force acts in this recording: the scale of L cannot be learned from it")
+    steps = np.diff(samples.time)[samples.episode[1:] == samples.episode[:-1]]
+    if not len(steps):
+        raise UserError(f"{names}: every episode has a single sample")
+    time_step = _time_step(names, source.time_step, steps)
+    uneven = float(np.abs(steps / time_step - 1).max())
+    if uneven > UNEVEN:
+        derived.append(f"the sampling intervals differ by up to {uneven:.0%} from their median")
+    warnings = [*samples.notes, *notes, *turned, *problems, *suspicious, *derived]
     return Dataset(
-        q=q,
-        qd=qd,
-        qdd=qdd,
-        tau=tau,
-        time=time,
-        episode=episode,
+        q=motion.q[None],
+        qd=motion.qd[None],
+        qdd=motion.qdd[None],
+        tau=samples.tau[None],
+        time=_running_on(samples.time, samples.episode, time_step),
+        episode=np.cumsum(np.append(0, np.diff(samples.episode) != 0)),
         n_train=n_train,
-        coordinates=tuple(coordinates),
+        coordinates=coordinates,
         time_step=time_step,
-        provenance={
-            "source": "file",
-            "file": path.name,
-            "columns": {role: list(names) for role, names in columns.items()},
-            "warnings": warnings,
-        },
+        measurement=recording,
+        provenance={"source": "file", "file": names, "columns": source.columns.plain(), "warnings": warnings},
     )
 
 
-def _check_columns(columns: Mapping[str, Sequence[str]], n_q: int) -> None:
-    if unknown := set(columns) - set(ROLES):
-        raise UserError(f"columns: unknown role {sorted(unknown)[0]!r}: choose from {', '.join(ROLES)}")
-    for role in ROLES:
-        names = columns.get(role) or ()
-        wanted = 1 if role in {"time", "episode"} else n_q
-        if len(names) != wanted and (names or role in {"q", "qd", "tau"}):
-            raise UserError(f"columns.{role} names {len(names)} columns {list(names)}: {wanted} needed")
+def _episodes(samples: RecordedRows, labels: str) -> tuple[RecordedRows, list[str]]:
+    """A gap in time ends an episode, and what is too short for the differences that it needs is left out."""
+    notes = []
+    steps, same = np.diff(samples.time), np.diff(samples.episode) == 0
+    usual = float(np.median(steps[same])) if same.any() else 0.0
+    gaps = same & (steps > GAP * usual)
+    if gaps.any():
+        first = int(np.argmax(gaps))
+        notes.append(
+            f"{gaps.sum()} gaps of up to {steps[gaps].max():.3g} s, the first after data row {samples.row[first] + 1}: "
+            "each ends an episode"
+        )
+    episode = np.cumsum(np.append(0, gaps | ~same))
+    needed = 3 if samples.qd is None or labels in ESTIMATED else 2 if samples.qdd is None else 1
+    long_enough = np.bincount(episode)[episode] >= needed
+    if not long_enough.all():
+        notes.append(f"{np.sum(~long_enough)} rows are left out: their episodes have fewer than {needed} samples")
+    if not long_enough.any():
+        raise UserError(f"no episode has the {needed} samples that differences need")
+    return chosen(replace(samples, episode=episode), long_enough), notes
 
 
-def _read(path: Path) -> "pd.DataFrame":
-    import pandas as pd
-
-    readers: dict[str, Callable[[Path], pd.DataFrame]] = {".csv": pd.read_csv, ".parquet": pd.read_parquet}
-    if path.suffix.lower() not in readers:
-        raise UserError(f"{path}: the name must end in {' or '.join(readers)}")
-    if not path.is_file():
-        raise UserError(f"{path}: there is no such file")
-    try:
-        table = readers[path.suffix.lower()](path)
-    except (OSError, ValueError) as error:  # the parsers' own errors are ValueErrors
-        raise UserError(f"{path}: cannot be read as {path.suffix[1:]} ({error})") from error
-    if table.empty:
-        raise UserError(f"{path}: the file has no rows")
-    return table
+def _without_wraps(samples: RecordedRows, coordinates: Sequence[Coordinate]) -> tuple[RecordedRows, list[str]]:
+    """Angles recorded modulo a turn, made continuous within each episode."""
+    q, notes = samples.q.copy(), []
+    inside = (np.diff(samples.episode) == 0)[:, None]
+    for k, coordinate in enumerate(coordinates):
+        jumps = int(np.sum(inside[:, 0] & (np.abs(np.diff(q[:, k])) > np.pi)))
+        if not coordinate.is_angle or not jumps or np.ptp(q[:, k]) > 2 * np.pi + 1e-6:
+            continue
+        for part in np.split(np.arange(len(q)), np.flatnonzero(~inside[:, 0]) + 1):
+            q[part, k] = np.unwrap(q[part, k])
+        notes.append(f"{coordinate.name} is recorded modulo a turn: {jumps} jumps were taken out")
+    return replace(samples, q=q), notes
 
 
-def _numbers(path: Path, table: "pd.DataFrame", names: Sequence[str]) -> np.ndarray:
-    """Return (sample, column) finite numbers."""
-    for name in names:
-        if name not in table.columns:
-            raise UserError(f"{path}: there is no column {name!r}; it has {', '.join(map(str, table.columns))}")
-    try:
-        values = table[list(names)].to_numpy(dtype=float)
-    except (TypeError, ValueError) as error:
-        raise UserError(f"{path}: columns {', '.join(names)} are not all numbers ({error})") from error
-    bad = np.argwhere(~np.isfinite(values))
-    if len(bad):
-        raise UserError(f"{path}: column {names[bad[0, 1]]!r} has no finite number in data row {bad[0, 0] + 1}")
-    return values
+def _parted(samples: RecordedRows, source: RecordingFile) -> tuple[RecordedRows, int]:
+    """Training rows first, and how many they are."""
+    if not samples.test.any() and not source.test_episodes:
+        return samples, training_size(len(samples.q), source.train_fraction, "rows")
+    wanted = [str(each) for each in source.test_episodes]
+    if unknown := [each for each in wanted if each not in samples.label]:
+        there = ", ".join(list(dict.fromkeys(samples.label.tolist()))[:20])
+        raise UserError(f"data.test_episodes = {unknown}: there are the episodes {there}")
+    test = samples.test | np.isin(samples.label, wanted)
+    if test.all():
+        raise UserError("data.test_episodes, data.test_path: nothing is left to learn from")
+    return chosen(samples, np.argsort(test, kind="stable")), int(np.sum(~test))
 
 
-def _episodes(labels: np.ndarray) -> np.ndarray:
-    """Return 0, 0, ..., 1, 1, ...: a new episode wherever the label changes."""
-    return np.append(0, np.cumsum(np.diff(labels) != 0))
+class Motion(NamedTuple):
+    """Positions, velocities and accelerations, (sample, n_q) each."""
+
+    q: np.ndarray
+    qd: np.ndarray
+    qdd: np.ndarray
 
 
-def _clock(
-    path: Path, recorded: np.ndarray | None, episode: np.ndarray, time_step: float | None
-) -> tuple[np.ndarray, float, list[str]]:
-    """Return time (sample,), the time step, and what is worth a warning."""
-    if time_step is not None:
-        check_positive(time_step=time_step)
-    if recorded is None:
-        if time_step is None:
-            raise UserError(f"{path}: name a time column (columns.time) or give time_step in seconds")
-        return np.arange(len(episode)) * time_step, time_step, []
-    time = recorded[:, 0]
-    steps = np.diff(time)[episode[1:] == episode[:-1]]
-    if not len(steps) or steps.min() <= 0:
-        raise UserError(f"{path}: time must increase from row to row within an episode")
+def _motion(rows: RecordedRows, labels: str) -> tuple[Motion, Measurement, list[str]]:
+    """The motion as the method of `labels` makes it, what was recorded, and what is said about it."""
+    recorded = Measurement(rows.q[None], None if rows.qd is None else rows.qd[None])
+    if labels in ESTIMATED:
+        *found, recorded = estimated(recorded, rows.time, rows.episode, labels)
+        return Motion(*(each[0] for each in found)), recorded, []
+    if rows.qd is None:
+        qd, qdd = differences_of_positions(rows.q, rows.time, rows.episode)
+        what = "qd and qdd are not recorded: they were" if rows.qdd is None else "qd is not recorded: it was"
+        kept = qdd if rows.qdd is None or labels == "differenced" else rows.qdd
+        said = f"{what} differenced from q, which multiplies its noise; data.labels=smoothed estimates them"
+        return Motion(rows.q, qd, kept), recorded, [said]
+    if rows.qdd is not None and labels == "recorded":
+        return Motion(rows.q, rows.qd, rows.qdd), recorded, []
+    what = "qdd is not recorded: it was" if rows.qdd is None else "qdd was"
+    said = f"{what} differenced from qd, which blurs it over each step and multiplies noise"
+    return Motion(rows.q, rows.qd, difference(rows.qd, rows.time, rows.episode)), recorded, [said]
+
+
+def _time_step(names: str, given: float | None, steps: np.ndarray) -> float:
     median = float(np.median(steps))
-    if time_step is not None and abs(median - time_step) > UNEVEN * time_step:
-        raise UserError(f"{path}: time_step = {time_step} s, but the time column advances by {median:.6g} s")
-    uneven = float(np.abs(steps / median - 1).max())
-    warnings = [f"the sampling intervals differ by up to {uneven:.0%} from their median"] if uneven > UNEVEN else []
-    return time, median if time_step is None else time_step, warnings
+    if given is not None and abs(median - given) > UNEVEN * given:
+        raise UserError(f"{names}: time_step = {given} s, but the time column advances by {median:.6g} s")
+    return median if given is None else given
+
+
+def _running_on(time: np.ndarray, episode: np.ndarray, time_step: float) -> np.ndarray:
+    """Time that increases from episode to episode, as simulated data have it."""
+    running = time.copy()
+    for start in np.flatnonzero(np.diff(episode)) + 1:
+        if running[start] <= running[start - 1]:
+            running[start:] += running[start - 1] + time_step - running[start]
+    return running

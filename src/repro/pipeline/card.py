@@ -74,6 +74,8 @@ def _unused(flat: Json, config: Config) -> list[str]:
         unused.append("data.episode_steps")
     if flat["control.kind"] == "none":
         unused.append("task.")
+    if config.own_coordinates:
+        unused += ["system.", "reading."]
     return unused
 
 

@@ -50,9 +50,9 @@ class OpenedRun(Run):
     @cached_property
     def system(self) -> "System | None":
         """The true system; None for recordings of the user."""
-        from repro.mechanics.system import load_system
+        from repro.pipeline.stages.stored_fit import system_of
 
-        return load_system(self.settings.system) if self.settings.simulated else None
+        return system_of(self.settings) if self.settings.simulated else None
 
     @cached_property
     def model(self) -> "Model":

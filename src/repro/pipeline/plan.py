@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 
 from repro.config.schema import Config, scaled
 from repro.config.submodels import fit_of, is_settings, settings_of
@@ -11,6 +10,8 @@ from repro.control.controller_options import CONTROLLERS, ControllerOptions
 from repro.data.data_options import FreeMotionOptions, RandomForce, RecordingFile, Regime
 from repro.learning.sequence_options import SequenceKind, SequenceOptions
 from repro.learning.training_options import Training
+from repro.mechanics.system_options import SystemOptions
+from repro.pipeline.recording_identity import recording_digest
 from repro.pipeline.stage_options import (
     DataOptions,
     FitOptions,
@@ -64,9 +65,10 @@ class Pipeline:
     @cached_property
     def data_stages(self) -> dict[str, Stage]:
         """The stage of every dataset by its role."""
-        system = plugin_module("mechanics.systems", self.config.system.name)
         return {
-            role: self._stage("data", f"{self.config.system.name}-{_label(options)}", options, {}, "data", [system])
+            role: self._stage(
+                "data", f"{self._mechanism}-{_label(options)}", options, {}, "data", _system_code(options)
+            )
             for role, options in self.data_options.items()
         }
 
@@ -76,7 +78,7 @@ class Pipeline:
         config = self.config
         parts = tuple(options for options, _ in self._parts)
         simulated = isinstance(config.data, RandomForce)
-        seeds, system = tuple(config.members), config.system_options
+        seeds, system = tuple(config.members), self._system
         if not config.model.fitted:
             return FitOptions(system, seeds, simulated, config.model, UNUSED_BASIS, None, parts)
         main = config.sequence.kind is SequenceKind.MAIN
@@ -190,7 +192,7 @@ class Pipeline:
     def model_name(self) -> str:
         """What sets its model apart."""
         config = self.config
-        words = [config.system.name, config.model.kind]
+        words = [self._mechanism, config.model.kind]
         if config.model.fitted:
             if config.model.has_coefficients:
                 words.append(config.basis.name)
@@ -222,15 +224,22 @@ class Pipeline:
         shows = config.model.fitted and config.model.energetic and isinstance(config.data, RandomForce)
         return config.record and shows and bool(run.summary.get("simulated"))
 
+    @property
+    def _system(self) -> SystemOptions | None:
+        """The true system; None for a recording that has coordinates of its own."""
+        return None if self.config.own_coordinates else self.config.system_options
+
+    @property
+    def _mechanism(self) -> str:
+        return "own" if self.config.own_coordinates else self.config.system.name
+
     def _data_options(self, source: RandomForce | FreeMotionOptions | RecordingFile) -> DataOptions:
         sha256 = ""
         if isinstance(source, RecordingFile):
-            from repro.tracking.files import file_digest
-
-            sha256 = file_digest(Path(source.path))
+            sha256 = recording_digest(source)
         elif isinstance(source, RandomForce) and source.regime is Regime.LONG:
             source = replace(source, episode_steps=RandomForce.episode_steps)  # has no effect
-        return DataOptions(self.config.system_options, tuple(self.config.members), source, sha256)
+        return DataOptions(self._system, tuple(self.config.members), source, sha256)
 
     def _stage(
         self,
@@ -245,10 +254,17 @@ class Pipeline:
         return Stage(kind, name, options.plain(), dict(upstream), (work, *dict.fromkeys(code)), self.command)
 
 
+def _system_code(options: DataOptions | FitOptions) -> list[str]:
+    return [] if options.system is None else [plugin_module("mechanics.systems", options.system.name)]
+
+
 def _code_of(fit: FitOptions) -> list[str]:
     """The modules of a fit's system, and those that build its model and the models of its parts."""
-    chosen = {"mechanics.systems": fit.system.name, "models.kinds": fit.model.kind, "models.bases": fit.basis}
-    modules = [plugin_module(folder, name) for folder, name in chosen.items()]
+    modules = [
+        *_system_code(fit),
+        plugin_module("models.kinds", fit.model.kind),
+        plugin_module("models.bases", fit.basis),
+    ]
     return modules + [module for part in fit.parts for module in _code_of(part)]
 
 
@@ -256,7 +272,7 @@ def _label(options: DataOptions) -> str:
     """A word for a dataset."""
     source = options.source
     if isinstance(source, RecordingFile):
-        return Path(source.path).stem
+        return "recording"
     if isinstance(source, FreeMotionOptions):
         return "free"
     return str(source.regime) if source.regime is Regime.LONG else f"episodes{source.episode_steps}"

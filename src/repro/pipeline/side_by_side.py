@@ -40,6 +40,8 @@ def compared(ids: Sequence[str], root: Path | None = None) -> Path:
     if not common:
         raise UserError("these runs have no seed in common, so there is no motion that all were tested on")
     system = runs[0].settings.system
+    if system is None:
+        raise UserError("these runs were tested on a recording, whose true motion and energy are not known")
     labels = _labels({run.id: run.card for run in runs})
     stage = Stage(
         KIND,

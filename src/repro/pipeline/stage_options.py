@@ -14,9 +14,12 @@ from repro.plugins.options import Options
 
 @dataclass(frozen=True)
 class DataOptions(Options):
-    """Of a dataset; sha256: of the file, where the data are read from one."""
+    """Of a dataset.
 
-    system: SystemOptions
+    system: None for a recording that has coordinates of its own; sha256: of the files, where data are read from files.
+    """
+
+    system: SystemOptions | None
     seeds: tuple[int, ...]
     source: RandomForce | FreeMotionOptions | RecordingFile
     sha256: str = ""
@@ -27,10 +30,10 @@ class FitOptions(Options):
     """Of a fitted ensemble.
 
     simulated: the data come from the true system, which the model may know; training: None for a model without weights;
-    parts: of the trained sub-models, in order.
+    parts: of the trained sub-models, in order; system: None for a recording that has coordinates of its own.
     """
 
-    system: SystemOptions
+    system: SystemOptions | None
     seeds: tuple[int, ...]
     simulated: bool
     model: ModelOptions

@@ -29,7 +29,7 @@ def check_seeds(fit: Run, options: FitOptions, seeds: Sequence[int]) -> None:
 def _fit_options(content: Mapping[str, Any]) -> FitOptions:
     training = content["training"]
     return FitOptions(
-        TypeAdapter(SystemOptions).validate_python(content["system"]),
+        TypeAdapter(SystemOptions | None).validate_python(content["system"]),
         tuple(content["seeds"]),
         content["simulated"],
         model_options(content["model"]),

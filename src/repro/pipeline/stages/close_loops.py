@@ -16,10 +16,10 @@ from repro.control.loop_tables import row, save, trajectory
 from repro.control.predictive_model import PredictiveModel
 from repro.control.task import Task
 from repro.data.dataset import Dataset
-from repro.mechanics.system import System, load_system
+from repro.mechanics.system import System
 from repro.models.model import Model
 from repro.pipeline.stage_options import LoopOptions
-from repro.pipeline.stages.stored_fit import dataset, load_parameters, model_of
+from repro.pipeline.stages.stored_fit import dataset, load_parameters, model_of, simulated_system
 from repro.plugins.plugin import plugin
 from repro.tracking import progress
 from repro.tracking.files import write_json
@@ -39,7 +39,7 @@ def make(folder: Path, options: LoopOptions, upstream: Mapping[str, Run]) -> Jso
     """Close the loops with the fitted ensemble upstream."""
     fit, inputs = upstream["fit"], upstream["fit"].upstream
     model, weights = model_of(options.fit, inputs), load_parameters(fit.record.folder).numpy()
-    system, data = load_system(options.fit.system), dataset(inputs["data"])
+    system, data = simulated_system(options.fit), dataset(inputs["data"])
     plan = LoopPlan(options.controller, options.task, options.loops, options.canonical)
     return drive(folder, model, weights, options.fit.seeds, system, data, plan, progress.report)
 

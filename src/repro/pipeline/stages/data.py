@@ -30,20 +30,16 @@ def make(folder: Path, options: DataOptions) -> Json:
 
 
 def _dataset(options: DataOptions) -> Dataset:
-    system, source = load_system(options.system), options.source
+    system = None if options.system is None else load_system(options.system)
+    source = options.source
     match source:
         case RandomForce():
+            assert system is not None
             return random_force(system, seeds=options.seeds, **arguments(source))
         case FreeMotionOptions():
+            assert system is not None
             return free_motion(system, seeds=options.seeds, **arguments(source))
         case RecordingFile():
-            return from_file(
-                source.path,
-                columns=source.columns.named,
-                coordinates=system.coordinates,
-                time_step=source.time_step,
-                train_fraction=source.train_fraction,
-                members=len(options.seeds),
-            )
+            return from_file(source, system, members=len(options.seeds))
         case _:
             assert_never(source)

@@ -30,7 +30,7 @@ from repro.evaluation.rollouts import (
 from repro.learning.objective_options import ObjectiveOptions
 from repro.learning.sequence_options import SequenceOptions
 from repro.mechanics.derive import dynamics_of
-from repro.mechanics.system import System, load_system
+from repro.mechanics.system import System
 from repro.models.damped import without_damping
 from repro.models.gauge import Gauge
 from repro.models.lagrangian import Lagrangian
@@ -39,7 +39,7 @@ from repro.models.terms import Terms
 from repro.pipeline.stage_options import FitOptions, RunOptions
 from repro.pipeline.stages import close_loops, examine
 from repro.pipeline.stages.fit import training_data
-from repro.pipeline.stages.stored_fit import CURVES, dataset, free_data, load_parameters, model_of
+from repro.pipeline.stages.stored_fit import CURVES, dataset, free_data, load_parameters, model_of, system_of
 from repro.plugins.plugin import plugin
 from repro.tracking.load import Run
 from repro.tracking.plain_data import Json
@@ -56,7 +56,8 @@ def make(folder: Path, options: RunOptions, upstream: Mapping[str, Run]) -> Json
     """
     fitted = upstream["fit"]
     fit = stored_fit(options.fit, fitted)
-    inputs, seeds, system = fitted.upstream, options.fit.seeds, load_system(options.fit.system)
+    inputs, seeds = fitted.upstream, options.fit.seeds
+    system = system_of(options.fit)
     data = dataset(inputs["data"])
     identified = _identified(options.fit, fit.model, inputs)
     if identified:
@@ -149,8 +150,10 @@ def _identified(options: FitOptions, model: Model, upstream: Mapping[str, Run]) 
     return examine.identified(model, objective, sequence, training_data(options, upstream))
 
 
-def _chains(options: RunOptions, fit: Fit, data: Dataset, system: System) -> Iterator[MetricValues]:
+def _chains(options: RunOptions, fit: Fit, data: Dataset, system: System | None) -> Iterator[MetricValues]:
     """Errors of chains of links; their code is loaded, and part of the stage, only where there are any."""
+    if system is None:
+        return
     if options.chain:
         chains = plugin("evaluation", "chains")
         yield from chains.chain_errors(fit.model, fit.parameters, system, options.chain, "test")

@@ -9,10 +9,9 @@ import pandas as pd
 from repro.learning.result import Fitted
 from repro.library.ensemble import fit_ensemble
 from repro.library.phases import TrainingData
-from repro.mechanics.system import load_system
 from repro.pipeline.stage_options import FitOptions
 from repro.pipeline.stages.checkpoint import FileCheckpoint
-from repro.pipeline.stages.stored_fit import CURVES, PARAMETERS, forced_data, free_data, model_of
+from repro.pipeline.stages.stored_fit import CURVES, PARAMETERS, forced_data, free_data, model_of, system_of
 from repro.tracking import progress
 from repro.tracking.load import Run
 from repro.tracking.plain_data import Json
@@ -36,7 +35,7 @@ def make(folder: Path, options: FitOptions, upstream: Mapping[str, Run]) -> Json
 
 def training_data(options: FitOptions, upstream: Mapping[str, Run]) -> TrainingData:
     """What the ensemble is trained on, from the stages upstream of its fit."""
-    return TrainingData(forced_data(upstream), free_data(upstream), load_system(options.system), options.seeds)
+    return TrainingData(forced_data(upstream), free_data(upstream), system_of(options), options.seeds)
 
 
 def keep(folder: Path, fitted: Fitted, seeds: Sequence[int], seconds: float) -> Json:

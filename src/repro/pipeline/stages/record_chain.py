@@ -7,11 +7,11 @@ import numpy as np
 from torch import Tensor
 
 from repro.evaluation.chains import KEPT, TIME_STEP, Motion, random_start, simulate_chain
-from repro.mechanics.system import System, load_system
+from repro.mechanics.system import System
 from repro.models.link_chain import ChainLink
 from repro.models.model import Model
 from repro.pipeline.stage_options import RecordingOptions
-from repro.pipeline.stages.stored_fit import load_parameters, model_of
+from repro.pipeline.stages.stored_fit import load_parameters, model_of, simulated_system
 from repro.recording.chain_writer import ChainMotion, ChainRecording, write_chain_recording
 from repro.recording.contents import FILENAME
 from repro.tracking.load import Run
@@ -25,7 +25,7 @@ def make(folder: Path, options: RecordingOptions, run: Run, command: str) -> dic
     card = {**summary["card"], "test medians": summary["median"], "command": command}
     model, weights = model_of(options.fit, fit.upstream), load_parameters(fit.record.folder)
     assert options.links is not None
-    seeds, system = options.fit.seeds, load_system(options.fit.system)
+    seeds, system = options.fit.seeds, simulated_system(options.fit)
     return record(folder, run.id, options.title, card, model, weights, seeds, system, options.links)
 
 

@@ -10,10 +10,11 @@ from repro.control.closed_loop import SUBSTEPS
 from repro.control.loop_tables import energies
 from repro.evaluation.power_balance import power_balance
 from repro.mechanics.inputs import generalised_force
-from repro.mechanics.system import System, load_system
+from repro.mechanics.system import System
 from repro.pipeline.stage_options import RecordingOptions
 from repro.pipeline.stages.close_loops import FIRST, LOOPS
 from repro.pipeline.stages.drawn_motion import driven_forces, world_points
+from repro.pipeline.stages.stored_fit import simulated_system
 from repro.recording.contents import FILENAME, DrawnMotion, RunRecording
 from repro.recording.writer import write_recording
 from repro.tracking.load import Run
@@ -28,7 +29,7 @@ def make(folder: Path, options: RecordingOptions, run: Run, command: str) -> dic
     card = {**run.record.summary["card"], "first loop": first, "command": command}
     with np.load(closed.path(FIRST)) as stored:
         loop = dict(stored)
-    return record(folder, run.id, options.title, card, loop, load_system(options.fit.system))
+    return record(folder, run.id, options.title, card, loop, simulated_system(options.fit))
 
 
 def record(

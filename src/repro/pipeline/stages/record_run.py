@@ -8,9 +8,10 @@ import pandas as pd
 
 from repro.evaluation.power_balance import power_balance
 from repro.mechanics.inputs import inputs_from_force
-from repro.mechanics.system import System, load_system
+from repro.mechanics.system import System
 from repro.pipeline.stage_options import RecordingOptions
 from repro.pipeline.stages.drawn_motion import driven_forces, world_points
+from repro.pipeline.stages.stored_fit import simulated_system
 from repro.recording.contents import FILENAME, DrawnMotion, LearningCurve, RunRecording
 from repro.recording.writer import write_recording
 from repro.tracking.load import Run
@@ -23,7 +24,7 @@ def make(folder: Path, options: RecordingOptions, run: Run, command: str) -> dic
     summary = run.record.summary
     card = {**summary["card"], "test medians": summary["median"], "command": command}
     tables = run.table("trajectories"), run.table("curves")
-    return record(folder, run.id, options.title, card, *tables, load_system(options.fit.system))
+    return record(folder, run.id, options.title, card, *tables, simulated_system(options.fit))
 
 
 def record(

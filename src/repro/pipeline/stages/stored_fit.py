@@ -9,7 +9,7 @@ import torch
 
 from repro.data.dataset import Dataset
 from repro.library.ensemble import build_model
-from repro.mechanics.system import load_system
+from repro.mechanics.system import System, load_system
 from repro.models.context import SubModel
 from repro.models.model import Model
 from repro.pipeline.stage_options import FitOptions
@@ -39,11 +39,23 @@ def load_parameters(folder: Path) -> torch.Tensor:
         return torch.from_numpy(stored["parameters"])
 
 
+def system_of(options: FitOptions) -> System | None:
+    """The system of a fit; None for a recording that has coordinates of its own."""
+    return None if options.system is None else load_system(options.system)
+
+
+def simulated_system(options: FitOptions) -> System:
+    """The system of a fit to simulated data."""
+    system = system_of(options)
+    assert system is not None
+    return system
+
+
 def model_of(options: FitOptions, upstream: Mapping[str, Run]) -> Model:
     """The model of a fit, built for the data upstream of it and around its trained parts."""
     roles = _numbered(upstream, "part")
     parts = [part_of(part, upstream[role], options.seeds) for part, role in zip(options.parts, roles, strict=True)]
-    system = load_system(options.system) if options.simulated else None
+    system = system_of(options) if options.simulated else None
     return build_model(options.model, options.basis, forced_data(upstream), system, parts)
 
 

@@ -1,0 +1,1 @@
+"""Tables as people export them, from CSV or Parquet: read, converted to SI units, and checked."""
