@@ -266,3 +266,18 @@ def test_coordinates_of_ones_own(tmp_path: Path) -> None:
     np.testing.assert_array_equal(data.tau[0, :, 1], np.cos(7 * time))
     with pytest.raises(UserError, match=r"columns\.tau names 1 columns .* data\.driven=\[shoulder\]"):
         from_file(RecordingFile("file", source.path, columns, coordinates=own), None)
+
+
+@pytest.mark.parametrize("labels", ["savitzky_golay", "smoothed"])
+def test_noisy_positions_are_smoothed_on_demand(tmp_path: Path, labels: str) -> None:
+    time = 0.01 * np.arange(400)
+    exact = np.stack([0.4 * np.sin(2 * time), np.cos(3 * time)], axis=1)
+    noisy = exact + 1e-3 * np.random.default_rng(0).standard_normal(exact.shape)
+    columns = {"t": time, "x": noisy[:, 0], "theta": noisy[:, 1], "f": np.sin(time)}
+    pd.DataFrame(columns).to_csv(tmp_path / "mine.csv", index=False)
+    roles = {"time": ("t",), "q": ("x", "theta"), "tau": ("f",)}
+    data, raw = (read(tmp_path / "mine.csv", columns=roles, labels=each, members=2) for each in (labels, "recorded"))
+    error, raw_error = (np.abs(each.qdd[1] + exact * [4, 9])[20:-20].mean() for each in (data, raw))
+    assert error < 0.05 * raw_error
+    assert data.measurement is not None and data.measurement.qd is None
+    np.testing.assert_array_equal(data.measurement.q[1], noisy)

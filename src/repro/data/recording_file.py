@@ -12,8 +12,8 @@ from repro.data.checks import check_positive, training_size
 from repro.data.data_options import RecordingFile
 from repro.data.dataset import Dataset
 from repro.data.differentiation import difference, differences_of_positions
-from repro.data.plausibility import contradictions, remarks
 from repro.data.measurement import Measurement
+from repro.data.plausibility import contradictions, remarks
 from repro.data.recorded_rows import RecordedRows, chosen, joined, samples_of
 from repro.data.sensors import estimated
 from repro.data.tables.read import files_of, read_table
@@ -159,7 +159,7 @@ def _parted(samples: RecordedRows, source: RecordingFile) -> tuple[RecordedRows,
     return chosen(samples, np.argsort(test, kind="stable")), int(np.sum(~test))
 
 
-class Motion(NamedTuple):
+class RecordedMotion(NamedTuple):
     """Positions, velocities and accelerations, (sample, n_q) each."""
 
     q: np.ndarray
@@ -167,23 +167,23 @@ class Motion(NamedTuple):
     qdd: np.ndarray
 
 
-def _motion(rows: RecordedRows, labels: str) -> tuple[Motion, Measurement, list[str]]:
+def _motion(rows: RecordedRows, labels: str) -> tuple[RecordedMotion, Measurement, list[str]]:
     """The motion as the method of `labels` makes it, what was recorded, and what is said about it."""
     recorded = Measurement(rows.q[None], None if rows.qd is None else rows.qd[None])
     if labels in ESTIMATED:
         *found, recorded = estimated(recorded, rows.time, rows.episode, labels)
-        return Motion(*(each[0] for each in found)), recorded, []
+        return RecordedMotion(*(each[0] for each in found)), recorded, []
     if rows.qd is None:
         qd, qdd = differences_of_positions(rows.q, rows.time, rows.episode)
         what = "qd and qdd are not recorded: they were" if rows.qdd is None else "qd is not recorded: it was"
         kept = qdd if rows.qdd is None or labels == "differenced" else rows.qdd
         said = f"{what} differenced from q, which multiplies its noise; data.labels=smoothed estimates them"
-        return Motion(rows.q, qd, kept), recorded, [said]
+        return RecordedMotion(rows.q, qd, kept), recorded, [said]
     if rows.qdd is not None and labels == "recorded":
-        return Motion(rows.q, rows.qd, rows.qdd), recorded, []
+        return RecordedMotion(rows.q, rows.qd, rows.qdd), recorded, []
     what = "qdd is not recorded: it was" if rows.qdd is None else "qdd was"
     said = f"{what} differenced from qd, which blurs it over each step and multiplies noise"
-    return Motion(rows.q, rows.qd, difference(rows.qd, rows.time, rows.episode)), recorded, [said]
+    return RecordedMotion(rows.q, rows.qd, difference(rows.qd, rows.time, rows.episode)), recorded, [said]
 
 
 def _time_step(names: str, given: float | None, steps: np.ndarray) -> float:
