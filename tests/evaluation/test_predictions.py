@@ -10,6 +10,7 @@ from repro.codegen import point_function
 from repro.codegen.c_library import has_compiler
 from repro.evaluation import predictions
 from repro.evaluation.predictions import predict, truth
+from repro.mechanics.system import load
 from repro.models.bases import t1, t2
 from repro.models.blackbox import BlackBox
 from repro.models.damped import Damped
@@ -74,3 +75,10 @@ def test_the_truth_obeys_its_own_definitions(data, system):
     inertial = np.einsum("...ij,...j->...i", true.mass, data.qdd)[..., 0]
     centrifugal = 0.1 * data.qd[..., 1] ** 2 * np.sin(data.q[..., 1])
     np.testing.assert_allclose(inertial, data.tau[..., 0] + centrifugal, atol=1e-11)
+
+
+def test_the_mass_of_one_coordinate_is_a_matrix():
+    system, q = load("link"), np.ones((2, 3, 1))
+    true = truth(system, q, 2 * q, q, q)
+    assert true.mass.shape == (2, 3, 1, 1)
+    np.testing.assert_allclose(true.mass[..., 0], true.momentum / 2)

@@ -11,7 +11,7 @@ from repro.learning.objective import Objective
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
-from repro.mechanics.system import load, names
+from repro.mechanics.system import load
 from repro.models.bases import raw
 from repro.models.context import Context
 from repro.models.position import cart_with_links, position_features
@@ -20,7 +20,7 @@ from repro.models.structured import Structured
 ROD = load("rod")
 
 
-@pytest.mark.parametrize("name", [name for name in names() if name not in ("rod", "link")])
+@pytest.mark.parametrize("name", ["sip", "sip_rod", "dip", "cart_rods"])
 def test_a_cart_with_links_shows_its_angles_alone(name):
     system = load(name)
     assert position_features(system.coordinates, np.full(system.n_q, 3.0)) == cart_with_links(system.n_q)
@@ -34,13 +34,13 @@ def test_a_translation_that_forces_depend_on_is_shown_in_its_scale():
 
 
 def test_a_structured_model_learns_a_free_rod_and_its_weight():
-    data = random_force(ROD, seeds=[0], samples=750, episode_steps=50, reset="random")
+    data = random_force(ROD, seeds=[0], samples=400, episode_steps=50, reset="random")
     train = data.train
     context = Context(raw, data.coordinates, train.q, train.qd, train.qd, ROD)
     model = Structured(3, context.velocity_scale, hidden=(8,), positions=context.positions)
     problem = TrainingProblem(model, [make_task(model, train, Objective("inverse"))], [0])
     start = torch.from_numpy(model.initial([np.random.default_rng(0)]))
-    fitted = LevenbergMarquardt(iterations=60).fit(problem, start, silent, NoCheckpoint())
+    fitted = LevenbergMarquardt(iterations=40).fit(problem, start, silent, NoCheckpoint())
     test = data.test
     predicted = predict(model, fitted.parameters, test.q, test.qd, test.qdd, test.tau)
     assert np.abs(predicted.tau - test.tau).mean() < 0.05

@@ -11,7 +11,7 @@ from repro.pipeline.run import execute
 from repro.tracking.store import Store
 
 DIP = ("system=dip", "data.force_limit=4", "record=false", "scale=quick", "sequence.initial_angles=10")
-CLOSED = (*DIP, "optimiser=least_squares", "data.samples=2500")
+CLOSED = (*DIP, "optimiser=least_squares", "data.samples=1250")
 GAUGE = (*CLOSED, "seeds=1", "basis=fxf_gauge", "sequence.energy_form=sum")
 
 

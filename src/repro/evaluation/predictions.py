@@ -112,5 +112,5 @@ def truth(system: System, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: n
         momentum=evaluate(dynamics.momentum, q, qd),
         kinetic=evaluate(dynamics.kinetic, q, qd)[..., 0],
         potential=evaluate(dynamics.potential, q, qd)[..., 0],
-        mass=evaluate(dynamics.mass_matrix, q, qd),
+        mass=evaluate(dynamics.mass_matrix, q, qd).reshape(*q.shape, system.n_q),
     )
