@@ -1,17 +1,21 @@
 """Closed-form least squares for models that are linear in their parameters: the oracle of every table."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import torch
 from scipy.linalg import lstsq, qr
 from torch import Tensor
 
+from repro.codegen.point_function import LEAST_POINTS
 from repro.learning.optimiser import Optimiser
 from repro.learning.optimisers.least_squares import Options
 from repro.learning.result import Checkpoint, Fitted, Notes, Progress
 from repro.learning.training_problem import TrainingProblem
+
+BLOCK = LEAST_POINTS  # samples at a time: their features are compiled, and never stored together
 
 
 @dataclass(frozen=True)
@@ -40,9 +44,42 @@ class LeastSquares(Options, Optimiser):
 
 
 def regression(problem: TrainingProblem, n_parameters: int) -> tuple[np.ndarray, np.ndarray]:
-    """Matrix (n_rows, n_parameters) and right-hand side (n_rows,) of a one-member problem linear in its parameters."""
-    rows, jacobian = problem.linearise(torch.zeros(1, n_parameters, dtype=torch.float64))
-    return jacobian[0].numpy(), -rows[0].numpy()
+    """Matrix (at most n_parameters + 1 rows) and right-hand side of a one-member problem linear in its parameters.
+
+    They are the triangle of all rows of the problem: the same least squares, norms and singular values.
+    """
+    rows = _triangle(_blocks(problem, n_parameters))
+    return rows[:, :-1], rows[:, -1]
+
+
+def _blocks(problem: TrainingProblem, n_parameters: int) -> Iterator[np.ndarray]:
+    """Rows [Jacobian, -residual] of a linear problem, for some samples at a time."""
+    zero = torch.zeros(1, n_parameters, dtype=torch.float64)
+    for task in problem.tasks:
+        for start in range(0, task.samples, BLOCK):
+            part = task.changed(partial(_cut, start))
+            rows, jacobian = replace(problem, tasks=[part]).linearise(zero)
+            share = (part.samples / task.samples) ** 0.5
+            yield share * np.column_stack([jacobian[0].numpy(), -rows[0].numpy()])
+
+
+def _cut(start: int, tensor: Tensor) -> Tensor:
+    return tensor[:, start : start + BLOCK]
+
+
+def _triangle(blocks: Iterable[np.ndarray]) -> np.ndarray:
+    """R of the QR of all rows (n_rows, n), at most n rows, from one block of rows after another.
+
+    Sequential QR (Demmel et al. 2012): the triangle of the rows so far is factorised together with the next block, so
+    that the condition number is never squared.
+    """
+    triangle = None
+    for block in blocks:
+        rows = block if triangle is None else np.vstack([triangle, block])
+        triangle = qr(rows, mode="r", overwrite_a=True, check_finite=False)[0][: rows.shape[1]]
+    if triangle is None:
+        raise ValueError("least squares of no rows at all")
+    return triangle
 
 
 def solve(matrix: np.ndarray, right: np.ndarray, cutoff: float) -> tuple[np.ndarray, int]:
@@ -56,16 +93,6 @@ def solve(matrix: np.ndarray, right: np.ndarray, cutoff: float) -> tuple[np.ndar
 
 
 def streamed_solve(blocks: Iterable[tuple[np.ndarray, np.ndarray]], cutoff: float) -> tuple[np.ndarray, int]:
-    """Least squares of more samples than memory holds: of all blocks [matrix (rows, n), right (rows,)], and the rank.
-
-    Sequential QR (Demmel et al. 2012): the triangle of the rows so far is factorised together with the next block, so
-    that the condition number is never squared.
-    """
-    triangle = None
-    for matrix, right in blocks:
-        rows = np.column_stack([matrix, right])
-        rows = rows if triangle is None else np.vstack([triangle, rows])
-        triangle = qr(rows, mode="r", overwrite_a=True, check_finite=False)[0][: rows.shape[1]]
-    if triangle is None:
-        raise ValueError("least squares of no rows at all")
+    """Least squares of more samples than memory holds: of all blocks [matrix (rows, n), right (rows,)], and the rank."""
+    triangle = _triangle(np.column_stack(block) for block in blocks)
     return solve(triangle[:, :-1], triangle[:, -1], cutoff)
