@@ -48,9 +48,9 @@ class Adam(Options, Optimiser):
 
     def fit(self, problem: TrainingProblem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Train from `parameters` (member, n_parameters)."""
-        dtype = torch.float64 if self.precision == "float64" else torch.float32
-        compiled = native(problem) if self.engine == "auto" and dtype == torch.float64 else None
-        problem = problem.cast(dtype)
+        dtype, real = (torch.float64, np.float64) if self.precision == "float64" else (torch.float32, np.float32)
+        compiled = native(problem, real) if self.engine == "auto" else None
+        problem = problem if compiled is not None else problem.cast(dtype)
         state = checkpoint.load()
         if not isinstance(state, AdamState):
             state = AdamState.start(parameters.to(dtype))

@@ -73,7 +73,7 @@ def _triangle(blocks: Iterable[np.ndarray]) -> np.ndarray:
     Sequential QR (Demmel et al. 2012): the triangle of the rows so far is factorised together with the next block, so
     that the condition number is never squared.
     """
-    triangle = None
+    triangle: np.ndarray | None = None
     for block in blocks:
         rows = block if triangle is None else np.vstack([triangle, block])
         triangle = qr(rows, mode="r", overwrite_a=True, check_finite=False)[0][: rows.shape[1]]
@@ -93,6 +93,6 @@ def solve(matrix: np.ndarray, right: np.ndarray, cutoff: float) -> tuple[np.ndar
 
 
 def streamed_solve(blocks: Iterable[tuple[np.ndarray, np.ndarray]], cutoff: float) -> tuple[np.ndarray, int]:
-    """Least squares of more samples than memory holds: of all blocks [matrix (rows, n), right (rows,)], and the rank."""
+    """Least squares of more samples than memory holds: of all blocks (matrix (rows, n), right (rows,)), and rank."""
     triangle = _triangle(np.column_stack(block) for block in blocks)
     return solve(triangle[:, :-1], triangle[:, -1], cutoff)

@@ -18,17 +18,19 @@ from repro.learning.training_problem import TrainingProblem
 
 
 class NativeProblem:
-    """A problem's datasets packed for a kernel; one member at a time."""
+    """A problem's datasets packed for a kernel, in double or single precision; one member at a time."""
 
-    def __init__(self, problem: TrainingProblem, kernel: Kernel) -> None:
-        self.n_parameters, self.data = problem.model.n_parameters, kernel.data
+    def __init__(self, problem: TrainingProblem, kernel: Kernel, real: type[np.floating] = np.float64) -> None:
+        self.n_parameters, self.real = problem.model.n_parameters, real
+        self.data = [data.astype(real, copy=False) for data in kernel.data]
         self.counts = np.array([data.shape[1] for data in self.data], dtype=np.int64)
         self.l1 = np.zeros(self.n_parameters) if problem.l1 is None else problem.l1.double().numpy()
-        self.library = _training_library(kernel, self.n_parameters)
+        self.l1 = self.l1.astype(real)
+        self.library = _training_library(kernel, self.n_parameters, real)
 
     def loss_and_gradient(self, member: int, parameters: np.ndarray) -> tuple[float, np.ndarray]:
-        """Loss and gradient (n_parameters,) on all samples of one member."""
-        total = np.zeros(1 + self.n_parameters)
+        """Loss and gradient (n_parameters,) on all samples of one member, at weights of the problem's precision."""
+        total = np.zeros(1 + self.n_parameters, self.real)
         self.library.loss_and_gradient(
             self._pointers(member), address(self.counts), address(parameters), address(total)
         )
@@ -59,12 +61,14 @@ class NativeProblem:
         return (ctypes.c_void_p * len(self.data))(*(data[member].ctypes.data for data in self.data))
 
 
-def native(problem: TrainingProblem) -> NativeProblem | None:
-    """The problem in compiled code, or None where there is no compiler or no kernel for the model."""
+def native(problem: TrainingProblem, real: type[np.floating] = np.float64) -> NativeProblem | None:
+    """The problem in compiled code, or None where there is no compiler or no kernel for model and precision."""
     if not can_compile():
         return None
-    kernel = network_kernel(problem) or position_kernel(problem) or generated_kernel(problem)
-    return None if kernel is None else NativeProblem(problem, kernel)
+    kernel = network_kernel(problem)
+    if kernel is None and real == np.float64:
+        kernel = position_kernel(problem) or generated_kernel(problem)
+    return None if kernel is None else NativeProblem(problem, kernel, real)
 
 
 @lru_cache(maxsize=1)
@@ -78,14 +82,15 @@ def can_compile() -> bool:
     return True
 
 
-def _training_library(kernel: Kernel, n_parameters: int) -> ctypes.CDLL:
+def _training_library(kernel: Kernel, n_parameters: int, real: type[np.floating]) -> ctypes.CDLL:
     calls = []
     for number in range(len(kernel.data)):
         count, order = (f"counts[{number}]", "0") if number else ("batch", "order")
         calls.append(f"  gradient_{number}(data[{number}], {order}, {count}, 1.0 / {count}, parameters, total);")
     values = {"outputs": 1 + n_parameters, "n_parameters": n_parameters, "calls": "\n".join(calls)}
     text = c_source(kernels.__file__, "training", **values)
-    library = load_library(kernel.source + text, FAST)
+    precision = f"typedef {'float' if real == np.float32 else 'double'} real;\n"
+    library = load_library(precision + kernel.source + text, FAST)
     library.adam_epoch.restype = ctypes.c_double
     library.loss_and_gradient.restype = None
     return library

@@ -1,17 +1,17 @@
 /* Tanh or softplus in C, and its derivatives from the value and the slope. Constant: TANH (otherwise softplus). */
 
 /* a unit's values before the activation, in place -> after it, and the slopes there */
-static void curve(double *value, double *first, int wants_value) {
+static void curve(real *value, real *first, int wants_value) {
 #if TANH
   for (int s = 0; s < BLOCK; s++) value[s] = tanh(value[s]);
   for (int s = 0; s < BLOCK; s++) first[s] = 1 - value[s] * value[s];
 #else
   for (int s = 0; s < BLOCK; s++) {
-    const double e = exp(-fabs(value[s]));
+    const real e = exp(-fabs(value[s]));
     first[s] = (value[s] >= 0 ? 1 : e) / (1 + e);
   }
   if (wants_value)
-    for (int s = 0; s < BLOCK; s++) value[s] = fmax(value[s], 0) + log1p(exp(-fabs(value[s])));
+    for (int s = 0; s < BLOCK; s++) value[s] = fmax(value[s], (real)0) + log1p(exp(-fabs(value[s])));
 #endif
 }
 

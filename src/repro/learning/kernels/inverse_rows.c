@@ -11,7 +11,7 @@ typedef struct {
   int64_t valued;            /* some row needs N itself */
   int64_t varying;           /* entries read from a sample, of [weight, rows, bends] */
   const int32_t *places;     /* where they belong */
-  const double *fixed;       /* all entries, for those that are not read */
+  const real *fixed;       /* all entries, for those that are not read */
 } Form;
 
 static int64_t entries_of(const Form *form) {
@@ -24,13 +24,13 @@ static void load_fixed(const Form *form, vec *entries) {
 }
 
 /* samples into lanes; a lane without a sample repeats another one with weight 0 */
-static void load_block(const Form *form, const double *data, const int32_t *order, int64_t first, int64_t count,
+static void load_block(const Form *form, const real *data, const int32_t *order, int64_t first, int64_t count,
                        vec *inputs, vec *entries) {
   const int64_t size = 2 * INPUTS + form->varying;
-  double *in = (double *)inputs, *entry = (double *)entries;
+  real *in = (real *)inputs, *entry = (real *)entries;
   for (int s = 0; s < BLOCK; s++) {
     const int64_t at = first + s < count ? first + s : first;
-    const double *sample = data + size * (order ? order[at] : at);
+    const real *sample = data + size * (order ? order[at] : at);
     if (order && first + s + BLOCK < count)
       for (int64_t k = 0; k < size; k += 8) __builtin_prefetch(data + size * order[first + s + BLOCK] + k);
     for (int i = 0; i < INPUTS; i++) {
@@ -45,7 +45,7 @@ static void load_block(const Form *form, const double *data, const int32_t *orde
 
 /* r of every row, (row, sample); slopes: pairs [gdot, g] of the inputs */
 static void evaluate_rows(const Form *form, const vec *entries, const vec *slopes, const vec *value,
-                          const double *potential, vec *residual) {
+                          const real *potential, vec *residual) {
   for (int64_t r = 0; r < form->rows; r++)
     for (int v = 0; v < VECTORS; v++) {
       const vec *a = entries + (1 + r * ROW_SIZE) * VECTORS + v, *b = a + VECTORS, *d = b + 2 * INPUTS * VECTORS;
@@ -61,7 +61,7 @@ static void evaluate_rows(const Form *form, const vec *entries, const vec *slope
 
 /* sum lambda r = alpha N + t.g + s.gdot + ...: directions are the pairs [s, t] of the inputs */
 static void pull_rows(const Form *form, const vec *entries, const vec *lambda, vec *directions, vec *alpha,
-                      double *potential_total) {
+                      real *potential_total) {
   vec potential[POTENTIAL + 1];
   memset(potential, 0, sizeof potential);
   memset(directions, 0, INPUTS * UNIT * sizeof(vec));

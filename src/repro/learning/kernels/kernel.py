@@ -12,9 +12,9 @@ import numpy as np
 class Kernel:
     """C functions gradient_0, gradient_1, ... and the packed samples (member, sample, column) of the task of each.
 
-    void gradient_k(const double *samples, const int32_t *order, int64_t count, double factor, const double *parameters,
-    double *total) adds factor * [loss, gradient (n_parameters,)], summed over the samples `order` (all where it is
-    null), to `total`.
+    void gradient_k(const real *samples, const int32_t *order, int64_t count, real factor, const real *parameters,
+    real *total) adds factor * [loss, gradient (n_parameters,)], summed over the samples `order` (all where it is null),
+    to `total`. The type `real` is double; in a kernel for single precision it is float.
     """
 
     source: str

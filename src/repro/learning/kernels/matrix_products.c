@@ -1,23 +1,24 @@
 /* Matrix products over blocks of samples in C: samples are the lanes, and the quantities of a unit go together.
 
    An array is (unit, quantity, sample). Constants: VECTORS, the vectors of samples in a block, a multiple of 3;
-   QUANTITIES of a unit. */
+   QUANTITIES of a unit; the type `real` of all numbers. */
 
-#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <tgmath.h>
 #ifdef __AVX512F__
-#define LANES 8
+#define BYTES 64
 #define TILE 8                        /* units of a product whose sums stay in registers */
 #else
-#define LANES 4
+#define BYTES 32
 #define TILE 4
 #endif
+#define LANES ((int)(BYTES / sizeof(real)))
 #define BLOCK (VECTORS * LANES)
 #define UNIT (QUANTITIES * VECTORS)
 #define ALWAYS static inline __attribute__((always_inline))
-typedef double vec __attribute__((vector_size(8 * LANES)));
+typedef real vec __attribute__((vector_size(BYTES)));
 
 static vec *take(vec **memory, int64_t vectors) {
   vec *taken = *memory;
@@ -25,14 +26,14 @@ static vec *take(vec **memory, int64_t vectors) {
   return taken;
 }
 
-ALWAYS void product_tile(const int rows, const int64_t inner, const double *weight, const vec *in, vec *out) {
+ALWAYS void product_tile(const int rows, const int64_t inner, const real *weight, const vec *in, vec *out) {
   vec sum[TILE][3];
   for (int r = 0; r < rows; r++) for (int c = 0; c < 3; c++) sum[r][c] = (vec){0};
   for (int64_t i = 0; i < inner; i++) {
     const vec x = in[i * UNIT], y = in[i * UNIT + 1], z = in[i * UNIT + 2];
 #pragma GCC unroll 8
     for (int r = 0; r < rows; r++) {
-      const double w = weight[r * inner + i];
+      const real w = weight[r * inner + i];
       sum[r][0] += w * x; sum[r][1] += w * y; sum[r][2] += w * z;
     }
   }
@@ -40,7 +41,7 @@ ALWAYS void product_tile(const int rows, const int64_t inner, const double *weig
 }
 
 /* out (outer, ...) = weight (outer, inner) in (inner, ...) */
-static void product(int64_t outer, int64_t inner, const double *weight, const vec *in, vec *out) {
+static void product(int64_t outer, int64_t inner, const real *weight, const vec *in, vec *out) {
   int64_t o = 0;
 #define TILES(rows) for (; o + rows <= outer; o += rows) for (int c = 0; c < UNIT; c += 3) \
     product_tile(rows, inner, weight + o * inner, in + c, out + o * UNIT + c)
@@ -53,14 +54,14 @@ static void product(int64_t outer, int64_t inner, const double *weight, const ve
 #undef TILES
 }
 
-ALWAYS double lanes_sum(vec x) {
-  double sum = 0;
+ALWAYS real lanes_sum(vec x) {
+  real sum = 0;
   for (int l = 0; l < LANES; l++) sum += x[l];
   return sum;
 }
 
 ALWAYS void outer_tile(const int rows, const int columns, const vec *left, const vec *right, const vec *left_2,
-                       const vec *right_2, double *total, const int64_t stride) {
+                       const vec *right_2, real *total, const int64_t stride) {
   vec sum[4][4];
   for (int r = 0; r < rows; r++) for (int c = 0; c < columns; c++) sum[r][c] = (vec){0};
   for (int s = 0; s < UNIT; s++) {
@@ -80,7 +81,7 @@ ALWAYS void outer_tile(const int rows, const int columns, const vec *left, const
 
 /* total (outer, inner) += left right' (+ left_2 right_2'), summed over quantities and samples */
 static void outer_products(int64_t outer, int64_t inner, const vec *left, const vec *right, const vec *left_2,
-                           const vec *right_2, double *total) {
+                           const vec *right_2, real *total) {
   int64_t o = 0;
 #define COLUMNS(rows, columns) for (; i + columns <= inner; i += columns) \
     outer_tile(rows, columns, left + o * UNIT, right + i * UNIT, left_2 ? left_2 + o * UNIT : 0, \

@@ -56,7 +56,7 @@ def _pack(model: Lagrangian, task: TrainingTask, number: int) -> tuple[str, np.n
     numbers = [rows, bends, int(task.objective.mass), int(valued)]
     form = [
         f"static const int32_t places_{number}[] = {{{listed([*places, 0])}}};",
-        f"static const double fixed_{number}[] = {{{listed(value or 0 for value in same)}}};",
+        f"static const real fixed_{number}[] = {{{listed(value or 0 for value in same)}}};",
         f"static const Form form_{number} = {{{listed(numbers)}, {len(places)}, places_{number}, fixed_{number}}};",
         f"#define gradient_{number}(...) network_gradient(__VA_ARGS__, &form_{number})",
         "",

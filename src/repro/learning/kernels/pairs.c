@@ -13,15 +13,15 @@ typedef struct {
   vec *cotangents;   /* before the activation: of the value, of the tangent along zdot */
   vec *along;        /* forward rows: before the activation, the tangents along u_1, u_2, ... two by two */
   vec *along_back;   /* and what `backward` would be for each of them */
-  const double *weight, *bias;
-  double *transposed, *weight_total, *bias_total;
+  const real *weight, *bias;
+  real *transposed, *weight_total, *bias_total;
 } Layer;
 
 /* value and tangent before the activation, in place -> after it; its slope and the tangent before it are kept */
 static void activate(int64_t units, vec *values, vec *slope, int wants_value) {
   for (int64_t u = 0; u < units; u++) {
     vec *value = values + u * UNIT, *first = slope + u * UNIT;
-    curve((double *)value, (double *)first, wants_value);
+    curve((real *)value, (real *)first, wants_value);
     for (int v = 0; v < VECTORS; v++) {
       first[VECTORS + v] = value[VECTORS + v];
       value[VECTORS + v] *= first[v];
@@ -60,7 +60,7 @@ static void activate_seconds_backward(const Layer *layer, int64_t units) {
     const vec *value = layer->values + u * UNIT, *slope = layer->slope + u * UNIT, *before = layer->before + u * UNIT;
     const vec *backward = layer->backward + u * UNIT;
     vec *cotangent = layer->cotangents + u * UNIT;
-    double total = 0;
+    real total = 0;
     for (int v = 0; v < VECTORS; v++) {
       const vec first = slope[v], tangent = slope[VECTORS + v], along = before[v];
       const vec second = SECOND(value[v], first), third = THIRD(value[v], first), p = backward[VECTORS + v];

@@ -10,8 +10,8 @@
 
    The forward objective adds n_q tangents, forward and backward, between 2 and 3. */
 
-static void network_gradient(const double *data, const int32_t *order, int64_t count, double factor,
-                             const double *parameters, double *total, const Form *form) {
+static void network_gradient(const real *data, const int32_t *order, int64_t count, real factor,
+                             const real *parameters, real *total, const Form *form) {
   const int64_t along = form->solved ? 2 * PAIRS_OF_COORDINATES * UNIT : 0;
   int64_t units = 0, entries = 0, widest = INPUTS;
   for (int l = 0; l <= LAYERS; l++) units += sizes[l], widest = sizes[l] > widest ? sizes[l] : widest;
@@ -20,7 +20,7 @@ static void network_gradient(const double *data, const int32_t *order, int64_t c
     + (widest + INPUTS * (1 + PAIRS_OF_COORDINATES)) * UNIT;
   vec *allocated = aligned_alloc(sizeof(vec), vectors * sizeof(vec)), *memory = allocated;
   Layer layers[LAYERS + 1];
-  const double *weights = parameters;
+  const real *weights = parameters;
   for (int l = 0; l <= LAYERS; l++) {
     Layer *layer = layers + l;
     const int64_t n = sizes[l], inner = l ? sizes[l - 1] : 0;
@@ -37,15 +37,15 @@ static void network_gradient(const double *data, const int32_t *order, int64_t c
     layer->bias = weights + n * inner;
     layer->weight_total = total + 1 + (weights - parameters);
     layer->bias_total = layer->weight_total + n * inner;
-    layer->transposed = (double *)take(&memory, n * inner / LANES + 1);
+    layer->transposed = (real *)take(&memory, n * inner / LANES + 1);
     for (int64_t o = 0; o < n; o++)
       for (int64_t i = 0; i < inner; i++) layer->transposed[i * n + o] = layer->weight[o * inner + i];
     weights += n * (inner + 1);
   }
   Layer *last = layers + LAYERS;
   const int64_t width = sizes[LAYERS];
-  const double *out_weight = weights, *potential = weights + width + 1;
-  double *out_total = total + 1 + (weights - parameters);
+  const real *out_weight = weights, *potential = weights + width + 1;
+  real *out_total = total + 1 + (weights - parameters);
   vec *row_entries = take(&memory, entries_of(form) * VECTORS), value[VECTORS], alpha[VECTORS];
   vec *residual = take(&memory, form->rows * VECTORS), *lambda = take(&memory, form->rows * VECTORS);
   vec *scratch = take(&memory, widest * UNIT), *inputs = take(&memory, INPUTS * UNIT), *slopes = memory;

@@ -18,8 +18,8 @@ class Options(OptimiserOptions):
     """Options of optimiser=adam and adam_cosine.
 
     schedule `keras`: learning rate / (1 + decay k) at step k; `cosine`: down to 1e-4 of it along half a cosine. engine
-    `auto`: compiled code in float64 where a compiler and a kernel for the model exist, else torch. precision: Keras's
-    default is float32.
+    `auto`: compiled code where a compiler and a kernel for model and precision exist, else torch. precision: Keras's
+    default is float32, which only networks of features have a kernel for.
     """
 
     unit: ClassVar[Literal["epochs", "iterations"] | None] = "epochs"

@@ -5,11 +5,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import torch
 
 from repro.data.dataset import Dataset
 from repro.evaluation.identifiability import Identifiability, identifiability
 from repro.evaluation.metrics import MetricValues
-from repro.learning.least_squares import regression
 from repro.learning.objective_options import Equation, ObjectiveOptions
 from repro.learning.sequence_options import SequenceOptions
 from repro.learning.training import Phase
@@ -82,4 +82,5 @@ def keep(folder: Path, phases: dict[str, list[Identifiability]], seeds: Sequence
 
 
 def _matrix(problem: TrainingProblem) -> np.ndarray:
-    return regression(problem, problem.model.n_parameters)[0]
+    zero = torch.zeros(1, problem.model.n_parameters, dtype=torch.float64)
+    return problem.linearise(zero)[1][0].numpy()
