@@ -7,7 +7,11 @@ import numpy as np
 import pytest
 
 from repro.control.optimal_control_problem import NodeWeights, Obstacle
+from repro.control.predictive_model import PredictiveModel
 from repro.control.programme import programme
+from repro.control.transcription import Transcription
+from repro.mechanics.system import load
+from repro.models.neural_potential import NeuralPotential
 
 VARIANTS = {
     "soft": {},
@@ -24,6 +28,21 @@ VARIANTS = {
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_derivatives_are_those_of_the_whole(problem, transcribe, variant, discretisation):
     of = transcribe(replace(problem, intervals=(0.04, 0.04, 0.08), **VARIANTS[variant]), discretisation)
+    assert_consistent(of)
+
+
+@pytest.mark.parametrize("discretisation", ["shooting", "collocation"])
+def test_two_inputs_whose_directions_turn(problem, discretisation):
+    system = load("quadrotor")
+    model = PredictiveModel(NeuralPotential(np.ones(3), np.ones(3), (2,), hidden=(2,)), system)
+    changed = replace(problem, intervals=(0.04, 0.08), obstacle=None, potential_goal="goal", force_limit=(6.0, 5.0))
+    of = Transcription(model, changed, discretisation)
+    assert_consistent(of)
+    limits = of.inner(of.bounds()["ubx"])[:, : of.n_u]
+    np.testing.assert_array_equal(limits, [[6.0, 5.0]] * 2)
+
+
+def assert_consistent(of):
     made = programme(of)
     lagrangian = made.lam_f * made.f + ca.dot(made.lam_g, made.g)
     pairs = [

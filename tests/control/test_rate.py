@@ -9,6 +9,7 @@ from repro.control.rate import Rate
 from repro.mechanics.system import load
 from repro.models.bases import fxf, library, t1, t2
 from repro.models.lagrangian import Lagrangian
+from repro.models.neural_potential import NeuralPotential
 from repro.models.port_hamiltonian import PortHamiltonian
 from repro.models.structured import Structured
 from repro.models.truth import DampedTruth, Truth
@@ -24,23 +25,26 @@ MODELS = {
     "dip damped": DampedTruth,
     "dip fxf": lambda system: Lagrangian(fxf, 3),
     "dip structured": lambda system: Structured(3, DIP, hidden=(2,)),
+    "quadrotor network": lambda system: NeuralPotential(np.ones(3), np.ones(3), (2,), hidden=(2,)),
+    "acrobot network": lambda system: NeuralPotential(np.ones(2), np.ones(2), (0, 1), hidden=(2,)),
 }
 
 
 @pytest.mark.parametrize("name", MODELS)
 def test_derivatives_are_those_of_the_forward_dynamics(name):
-    system = load(name[:3])
+    system = load(name.split()[0])
     model = PredictiveModel(MODELS[name](system), system)
     generator = np.random.default_rng(3)
     (weights,) = model.model.initial([generator])
     n_q, rate = system.n_q, Rate(model)
-    z, w, multipliers = ca.SX.sym("z", 2 * n_q + 1), ca.SX.sym("w", len(weights)), ca.SX.sym("lambda", n_q)
-    qdd = model.acceleration(z[:n_q], z[n_q:-1], z[-1], w)
+    n_z = 2 * n_q + len(system.inputs)
+    z, w, multipliers = ca.SX.sym("z", n_z), ca.SX.sym("w", len(weights)), ca.SX.sym("lambda", n_q)
+    qdd = model.acceleration(z[:n_q], z[n_q : 2 * n_q], z[2 * n_q :], w)
     slopes = ca.jacobian(qdd, z)
     hessian = ca.jacobian(ca.mtimes(slopes.T, multipliers), z)
     expected = ca.Function("expected", [z, w, multipliers], [qdd, slopes, hessian])
     for _ in range(3):
-        point, combination = generator.normal(size=2 * n_q + 1), generator.normal(size=n_q)
+        point, combination = generator.normal(size=n_z), generator.normal(size=n_q)
         value, first, second = (np.asarray(part) for part in expected(point, weights, combination))
         jacobian = np.asarray(rate.jacobian(point, weights)).ravel()
         curvature = np.asarray(rate.hessian(point, weights, jacobian, combination)).reshape(second.shape)

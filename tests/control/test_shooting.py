@@ -15,6 +15,7 @@ from repro.control.transcription import Transcription
 from repro.mechanics.system import load
 from repro.models.bases import fxf
 from repro.models.lagrangian import Lagrangian
+from repro.models.neural_potential import NeuralPotential
 from repro.models.structured import Structured
 from repro.models.truth import Truth
 
@@ -22,6 +23,7 @@ pytestmark = pytest.mark.skipif(not has_compiler(), reason="the programme is com
 
 SCALE = np.array([0.9, 5.0])
 LARGE = {"angle_error": "square", "stage_cost": NodeWeights(kinetic=0.3, angle=2.0, position=1.0, rates=0.1)}
+BY_NAME = NodeWeights(potential=0.2, position={"x": 1.0, "theta": 0.5}, force={"left_thrust": 0.1}, rates=0.1)
 HARD = Obstacle(constraint=True, midpoints=True)
 CASES = {
     "soft": ("sip", Truth, {}),
@@ -34,6 +36,16 @@ CASES = {
         "dip",
         Truth,
         {"obstacle": HARD, "intervals": (0.04,) * 7 + (0.08,) * 2},
+    ),
+    "two inputs": (
+        "quadrotor",
+        lambda system: NeuralPotential(np.ones(3), np.ones(3), (2,), hidden=(2,)),
+        {"obstacle": HARD, "intervals": (0.04,) * 5, "potential_goal": "goal", "stage_cost": BY_NAME},
+    ),
+    "torque between": (
+        "acrobot",
+        lambda system: NeuralPotential(np.ones(2), np.ones(2), (0, 1), hidden=(2,)),
+        {"intervals": (0.04,) * 3, "potential_goal": "minimum", "stage_cost": NodeWeights(angle=1.0, force=0.1)},
     ),
     "basis": ("dip", lambda system: Lagrangian(fxf, 3), {"intervals": (0.04,) * 2}),
 }

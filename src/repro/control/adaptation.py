@@ -129,7 +129,8 @@ class Identification:
         self.covariance = np.block([[covariance, self._jacobian.T], [self._jacobian, self._noise]])
 
     def _least_eigenvalue(self, weights: np.ndarray) -> float:
-        matrices = evaluate(self._mass, self._positions, weights)
+        n_q = self.balance.model.n_q
+        matrices = evaluate(self._mass, self._positions, weights).reshape(-1, n_q, n_q)
         return float(np.linalg.eigvalsh(matrices).min())
 
 
