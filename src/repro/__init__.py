@@ -13,7 +13,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from repro.library.choices import controller, model, objective, optimiser, system
+    from repro.library.choices import controller, model, objective, optimiser, system, task
     from repro.library.datasets import dataset, dataset_from_frame, simulate
     from repro.library.fitted_model import FittedModel
     from repro.library.fitting import fit
@@ -34,10 +34,11 @@ PUBLIC = {
     "optimiser": ("repro.library.choices", "optimiser"),
     "simulate": ("repro.library.datasets", "simulate"),
     "system": ("repro.library.choices", "system"),
+    "task": ("repro.library.choices", "task"),
 }
 __all__ = [
     "FittedModel", "controller", "dataset", "dataset_from_frame", "fit", "load_run", "load_runs", "model", "objective",
-    "optimiser", "simulate", "system",
+    "optimiser", "simulate", "system", "task",
 ]  # fmt: skip
 
 

@@ -134,9 +134,9 @@ def test_anyones_network_is_fitted_both_ways(data, objective, factory):
 def test_both_ways_of_moving_agree(data):
     """The compiled simulator and predictions alone follow the same motion."""
     fitted = repro.fit(data, Net, optimiser=repro.optimiser("lbfgs", iterations=3), seeds=2)
-    compiled = fitted.rollout([0.0, 3.0], [0.0, 0.0], np.zeros((10, 2)))
+    compiled = fitted.rollout([0.0, 3.0], [0.0, 0.0], np.zeros((3, 2)))
     fitted.model.not_symbolic = "for this test"
-    predicted = fitted.rollout([0.0, 3.0], [0.0, 0.0], np.zeros((10, 2)))
+    predicted = fitted.rollout([0.0, 3.0], [0.0, 0.0], np.zeros((3, 2)))
     np.testing.assert_allclose(predicted, compiled, atol=1e-5)
 
 
@@ -185,3 +185,25 @@ def test_a_fit_from_python_equals_a_run_to_the_bit(tmp_path):
     data = repro.simulate("sip", samples=100, reset="random", episode_steps=20, seeds=2)
     fitted = repro.fit(data, repro.model("structured"), optimiser=short, seeds=2)
     np.testing.assert_array_equal(fitted.weights_, stored.parameters.numpy())
+
+
+def test_a_fitted_model_erects_its_plant(fitted):
+    task = repro.task(initial_states=2, x_des=[0.0], radius=0.0, seconds=6.0)
+    fast = repro.controller("mpc", intervals=15, coarse_intervals=15, stage_cost={"potential": 1, "force": 0.01},
+                            terminal_cost={"kinetic": 1, "potential": 1, "position": 1})  # fmt: skip
+    done = fitted.control(task, fast)
+    upright = [np.cos(loop.states[-1, 1]) for loop in done.loops]
+    assert len(done.loops) == 2
+    assert min(upright) > 0.99
+    assert all(np.abs(loop.inputs).max() <= repro.system("sip").inputs[0].limit + 1e-6 for loop in done.loops)
+
+
+def test_what_cannot_be_controlled_is_refused_in_one_line(data, fitted):
+    task = repro.task(initial_states=1)
+    opaque = repro.fit(data, lambda: Net(torch.erfc), optimiser=repro.optimiser("lbfgs", iterations=1), seeds=2)
+    with pytest.raises(UserError, match="no plant is known"):
+        opaque.control(task)
+    with pytest.raises(UserError, match="erfc has no symbolic form"):
+        opaque.control(task, plant=repro.system("sip"))
+    with pytest.raises(UserError, match=r"task\.start = 'flying'"):
+        fitted.control(repro.task("flying"))

@@ -15,7 +15,7 @@ CONTROLLERS = "control.controllers"  # the folder of these choices
 class ControlOptions(PluginOptions):
     """A choice of conf/control; name: of its file there."""
 
-    name: str
+    name: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,8 +32,8 @@ class ControllerOptions(ControlOptions):
 
     drives: ClassVar[str] = "every system"
 
-    time_step: Positive
-    force_limit: Positive | None
+    time_step: Positive = 0.04
+    force_limit: Positive | None = None
 
     def limits(self, system: System) -> tuple[float, ...]:
         """The limit of every input."""

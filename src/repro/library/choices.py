@@ -6,6 +6,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from repro.control.controller_options import ControllerOptions
+from repro.control.task import Task
 from repro.errors import UserError
 from repro.learning.objective_options import ObjectiveOptions
 from repro.learning.optimiser_options import OptimiserOptions
@@ -35,6 +36,19 @@ def controller(name: str, **options: Any) -> ControllerOptions:
     """Options of a controller (a file of control/controllers); UserError as for `model`."""
     chosen = _checked("control.controllers", name, options)
     assert isinstance(chosen, ControllerOptions)
+    return chosen
+
+
+def task(start: str = "hanging", **options: Any) -> Task:
+    """Where closed loops start and go, options as in conf/task; UserError as for `model`.
+
+    Examples
+    --------
+    >>> import repro
+    >>> repro.task(initial_states=10, x_des=[0.5], noise=1.0).initial_states
+    10
+    """
+    chosen: Task = validated(Task, "task", {"name": "", "start": start, **options})
     return chosen
 
 

@@ -13,12 +13,15 @@ import torch
 from numpy.typing import ArrayLike
 
 from repro.codegen.array_evaluation import evaluate
+from repro.control.controller_options import ControllerOptions
+from repro.control.task import Task
 from repro.data.dataset import Dataset
 from repro.errors import UserError
 from repro.evaluation.metrics import pointwise
 from repro.evaluation.model_motion import model_motion
 from repro.evaluation.predictions import at_rest, predict
-from repro.learning.result import Curve
+from repro.learning.result import Curve, Progress, silent
+from repro.library.closed_loops import Controlled, control
 from repro.mechanics.system import System
 from repro.models.gauge import Gauge
 from repro.models.model import Model
@@ -141,6 +144,35 @@ class FittedModel:
         return model_motion(self.model, self.weights_, initial, held, step, self.data.angles)
 
     simulate = rollout
+
+    def control(
+        self,
+        task: Task,
+        controller: str | ControllerOptions = "mpc",
+        *,
+        plant: System | None = None,
+        canonical: bool = True,
+        progress: Progress = silent,
+    ) -> Controlled:
+        """Drive a plant with the model, from every start of a task; the members take turns.
+
+        Parameters
+        ----------
+        task
+            What `repro.task` returns: starts, goals, obstacle, disturbances.
+        controller
+            A name, or what `repro.controller` returns: horizon, weights, limits of the inputs.
+        plant
+            The system that is driven, by default the one that the model was fitted to.
+        canonical
+            Whether the energies in the cost are in the gauge in which T is 0 and least at rest.
+
+        Raises
+        ------
+        UserError
+            Where no plant is known, the task or the controller does not fit it, or the model has no expressions.
+        """
+        return control(self, task, controller, plant, canonical, progress)
 
     def score(self, data: Dataset | None = None) -> "pd.DataFrame":
         """Errors on the test part of the data (those of the fit by default): a row per metric, a column per seed.

@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from repro.control.predictive_model import PredictiveModel
     from repro.mechanics.system import System
 
+STAGE_COST = NodeWeights(potential=1.0, position=1.0)
+TERMINAL_COST = NodeWeights(kinetic=1.0, potential=1.0)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Options(ControllerOptions):
@@ -44,28 +47,28 @@ class Options(ControllerOptions):
     noise, drift                                  as in `Identification`, of an adaptive controller
     """
 
-    intervals: Count
-    coarse_intervals: Natural
-    coarse_step: Positive
-    stage_cost: NodeWeights
-    terminal_cost: NodeWeights
-    angle_error: AngleError
-    potential_goal: PotentialGoal
-    speed_limit: Positive | None
-    clearance_radii: Positive
-    obstacle_constraint: bool
-    obstacle_weight: Positive
-    midpoints: bool
-    discretisation: Discretisation
-    solver: SolverName
-    tolerance: Positive
-    iterations: Count
-    seconds: Positive
-    adaptive: bool
-    prior_error: Positive
-    prior_friction: Positive
-    noise: Positive
-    drift: Positive
+    intervals: Count = 20
+    coarse_intervals: Natural = 0
+    coarse_step: Positive = 0.08
+    stage_cost: NodeWeights = STAGE_COST
+    terminal_cost: NodeWeights = TERMINAL_COST
+    angle_error: AngleError = "cosine"
+    potential_goal: PotentialGoal = "maximum"
+    speed_limit: Positive | None = 45.0
+    clearance_radii: Positive = 1.05
+    obstacle_constraint: bool = False
+    obstacle_weight: Positive = 1e6
+    midpoints: bool = True
+    discretisation: Discretisation = "shooting"
+    solver: SolverName = "fatrop"
+    tolerance: Positive = 1e-4
+    iterations: Count = 40
+    seconds: Positive = 0.25
+    adaptive: bool = False
+    prior_error: Positive = 0.2
+    prior_friction: Positive = 0.3
+    noise: Positive = 2e-3
+    drift: Positive = 2e-4
 
     def problem(self, disc: Disc | None, system: System) -> OptimalControlProblem:
         """Problem (9) for a system, with a disc to avoid or without."""

@@ -2,25 +2,19 @@
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from repro.control.closed_loop import run_loop
-from repro.control.conditions import wrong_weights
-from repro.control.controller_options import CONTROLLERS, ControllerOptions
 from repro.control.loop_tables import row, save, trajectory
-from repro.control.predictive_model import PredictiveModel
-from repro.control.task import Task
 from repro.data.dataset import Dataset
+from repro.library.closed_loops import LoopPlan, closed_loops
 from repro.mechanics.system import System
 from repro.models.model import Model
 from repro.pipeline.stage_options import LoopOptions
 from repro.pipeline.stages.stored_fit import dataset, load_parameters, model_of, simulated_system
-from repro.plugins.plugin import plugin
 from repro.tracking import progress
 from repro.tracking.files import write_json
 from repro.tracking.load import Run
@@ -29,7 +23,6 @@ from repro.tracking.plain_data import Json
 
 LOOPS, TRAJECTORIES, FIRST = "control.parquet", "closed_loops.parquet", "first_loop.npz"
 SHOWN = 2  # loops whose trajectories are stored
-PRIOR_SAMPLES = 2000
 # What the loops so far have left; a stage that was interrupted finds these files again.
 _SO_FAR, _FIRST_SO_FAR = f"{CHECKPOINT_PREFIX}-loops.json", f"{CHECKPOINT_PREFIX}-{FIRST}"
 Row = dict[str, str | int | float | bool | None]
@@ -44,16 +37,6 @@ def make(folder: Path, options: LoopOptions, upstream: Mapping[str, Run]) -> Jso
     return drive(folder, model, weights, options.fit.seeds, system, data, plan, progress.report)
 
 
-@dataclass(frozen=True)
-class LoopPlan:
-    """The closed loops to run, at most `loops`; canonical: the gauge of the energies in the controller's cost."""
-
-    controller: ControllerOptions
-    task: Task
-    loops: int
-    canonical: bool
-
-
 def drive(
     folder: Path,
     model: Model,
@@ -65,25 +48,15 @@ def drive(
     report: Callable[[float, str], None],
 ) -> Json:
     """Close every loop of a plan with the members' weights (member, n_parameters); returns a summary."""
-    train, task, options = data.train, plan.task, plan.controller
-    samples = train.q[0][:PRIOR_SAMPLES], train.qd[0][:PRIOR_SAMPLES], train.qdd[0][:PRIOR_SAMPLES]
-    disc, starts = task.disc(system), task.starts(system, len(seeds))[: plan.loops]
-    predictive = PredictiveModel(model, system, plan.canonical)
+    disc = plan.task.disc(system)
     rows, trajectories = _finished(folder)
-    with plugin(CONTROLLERS, options.kind).build(options, predictive, disc, samples) as make_controller:
-        for number, (start, member) in list(enumerate(starts))[len(rows) :]:
-            report(number / len(starts), f"closed loop {number + 1} of {len(starts)}")
-            controller = make_controller(wrong_weights(parameters[member], task, start), start.goal)
-            loop = run_loop(
-                system, controller, start, task,
-                time_step=options.time_step, seconds=task.seconds, disc=disc, bounds=task.bounds(system),
-            )  # fmt: skip
-            rows.append(row(loop, seeds[member]))
-            if number < SHOWN:
-                trajectories += [(number, seeds[member], *point) for point in trajectory(loop, disc)]
-            if number == 0:
-                save(folder / _FIRST_SO_FAR, loop, disc)
-            write_json(folder / _SO_FAR, {"rows": rows, "trajectories": trajectories})
+    for number, member, loop in closed_loops(model, parameters, system, data, plan, report, first=len(rows)):
+        rows.append(row(loop, seeds[member]))
+        if number < SHOWN:
+            trajectories += [(number, seeds[member], *point) for point in trajectory(loop, disc)]
+        if number == 0:
+            save(folder / _FIRST_SO_FAR, loop, disc)
+        write_json(folder / _SO_FAR, {"rows": rows, "trajectories": trajectories})
     (folder / _FIRST_SO_FAR).rename(folder / FIRST)
     table = pd.DataFrame(rows)
     table.to_parquet(folder / LOOPS, index=False)

@@ -1,0 +1,103 @@
+"""Closed loops of a fitted ensemble on a plant: what the pipeline stores, and Python code looks at."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from repro.control.closed_loop import ClosedLoop, run_loop
+from repro.control.conditions import wrong_weights
+from repro.control.controller_options import CONTROLLERS, ControllerOptions
+from repro.control.predictive_model import PredictiveModel
+from repro.control.task import Task
+from repro.data.dataset import Dataset
+from repro.errors import UserError
+from repro.learning.result import Progress, silent
+from repro.library.choices import controller as controller_of
+from repro.mechanics.system import System
+from repro.models.model import Model
+from repro.plugins.plugin import plugin
+
+if TYPE_CHECKING:
+    from repro.library.fitted_model import FittedModel
+
+PRIOR_SAMPLES = 2000
+
+
+@dataclass(frozen=True)
+class LoopPlan:
+    """The closed loops to run, at most `loops`; canonical: the gauge of the energies in the controller's cost."""
+
+    controller: ControllerOptions
+    task: Task
+    loops: int
+    canonical: bool
+
+
+def closed_loops(
+    model: Model,
+    parameters: np.ndarray,
+    system: System,
+    data: Dataset,
+    plan: LoopPlan,
+    report: Callable[[float, str], None] = silent,
+    first: int = 0,
+) -> Iterator[tuple[int, int, ClosedLoop]]:
+    """Number, index of the member and loop of every closed loop of a plan, from number `first` on.
+
+    parameters: the members' weights (member, n_parameters). UserError for a model that has no expressions.
+    """
+    if model.not_symbolic is not None:
+        raise UserError(f"a predictive controller needs the model as expressions: {model.not_symbolic}")
+    train, task, options = data.train, plan.task, plan.controller
+    samples = train.q[0][:PRIOR_SAMPLES], train.qd[0][:PRIOR_SAMPLES], train.qdd[0][:PRIOR_SAMPLES]
+    disc, starts = task.disc(system), task.starts(system, len(parameters))[: plan.loops]
+    predictive = PredictiveModel(model, system, plan.canonical)
+    with plugin(CONTROLLERS, options.kind).build(options, predictive, disc, samples) as make_controller:
+        for number, (start, member) in list(enumerate(starts))[first:]:
+            report(number / len(starts), f"closed loop {number + 1} of {len(starts)}")
+            driving = make_controller(wrong_weights(parameters[member], task, start), start.goal)
+            yield (
+                number,
+                member,
+                run_loop(
+                    system, driving, start, task,
+                    time_step=options.time_step, seconds=task.seconds, disc=disc, bounds=task.bounds(system),
+                ),
+            )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Controlled:
+    """Closed loops, each with its time (s), states (n, 2 n_q), inputs (n_steps, n_u) and outcome."""
+
+    loops: Sequence[ClosedLoop] = field(repr=False)
+
+    @property
+    def success(self) -> float:
+        """The share of loops that reached the goal and held it, without contact."""
+        return float(np.mean([loop.outcome.success for loop in self.loops]))
+
+
+def control(
+    fitted: "FittedModel",
+    task: Task,
+    controller: str | ControllerOptions,
+    plant: System | None,
+    canonical: bool,
+    progress: Progress,
+) -> Controlled:
+    """See `FittedModel.control`."""
+    system = fitted.system if plant is None else plant
+    if system is None:
+        raise UserError('control: no plant is known; give one, such as plant=repro.system("sip")')
+    options = controller_of(controller) if isinstance(controller, str) else controller
+    problems = [*task.problems(system), *options.problems(system)]
+    if not options.fits(system):
+        problems.append(f"{options.kind} drives {options.drives}, not {system.name}")
+    if problems:
+        raise UserError("; ".join(problems))
+    plan = LoopPlan(options, task, task.n_loops(fitted.members), canonical)
+    made = closed_loops(fitted.model, fitted.weights_, system, fitted.data, plan, progress)
+    return Controlled([loop for _, _, loop in made])
