@@ -181,3 +181,33 @@ def test_what_is_folded_is_printed(front):
     assert front.locator("details:not([open])").count() > 0
     front.evaluate("window.dispatchEvent(new Event('beforeprint'))")
     assert front.locator("details:not([open])").count() == 0
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [390, 1400])
+def test_every_verdict_is_visible_beside_its_claim(browser, addresses, width, scheme):
+    context = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme)
+    page = context.new_page()
+    page.goto(addresses[0])
+    edges = "cells => cells.map(cell => cell.getBoundingClientRect()).map(box => [box.left, box.right])"
+    for cells in ("#verdict-table tbody .verdict", "#verdict-table tbody th a"):
+        assert all(0 <= left < right <= width for left, right in page.eval_on_selector_all(cells, edges))
+    context.close()
+
+
+def test_the_front_page_is_short_and_a_link_opens_what_it_leads_to(front):
+    assert front.locator("details.chapter[open]").count() == 0
+    assert front.evaluate("document.documentElement.scrollHeight") < 8000
+    front.evaluate("location.hash = '#assumptions'")
+    front.wait_for_selector("#assumptions .ledger", state="visible")
+
+
+def test_a_table_that_is_wider_than_its_box_says_so(browser, addresses):
+    page = browser.new_page(viewport=PHONE)
+    page.goto(addresses[0])
+    page.evaluate("document.querySelectorAll('details').forEach(one => one.open = true)")
+    page.wait_for_function("[...document.querySelectorAll('.sideways')].some(sign => !sign.hidden)")
+    wide = "signs => signs.map(sign => [sign.hidden, sign.previousElementSibling])"
+    wide += ".every(([hidden, box]) => hidden === (box.scrollWidth <= box.clientWidth + 1))"
+    assert page.eval_on_selector_all(".sideways", wide)
+    page.close()

@@ -44,6 +44,7 @@ class Finding:
     commands: tuple[str, ...]
     stale: bool = False
     as_printed: bool = False
+    other: Estimate | None = None  # what the estimate is compared with, where that was measured too
 
     @classmethod
     def of_settings(

@@ -4,6 +4,7 @@ What is drawn at random is the unit of a share: the learned model where there is
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
@@ -107,7 +108,8 @@ class LoopsSucceedMoreOften(StatementPredicate):
         note += f"[{other.low:.3g}, {other.high:.3g}] of {other.n}"
         outcome = Ruling.HOLDS if ours.low > other.high else Ruling.FAILS if ours.high < other.low else Ruling.OPEN
         decision = Decision(outcome, ours.median > other.median)
-        return _finding(decision, "success", "1", ours, note, evidence, pd.concat([selected, others]))
+        finding = _finding(decision, "success", "1", ours, note, evidence, pd.concat([selected, others]))
+        return replace(finding, other=other)
 
 
 class StepTakesLonger(StatementPredicate):

@@ -31,6 +31,7 @@ class Verdict:
     preview     from a smaller scale; as_printed: every run behind it follows a protocol of the paper
     flag        what weakens a good verdict: an anchor satisfies it too
     cure        the smallest change that makes it hold, with its own verdict
+    other       what our estimate is compared with, where that was measured too
     """
 
     claim: Claim
@@ -48,6 +49,7 @@ class Verdict:
     runs: tuple[str, ...] = ()
     commands: tuple[str, ...] = ()
     cure: "Verdict | None" = None
+    other: Estimate | None = None
 
     @property
     def counted_as(self) -> VerdictClass:
@@ -147,6 +149,7 @@ def _statement(claim: Claim, evidence: Evidence, cure: Verdict | None) -> Verdic
         runs=finding.runs,
         commands=finding.commands,
         cure=cure,
+        other=finding.other,
     )
 
 

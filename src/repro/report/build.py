@@ -70,8 +70,8 @@ def _advice(outputs: Path, scale: str) -> str:
 
 def redraw(source: Path, folder: Path) -> Summary:
     """Make the report from a folder of results alone, such as paper/results: nothing is run, no store is needed."""
-    progress.report(0.0, f"results are read from {source}")
     results = Results.load(source)
+    progress.report(0.0, f"results of {source}")
     return summarise(results, render(results, folder), folder, folder / "recordings")
 
 

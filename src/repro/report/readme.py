@@ -51,7 +51,9 @@ def headline_block(verdicts: Sequence[Verdict], names: Sequence[str]) -> str:
 
 def _judged(verdict: Verdict) -> tuple[str, str, str, str, str]:
     claim = verdict.claim
-    return claim.name, claim.about, writing.number(claim.printed), writing.interval(verdict.estimate), mark(verdict)
+    ours = writing.interval(verdict.estimate)
+    ours += f" against {writing.interval(verdict.other)}" if verdict.other else ""
+    return claim.name, claim.about, writing.number(claim.printed), ours, mark(verdict)
 
 
 def _line(*cells: str) -> str:

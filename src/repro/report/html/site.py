@@ -16,6 +16,7 @@ from repro.report.html.metric_rows import SPLITS
 from repro.report.html.rule import rule
 from repro.report.html.run_page import LOOP_COLUMNS, run_pages
 from repro.report.sections import ReportSection
+from repro.report.summary import finished_runs
 from repro.report.tables.table import Table
 from repro.report.tables.verdicts import READING, cure, mark, measured
 from repro.results.results import SENSITIVITY
@@ -43,6 +44,7 @@ def write_site(content: Content, folder: Path, paper: Path) -> None:
     }
     front = _front(content) | {
         "animations": copy_animations(content.paper.animations, paper / "animations", folder / "animations"),
+        "finished": finished_runs(content.results),
         "pdf": (folder / "report.pdf").is_file(),
         "cards": cards,
     }

@@ -115,6 +115,24 @@ function makeHoldable(image) {
   image.closest("figure").append(button);
 }
 
+// A link to what is folded away opens it.
+function unfold() {
+  const target = location.hash && document.getElementById(decodeURIComponent(location.hash.slice(1)));
+  if (!target) return;
+  for (let at = target.closest("details"); at; at = at.parentElement.closest("details")) at.open = true;
+  const chapter = target.querySelector(":scope > details.chapter");
+  if (chapter) chapter.open = true;
+  target.scrollIntoView();
+}
+
+// A table that is wider than its box says so.
+function markSideways() {
+  for (const sign of document.querySelectorAll(".sideways")) {
+    const box = sign.previousElementSibling;
+    sign.hidden = box.scrollWidth <= box.clientWidth + 1;
+  }
+}
+
 for (const table of document.querySelectorAll("table.sortable")) makeSortable(table);
 for (const command of document.querySelectorAll(".command")) makeCopyable(command);
 for (const image of document.querySelectorAll("img[data-still]")) makeHoldable(image);
@@ -124,3 +142,8 @@ if (form) makeFilter(form, document.getElementById("verdict-table"));
 window.addEventListener("beforeprint", () => {
   for (const details of document.querySelectorAll("details")) details.open = true;
 });
+window.addEventListener("hashchange", unfold);
+unfold();
+window.addEventListener("resize", markSideways);
+document.addEventListener("toggle", markSideways, true);
+markSideways();
