@@ -6,11 +6,13 @@ import multiprocessing
 import os
 import re
 import signal
+import sys
 import time
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
+from types import ModuleType
 
 from repro.errors import UserError
 from repro.launch import worker
@@ -42,7 +44,8 @@ class Running:
         arguments = (end_of_job, index, job, str(self.log))
         self.process = context.Process(target=worker.main, args=arguments, name=job.name)
         try:
-            self.process.start()
+            with _without_main():
+                self.process.start()
         except (EOFError, ConnectionError):
             raise UserError(SERVER_ENDED) from None
         finally:
@@ -115,6 +118,17 @@ class Running:
             outcome, message = JobOutcome.KILLED, _exit_text(self.process.exitcode)
         lines = self.log.read_text(errors="replace").splitlines() if self.log.is_file() else []
         return JobResult(self.job, outcome, error=JobError(message, trace="\n".join(lines[-_TAIL_LINES:])))
+
+
+@contextmanager
+def _without_main() -> Iterator[None]:
+    """Start a process without the main module, which a child would run again; jobs are functions of other modules."""
+    main = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
 
 
 def _exit_text(code: int | None) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import socket
 import subprocess
 import sys
@@ -103,13 +104,22 @@ def free_port(first: int) -> int:
 
 def open_window(path: Path) -> int:
     """Open a recording in a window until that is closed; UserError where there is no display."""
-    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+    if sys.platform.startswith("linux") and not _has_display():
         raise UserError(
             f"no display here to open a window on; add --web to see it in a browser, --screenshot FILE for a picture, "
             f"or copy {path} to a machine with a display and type: rerun {path.name}"
         )
     with _viewer("--port", "auto", str(path)) as process:
         return _wait(process)
+
+
+def _has_display() -> bool:
+    """Whether a display is named, and the socket of a local one is there."""
+    if os.environ.get("WAYLAND_DISPLAY"):
+        return True
+    display = os.environ.get("DISPLAY", "")
+    local = re.match(r"(?:unix)?:(\d+)", display)
+    return Path(f"/tmp/.X11-unix/X{local[1]}").exists() if local else bool(display)
 
 
 def serve(path: Path) -> int:

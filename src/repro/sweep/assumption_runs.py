@@ -104,7 +104,8 @@ def _substitute(ours: PlannedJob, alternative: str) -> tuple[str, ...]:
     """The overrides of the job that takes our job's place; our own where the alternative does not concern it."""
     changed = [override for override in alternative.split() if _concerns(ours, override)]
     keys = {_key(override) for override in changed}
-    return (*(override for override in ours.composed.overrides if _key(override) not in keys), *changed)
+    # In front, where the lines of the experiment stand: the scale cuts them alike.
+    return (*changed, *(override for override in ours.composed.overrides if _key(override) not in keys))
 
 
 def _concerns(job: PlannedJob, override: str) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _METRICS = "metrics.parquet"
+_FIRST = ["run", "experiment", "scale"]
+_COLUMNS = [*_FIRST, "member", "split", "metric", "value", "unit"]
 _MOST_VALUES = 8  # in a message
 
 
@@ -92,30 +94,44 @@ def load_runs(*, root: Path | str | None = None, **filters: Any) -> pd.DataFrame
 
     paths = Paths(Path(root or outputs_root()))
     listed = _listings(paths)
-    parts = []
+    carded = []
     for entry in index.load(paths).finished().values():
-        file = paths.folder(entry.kind, entry.id) / _METRICS
-        if entry.kind == "runs" and file.is_file():
+        if entry.kind == "runs" and (paths.folder(entry.kind, entry.id) / _METRICS).is_file():
             card = {key: value for key, value in entry.card.items() if not isinstance(value, list | Mapping)}
             for experiment, scale in listed.get(entry.id, [("", "")]):
-                columns = {"run": entry.id, "experiment": experiment, "scale": scale, **card}
-                if all(_fits(columns[key], condition) for key, condition in filters.items() if key in columns):
-                    parts.append(pd.read_parquet(file).assign(**columns))
-    if not parts:
-        return pd.DataFrame(columns=["run", "experiment", "scale", "member", "split", "metric", "value", "unit"])
-    whole = pd.concat(parts, ignore_index=True)
-    first = ["run", "experiment", "scale"]
-    whole = whole[first + [name for name in whole.columns if name not in first]]
+                carded.append({"run": entry.id, "experiment": experiment, "scale": scale, **card})
+    if not carded:
+        return pd.DataFrame(columns=_COLUMNS)
+    known = {key for columns in carded for key in columns}
     for key, condition in filters.items():
-        if key not in whole:
-            raise UserError(f"no column {key} to filter by; there are: {', '.join(whole.columns)}")
-        present = sorted({str(value) for value in whole[key]})
-        whole = whole[[_fits(value, condition) for value in whole[key]]]
-        if whole.empty and not callable(condition):
-            some = f"{', '.join(present[:_MOST_VALUES])}{', ...' * (len(present) > _MOST_VALUES)}"
-            warnings.warn(f"no row has {key}={condition!r}; those left by the filters before have {some}", stacklevel=2)
-            break
+        if key in known:
+            carded = _filtered(carded, key, condition)
+    parts = [pd.read_parquet(paths.folder("runs", columns["run"]) / _METRICS).assign(**columns) for columns in carded]
+    whole = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=_COLUMNS)
+    whole = whole[_FIRST + [name for name in whole.columns if name not in _FIRST]]
+    for key, condition in filters.items():
+        if key not in whole and key not in known:
+            raise UserError(f"no column {key} to filter by; there are: {', '.join([*whole.columns, *known])}")
+        if key not in known and not whole.empty:
+            fitting = {value for value in whole[key].unique() if _fits(value, condition)}
+            whole = whole[whole[key].isin(fitting)]
+            if not fitting:
+                _warn(key, condition, [])
     return whole.reset_index(drop=True)
+
+
+def _filtered(cards: list[dict[str, Any]], key: str, condition: Any) -> list[dict[str, Any]]:
+    left = [card for card in cards if _fits(card.get(key), condition)]
+    if cards and not left:
+        _warn(key, condition, [card.get(key) for card in cards])
+    return left
+
+
+def _warn(key: str, condition: Any, present: Iterable[Any]) -> None:
+    if not callable(condition):
+        values = sorted({str(value) for value in present})
+        some = f"{', '.join(values[:_MOST_VALUES])}{', ...' * (len(values) > _MOST_VALUES)}"
+        warnings.warn(f"no run has {key}={condition!r}{f'; there are {some}' if some else ''}", stacklevel=4)
 
 
 def _fits(value: Any, condition: Any) -> bool:
