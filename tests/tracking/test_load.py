@@ -49,7 +49,8 @@ def test_load_runs_filters(two_runs):
     assert set(load_runs(epochs=[20, 30])["run"]) == {two_runs[1].id}
     assert set(load_runs(metric="mae_tau")["metric"]) == {"mae_tau"}
     assert len(load_runs(value=lambda value: value > 1)) == 4
-    assert load_runs(epochs=99).empty
+    with pytest.warns(UserWarning, match="no run has epochs=99; there are 10, 20"):
+        assert load_runs(epochs=99).empty
     with pytest.raises(UserError, match="no column epoch to filter by; there are: run, experiment"):
         load_runs(epoch=10)
 
