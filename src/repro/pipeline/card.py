@@ -10,6 +10,8 @@ from repro.learning.sequence_options import SequenceKind
 from repro.results.run_card import RunCard
 from repro.tracking.plain_data import Json, flattened
 
+SHOWN_DIGITS = 10  # of the digest of a recording
+
 # Settings and groups that no number of a run depends on, with the reason.
 WITHOUT_EFFECT = {
     "experiment": "says where the run is listed",
@@ -29,10 +31,13 @@ def card_of(config: Config) -> RunCard:
     return RunCard(settings, changed, {})
 
 
-def summary_of(config: Config, *, n_train: int, n_parameters: int, status: Sequence[str], notes: Json) -> Json:
+def summary_of(
+    config: Config, *, n_train: int, n_parameters: int, status: Sequence[str], notes: Json, sha256: str = ""
+) -> Json:
     """What run.json holds of the card of a run: settings and changed ones, and columns for lists of runs.
 
     status  one word per member, as the fit left it, as are the notes
+    sha256  of the files of a recording
     """
     card = replace(card_of(config), measured={"n_train": n_train, "epochs": notes.get("epochs", 0)})
     counted = {
@@ -40,6 +45,7 @@ def summary_of(config: Config, *, n_train: int, n_parameters: int, status: Seque
         "member_status": list(status),
         "notes": {key: value for key, value in notes.items() if key != "epochs"},
         "n_parameters": n_parameters,
+        "sha256": sha256[:SHOWN_DIGITS] or None,
     }
     return {
         "card": {name: None if value == "" else value for name, value in card.run_columns().items()} | counted,

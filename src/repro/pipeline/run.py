@@ -40,9 +40,10 @@ def execute(pipeline: Pipeline, store: Store) -> Record:
         summary = evaluate.make(folder, pipeline.run_options, inputs)
         n_train = upstream["data"].record.summary["n_train"]
         counted = {name: fitted.summary[name] for name in ("n_parameters", "status", "notes")}
+        sha256 = pipeline.data_options["data"].sha256
         before = [*upstream.values(), *inputs.values()]
         notices = [text for stage in before for text in stage.record.summary.get(NOTICES, ())]
-        return summary | summary_of(pipeline.config, n_train=n_train, **counted) | {NOTICES: notices}
+        return summary | summary_of(pipeline.config, n_train=n_train, sha256=sha256, **counted) | {NOTICES: notices}
 
     run = store.compute(pipeline.run_stage, measured)
     if pipeline.is_recorded(run):

@@ -61,6 +61,13 @@ def _optimiser(settings: Settings) -> str | None:
     return f"{settings['optimiser.name']}{'_l1' * bool(penalised)}{'_from_start' * from_start}"
 
 
+def _file(settings: Settings) -> str | None:
+    """Names of the files or folders of a recording, without their folders."""
+    paths = settings.get("data.path")
+    named = [paths] if isinstance(paths, str) else list(paths) if isinstance(paths, list | tuple) else []
+    return ", ".join(str(path).rstrip("/").rpartition("/")[2] for path in named) or None
+
+
 def _grid(settings: Settings) -> str | None:
     grid = settings.get("sequence.grid")
     return None if grid is None else f"{grid} of {settings['sequence.initial_angles']}"
@@ -98,6 +105,7 @@ RUN: Mapping[str, Column] = {
     "system": Column(str, ("system.name",)),
     "reading": Column(str, ("reading.name",)),
     "regime": Column(str, ("data.regime", "data.source")),
+    "file": Column(str, ("data.path",), _file),
     "labels": Column(str, ("data.labels",)),
     "noise": Column(str, (), lambda settings: any(settings.get(key) for key in NOISES)),
     "model": Column(str, ("model.kind",)),

@@ -14,6 +14,7 @@ from repro.data.dataset import Dataset
 from repro.evaluation.canonical import RestStates, in_gauge
 from repro.evaluation.coefficients import coefficient_errors
 from repro.evaluation.damping import damping_errors
+from repro.evaluation.doubts import doubts, mean_predictor_errors
 from repro.evaluation.energy_drift import energy_curves, energy_errors, free_motion_energies
 from repro.evaluation.identifiability import Identifiability
 from repro.evaluation.metrics import MetricValues, pointwise
@@ -41,6 +42,7 @@ from repro.pipeline.stages import close_loops, examine
 from repro.pipeline.stages.fit import training_data
 from repro.pipeline.stages.stored_fit import CURVES, dataset, free_data, load_parameters, model_of, system_of
 from repro.plugins.plugin import plugin
+from repro.tracking import progress
 from repro.tracking.load import Run
 from repro.tracking.plain_data import Json
 
@@ -124,6 +126,10 @@ def measure(
         metrics += [
             m for m in pointwise(fit.model, fit.parameters, free.test, system, "free", gauge) if m.name in ON_D_H
         ]
+    if system is None:
+        metrics += mean_predictor_errors(data)
+        for doubt in doubts(metrics, data):
+            progress.notice(f"{data.provenance.get('file', 'data')}: {doubt}")
     motion = None
     if system is not None and horizons and rollout is not None:
         motion = free_motion_energies(fit.model, fit.parameters, system, max(horizons))
