@@ -11,7 +11,7 @@ from repro.codegen.c_library import CompilerError, load_library
 from repro.codegen.c_source import c_source
 from repro.codegen.lanes import CONSTANT, FAST, FUNCTIONS, TYPE, vectorised
 
-LEAST_POINTS = 20_000  # below this a compiler takes longer than CasADi's own evaluation
+LEAST_POINTS = 8000  # below this a compiler takes longer than CasADi's own evaluation
 LEAST_WORK = 2_000_000  # instructions at all points together
 MOST_INSTRUCTIONS = 6000
 

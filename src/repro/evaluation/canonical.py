@@ -14,6 +14,7 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
+from scipy.linalg import qr
 from torch import Tensor
 
 from repro.codegen.array_evaluation import evaluate
@@ -90,7 +91,9 @@ def _gradient_part(system: System, q: np.ndarray, field: np.ndarray) -> np.ndarr
         direction = np.zeros(system.n_q)
         direction[angles] = harmonics
         gradients += [np.outer(-np.sin(phase), direction), np.outer(np.cos(phase), direction)]
-    columns = np.stack([gradient.ravel() for gradient in gradients], axis=1)
-    solution, *_ = np.linalg.lstsq(columns, field.ravel(), rcond=None)
-    closest: np.ndarray = columns @ solution
+    columns = np.stack([gradient.ravel() for gradient in (*gradients, field)], axis=1)
+    triangle = qr(columns, mode="r", check_finite=False)[0][: columns.shape[1]]  # as good, and far fewer rows
+    cutoff = len(columns) * np.finfo(float).eps
+    solution, *_ = np.linalg.lstsq(triangle[:, :-1], triangle[:, -1], rcond=cutoff)
+    closest: np.ndarray = columns[:, :-1] @ solution
     return closest.reshape(field.shape)

@@ -36,15 +36,16 @@ def pointwise(
     arrays = (part.q, part.qd, part.qdd, part.tau)
     predicted = predict(model, parameters, *arrays)
     yield from _equation_errors(predicted, part, split)
-    if predicted.mass is not None and model.energetic:
-        yield MetricValues(split, "min_eig_M", least_eigenvalue(predicted.mass), "kg, kg m^2")
+    least = None if predicted.mass is None else least_eigenvalue(predicted.mass)
+    if least is not None and model.energetic:
+        yield MetricValues(split, "min_eig_M", least, "kg, kg m^2")
     if predicted.transformed_momentum is not None:
         gap = np.abs(predicted.transformed_momentum - predicted.momentum).mean((1, 2))
         yield MetricValues(split, "momentum_transform", gap, MOMENTUM)
     if system is not None and model.energetic:
         true = truth(system, *arrays)
         yield from _energy_errors(predicted, true, part.qd, split)
-        yield MetricValues(split, "trapped", _trapped(predicted, true, part.qd), "1")
+        yield MetricValues(split, "trapped", _trapped(predicted, true, part.qd, least), "1")
         rest = RestStates(model, parameters, system, part.q)
         yield from _gravity(rest, split)
         yield from _gauge_errors(in_gauge(predicted, rest, part.qd, gauge), true, split)
@@ -91,7 +92,7 @@ def _centred_energy_error(predicted: Terms, true: Terms, qd: np.ndarray) -> np.n
     return centred
 
 
-def _trapped(predicted: Terms, true: Terms, qd: np.ndarray) -> np.ndarray:
+def _trapped(predicted: Terms, true: Terms, qd: np.ndarray, least: np.ndarray | None) -> np.ndarray:
     """1 where a member has the cart's momentum and little else: L = p_x^2 / (2 m) has a small error of tau.
 
     A model without an invertible mass matrix, as L = p_x^2 / (2 m) itself, is trapped by definition.
@@ -99,10 +100,10 @@ def _trapped(predicted: Terms, true: Terms, qd: np.ndarray) -> np.ndarray:
     energy = true.hamiltonian(qd)
     trivial = np.abs(energy - energy.mean(1, keepdims=True)).mean(1)
     error = _centred_energy_error(predicted, true, qd)
-    if predicted.mass is None or true.mass is None:
+    if least is None or true.mass is None:
         return np.ones_like(error)
     trapped = ~(error <= LARGEST_ENERGY_ERROR * trivial)
-    trapped |= least_eigenvalue(predicted.mass) < SMALLEST_INERTIA * least_eigenvalue(true.mass)
+    trapped |= least < SMALLEST_INERTIA * least_eigenvalue(true.mass)
     return np.asarray(trapped, dtype=float)
 
 
