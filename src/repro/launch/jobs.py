@@ -12,8 +12,9 @@ from typing import Any
 class Job:
     """One call of `target` ("module:function") with plain keyword arguments, in a process of its own.
 
-    command     the command line that repeats it alone
-    expected_s  how long it should take, for a better estimate of the time left
+    command       the command line that repeats it alone
+    expected_s    how long it should take, for a better estimate of the time left
+    expected_mib  memory that it should take at most: as many jobs run at once as there is memory for
     """
 
     name: str
@@ -21,6 +22,7 @@ class Job:
     arguments: Mapping[str, object] = field(default_factory=dict)
     command: str = ""
     expected_s: float | None = None
+    expected_mib: float = 0.0
 
 
 class JobOutcome(StrEnum):

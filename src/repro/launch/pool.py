@@ -22,6 +22,7 @@ from types import FrameType
 
 from repro.launch import worker
 from repro.launch.jobs import Event, EventKind, Job, JobOutcome, JobResult, SweepInterrupted
+from repro.launch.memory import memory_for_jobs_mib
 from repro.launch.running import Running
 from repro.tracking import progress
 from repro.tracking.paths import Paths, outputs_root
@@ -39,6 +40,7 @@ def run_jobs(
     on_progress: Callable[[Event], None] = lambda event: None,
     logs: Path | None = None,
     threads: int = 1,
+    memory_mib: float | None = None,
 ) -> list[JobResult]:
     """Run the jobs, at most `workers` at once, and return how each ended, in their order.
 
@@ -47,13 +49,16 @@ def run_jobs(
     on_progress takes an Event at every change, in the calling thread
     logs        folder of the jobs' printed output (default: a new one under outputs/logs)
     threads     threads of the numerical libraries in each job, unless the environment sets them
+    memory_mib  what the running jobs may be expected to take together (default: a share of what is free); one job is
+                started whatever it takes
 
     Raises SweepInterrupted (a KeyboardInterrupt that carries the results) after Ctrl-C.
     """
     start_server(preload, threads=threads)
     if logs is None:
         logs = Paths(outputs_root()).logs / f"{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}"
-    launcher = _Launcher(list(enumerate(jobs))[::-1], max(1, workers), timeout_s, on_progress, logs)
+    memory = memory_for_jobs_mib() if memory_mib is None else memory_mib
+    launcher = _Launcher(list(enumerate(jobs)), max(1, workers), memory, timeout_s, on_progress, logs)
     with _interrupts(launcher.interrupt):
         try:
             launcher.run()
@@ -92,10 +97,11 @@ def _stop_server() -> None:
 
 @dataclass
 class _Launcher:
-    """The jobs that wait, run and have ended; `waiting` has the next one last."""
+    """The jobs that wait, run and have ended."""
 
     waiting: list[tuple[int, Job]]
     workers: int
+    memory_mib: float
     timeout_s: float | None
     on_progress: Callable[[Event], None]
     logs: Path
@@ -107,14 +113,22 @@ class _Launcher:
     def run(self) -> None:
         """Until every job has ended, or the running ones have after Ctrl-C."""
         while self.running or (self.waiting and not self.interrupts):
-            while self.waiting and len(self.running) < self.workers and not self.interrupts:
-                self.running.append(Running(*self.waiting.pop(), self.logs))
+            while not self.interrupts and (place := self._next()) is not None:
+                self.running.append(Running(*self.waiting.pop(place), self.logs))
             self._pass_on_interrupts()
             connection.wait(
                 [source for job in self.running for source in (job.pipe, job.process.sentinel)], timeout=_TICK_S
             )
             for job in list(self.running):
                 self._attend(job)
+
+    def _next(self) -> int | None:
+        """Place of the first waiting job that there is a worker and memory for."""
+        if not self.running:
+            return 0 if self.waiting else None
+        free = self.memory_mib - sum(job.job.expected_mib for job in self.running)
+        places = (place for place, (_, job) in enumerate(self.waiting) if job.expected_mib <= free)
+        return next(places, None) if len(self.running) < self.workers else None
 
     def interrupt(self, number: int, frame: FrameType | None) -> None:
         """Count a Ctrl-C; the loop acts on it, at a point where nothing is half done."""

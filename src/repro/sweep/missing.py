@@ -57,6 +57,7 @@ def run_missing(
             },
             command=job.composed.command,
             expected_s=job.expected_seconds,
+            expected_mib=job.expected_mib,
         )
         for job in missing
     ]

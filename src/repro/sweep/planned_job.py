@@ -12,7 +12,7 @@ from repro.pipeline.card import card_of
 from repro.pipeline.plan import Pipeline
 from repro.results.selectors import agrees
 from repro.results.table_schema import as_text
-from repro.sweep.expected_time import MeasuredTimes, expected_seconds
+from repro.sweep.expected_cost import MeasuredStages, expected_mib, expected_seconds
 from repro.tracking.paths import Paths
 from repro.tracking.record import Record
 from repro.tracking.store import Store
@@ -23,13 +23,15 @@ from repro.tracking.text import duration
 class PlannedJob:
     """A job with its pipeline, and its record when it is finished already.
 
-    `expected_seconds` orders the jobs and sharpens the time left; it is 0 for a finished job.
+    `expected_seconds` orders the jobs and sharpens the time left, `expected_mib` limits how many run at once; both are
+    0 for a finished job.
     """
 
     composed: Composed
     pipeline: Pipeline
     record: Record | None = None
     expected_seconds: float = 0.0
+    expected_mib: float = 0.0
 
     @classmethod
     def of(cls, composed: Composed) -> Self:
@@ -75,13 +77,13 @@ def plan_jobs(
 
     `on_unknown` is called when there is a job that was not planned before, so that there is likely something to run.
     """
-    store, times = Store(paths.root), MeasuredTimes(paths)
+    store, measured = Store(paths.root), MeasuredStages(paths)
     planned = []
     for composed in plan(jobs, paths.composed, on_unknown):
         pipeline = Pipeline.of(composed.config, composed.command)
         record = pipeline.finished(store)
-        seconds = expected_seconds(pipeline, times) if record is None else 0.0
-        planned.append(PlannedJob(composed, pipeline, record, seconds))
+        costs = () if record else (expected_seconds(pipeline, measured), expected_mib(pipeline, measured))
+        planned.append(PlannedJob(composed, pipeline, record, *costs))
     return planned
 
 

@@ -42,6 +42,7 @@ class Entry(NamedTuple):
     upstream: dict[str, str]
     finished: str = ""
     wall_s: float = 0.0
+    peak_memory_mib: float = 0.0
     command: str = ""
     code: str = ""
     card_text: str = "{}"
@@ -173,6 +174,7 @@ def _entry(file: Path, id: str, kind: str, outcome: StageOutcome, codes: Codes) 
             upstream=dict(identity["upstream"]),
             finished=origin["finished"],
             wall_s=float(origin["wall_s"]),
+            peak_memory_mib=float(origin["peak_memory_mib"]),
             command=origin["command"],
             code=key,
             card_text=json.dumps(run["summary"].get("card", {})),

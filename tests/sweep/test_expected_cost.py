@@ -2,7 +2,7 @@ import pytest
 
 from repro.config.compose import compose
 from repro.pipeline.plan import Pipeline
-from repro.sweep.expected_time import MeasuredTimes, expected_seconds
+from repro.sweep.expected_cost import MeasuredStages, expected_mib, expected_seconds
 from repro.tracking import index
 from repro.tracking.index import Entry
 from repro.tracking.paths import Paths
@@ -14,9 +14,9 @@ def pipeline(*overrides):
     return Pipeline.of(composed.config, composed.command)
 
 
-def finished(stage, seconds, number=0):
+def finished(stage, seconds, number=0, mib=0.0):
     fields = {"kind": stage.kind, "name": stage.name, "outcome": StageOutcome.OK, "command": stage.command}
-    return Entry(f"{stage.name}-{number}", **fields, upstream={}, wall_s=seconds)
+    return Entry(f"{stage.name}-{number}", **fields, upstream={}, wall_s=seconds, peak_memory_mib=mib)
 
 
 @pytest.fixture
@@ -25,7 +25,7 @@ def times(tmp_path, monkeypatch):
 
     def make(*entries):
         monkeypatch.setattr(index, "load", lambda paths: index.Index([*entries], {}))
-        return MeasuredTimes(Paths(tmp_path))
+        return MeasuredStages(Paths(tmp_path))
 
     return make
 
@@ -50,3 +50,13 @@ def test_finished_stages_of_its_name_and_scale_decide(times):
     measured = times(*(finished(fit, seconds, number) for number, seconds in enumerate((50.0, 70.0, 900.0))))
     assert expected_seconds(at_paper, measured) == 70.0
     assert expected_seconds(at_quick, measured) == expected_seconds(at_quick, times())
+
+
+def test_memory_is_the_largest_peak_of_its_name_and_scale_else_it_grows_with_the_data(times):
+    nothing = times()
+    few, many = (expected_mib(pipeline("scale=paper", f"data.samples={n}"), nothing) for n in (1000, 100_000))
+    assert 300 < few < many < 1200
+    assert few < expected_mib(pipeline("scale=paper", "data.samples=1000", "sequence=pretrain"), nothing)
+    at_paper = pipeline("scale=paper")
+    seen = times(*(finished(at_paper.run_stage, 1.0, number, mib) for number, mib in enumerate((700.0, 900.0, 800.0))))
+    assert expected_mib(at_paper, seen) == 900.0

@@ -1,0 +1,102 @@
+"""About what a job takes, in time and memory: what stages of its name took before, else what its sizes let expect."""
+
+import re
+from collections.abc import Mapping
+from functools import cached_property
+from statistics import median
+
+from repro.config.described_system import true_system
+from repro.config.schema import Config
+from repro.pipeline.plan import Pipeline
+from repro.tracking import index
+from repro.tracking.index import Entry
+from repro.tracking.paths import Paths
+from repro.tracking.stage import Stage
+
+# Seconds on one core, measured with the examples of this project.
+OVERHEAD = 3.0
+SAMPLE = 5e-6  # made, stored, fitted in closed form and evaluated
+SAMPLE_AND_UNIT = 1e-8  # of a network, per epoch
+ITERATION = 4e-3
+LOOP_SECOND = 0.015  # per second of a closed loop and square of the number of coordinates
+
+LIBRARIES_MIB = 400.0
+BYTES_A_SAMPLE = 150  # and coordinate, of one seed
+BYTES_A_UNIT = 1_000_000  # of the widest layer, with its derivatives at a block of samples
+
+
+class MeasuredStages:
+    """Time and memory of the finished stages of a store, by kind, name and scale; it is read when first needed."""
+
+    def __init__(self, paths: Paths) -> None:
+        self._paths = paths
+
+    def seconds(self, stage: Stage) -> float | None:
+        """The median time of the stages like this one; None where none is finished."""
+        found = self._entries.get(_key(stage))
+        return None if found is None else median(entry.wall_s for entry in found)
+
+    def mib(self, stage: Stage) -> float | None:
+        """The largest peak of the processes that made the stages like this one; None where none is finished."""
+        found = self._entries.get(_key(stage))
+        return None if found is None else max(entry.peak_memory_mib for entry in found)
+
+    @cached_property
+    def _entries(self) -> Mapping[tuple[str, str, str], list[Entry]]:
+        entries: dict[tuple[str, str, str], list[Entry]] = {}
+        for entry in index.load(self._paths).finished().values():
+            entries.setdefault(_key(entry), []).append(entry)
+        return entries
+
+
+def expected_mib(pipeline: Pipeline, measured: MeasuredStages) -> float:
+    """The expected peak of the process that makes all stages of a run, in MiB."""
+    if (known := measured.mib(pipeline.run_stage)) is not None:
+        return known
+    config = pipeline.config
+    samples = getattr(config.data, "samples", 10_000)
+    if config.sequence.kind.uses_free_motion:
+        samples += config.sequence.initial_angles**2 * config.sequence.steps
+    coordinates = true_system(config).n_q
+    widest = max(getattr(config.model, "hidden", ()), default=0)
+    return (
+        LIBRARIES_MIB + (len(config.members) * samples * coordinates * BYTES_A_SAMPLE + widest * BYTES_A_UNIT) / 1024**2
+    )
+
+
+def expected_seconds(pipeline: Pipeline, measured: MeasuredStages) -> float:
+    """The expected time of the stages that can take long: the fit and the closed loops."""
+    config = pipeline.config
+    fit = measured.seconds(pipeline.fit_stage)
+    seconds = _fit_seconds(config) if fit is None else fit
+    if pipeline.control_stage is not None:
+        loops = measured.seconds(pipeline.control_stage)
+        seconds += _loop_seconds(config) if loops is None else loops
+    return seconds
+
+
+def _fit_seconds(config: Config) -> float:
+    optimiser, members = config.optimiser, len(config.members)
+    samples = getattr(config.data, "samples", 10_000)
+    handled = members * samples * SAMPLE
+    if not config.model.fitted:
+        return 1.0 + handled
+    if optimiser.unit is None:
+        return OVERHEAD + handled
+    if optimiser.unit == "epochs":
+        units = sum(getattr(config.model, "hidden", ())) or 1
+        return OVERHEAD + members * optimiser.length * samples * units * SAMPLE_AND_UNIT
+    phases = 1 + len(config.curriculum.episodes)
+    return OVERHEAD + members * phases * optimiser.length * ITERATION
+
+
+def _loop_seconds(config: Config) -> float:
+    task, coordinates = config.task, true_system(config).n_q
+    loops = min(task.n_loops(len(config.members)), config.loops)
+    return OVERHEAD + loops * task.seconds * coordinates**2 * LOOP_SECOND
+
+
+def _key(stage: Stage | Entry) -> tuple[str, str, str]:
+    """Kind, name, and the scale that the command line names; empty for the default."""
+    match = re.search(r"\bscale=(\w+)", stage.command)
+    return stage.kind, stage.name, match[1] if match else ""
