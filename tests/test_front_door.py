@@ -20,7 +20,7 @@ from repro.errors import UserError
 from repro.pipeline.plan import Pipeline
 from repro.pipeline.run import execute
 from repro.recording import viewer
-from repro.sweep.expected_time import MeasuredTimes, expected_seconds
+from repro.sweep.expected_cost import MeasuredStages, expected_seconds
 from repro.sweep.planned_job import PlannedJob
 from repro.tracking import paths
 from repro.tracking.paths import Paths
@@ -299,7 +299,7 @@ def test_closed_loops_go_on_where_they_were_stopped(tmp_path, monkeypatch):
 
 
 def test_the_estimate_of_a_closed_form_grows_with_its_samples(tmp_path):
-    times = MeasuredTimes(Paths(tmp_path))
+    times = MeasuredStages(Paths(tmp_path))
 
     def seconds(*overrides):
         return expected_seconds(
