@@ -15,14 +15,14 @@ CASES = {
 IDS = {
     "closed form": [
         "sip-episodes1000-f158d6e121",
-        "sip-lagrangian-t1-inverse-least-squares-e36e4e977d",
-        "sip-lagrangian-t1-inverse-least-squares-6231a2610b",
+        "sip-lagrangian-t1-inverse-least-squares-312cf34ec9",
+        "sip-lagrangian-t1-inverse-least-squares-23f43ceac2",
     ],
     "pretrained": [
         "dip-long-5c2563e426",
         "dip-free-cfe7fa2133",
-        "dip-lagrangian-fxf-inverse-adam-pretrain-ed2af8e018",
-        "dip-lagrangian-fxf-inverse-adam-pretrain-143d6d6662",
+        "dip-lagrangian-fxf-inverse-adam-pretrain-b6a11891d7",
+        "dip-lagrangian-fxf-inverse-adam-pretrain-f54e3e10fc",
     ],
     "driven": [
         "sip-episodes1000-5db4e73935",

@@ -8,6 +8,7 @@ from repro.config.described_system import coordinates_of, true_system
 from repro.config.plugin_options import MODELS
 from repro.config.recording_rules import recording, wrong_content
 from repro.config.schema import Config
+from repro.config.sensor_rules import sensors, without_accelerations
 from repro.config.submodels import n_coordinates
 from repro.control.controller_options import ControllerOptions
 from repro.data.data_options import RandomForce, RecordingFile
@@ -85,8 +86,8 @@ def _closed_form(config: Config) -> Iterator[str]:
     if not config.model.is_linear(_features(config.basis.name).LINEAR):
         basis, suited = config.basis.name, ", ".join(name for name in plugin_names(BASES) if _features(name).LINEAR)
         yield f"optimiser = {name}: needs model=lagrangian and a linear basis ({suited}), not {kind}, {basis}"
-    if objective.kind is not Equation.INVERSE:
-        yield f"optimiser = {name}: is linear in tau only, so it needs objective=inverse, not {objective.kind}"
+    if objective.kind is not Equation.INVERSE and not objective.kind.begins_with_balance:
+        yield f"optimiser = {name}: is linear in tau only; use objective=inverse or balance, not {objective.kind}"
     if objective.momentum_weight:
         yield f"objective.momentum_weight = {objective.momentum_weight}: optimiser={name} fits linear terms only"
 
@@ -95,8 +96,8 @@ def _without_energies(config: Config) -> Iterator[str]:
     if config.model.energetic:
         return
     choice = f"model={config.model.kind}"
-    if config.objective.kind is Equation.INVERSE:
-        yield f"objective.kind = 'inverse': {choice} predicts accelerations only; use objective=forward"
+    if config.objective.kind is Equation.INVERSE or config.objective.kind.begins_with_balance:
+        yield f"objective.kind = '{config.objective.kind}': {choice} predicts accelerations only; use objective=forward"
     if config.sequence.kind is not SequenceKind.MAIN:
         yield f"sequence.kind = '{config.sequence.kind}': {choice} has no energies; use sequence=main"
     if config.energies.gauge is not Gauge.RAW:
@@ -193,17 +194,6 @@ def _chain(config: Config) -> Iterator[str]:
         yield f"whole_chain = {config.whole_chain}: is sampled from the true chain; use system=link, not data=file"
 
 
-def _sensors(config: Config) -> Iterator[str]:
-    data = config.data
-    if not isinstance(data, RandomForce):
-        return
-    if data.measured != "accelerations" and data.labels == "exact":
-        yield f"data.labels = 'exact': data.measured={data.measured} has no accelerations; use data.labels=smoothed"
-    if len(data.quantisation) not in (0, 2):
-        yield f"data.quantisation = {list(data.quantisation)}: two steps, of lengths (m) and of angles (rad), or none"
-    ratio = data.time_step / (data.sample_step or data.time_step)
-    if ratio < 1 or abs(ratio - round(ratio)) > 1e-6:
-        yield f"data.sample_step = {data.sample_step}: data.time_step = {data.time_step} s is no whole multiple of it"
 
 
 def _closed_loop(config: Config) -> Iterator[str]:
@@ -243,7 +233,8 @@ RULES: tuple[Callable[[Config], Iterator[str]], ...] = (
     _model_alone,
     _model_of_system,
     _parts,
-    _sensors,
+    without_accelerations,
+    sensors,
     recording,
     _closed_loop,
 )

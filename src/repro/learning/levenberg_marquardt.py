@@ -47,7 +47,7 @@ class LevenbergMarquardt(Options, FullBatch):
         gram, gradient = problem.normal_equations(parameters)
         scale = gram.diagonal().copy()
         for iteration in range(self.iterations):
-            trial = parameters + _step(gram, gradient, damping * scale)
+            trial = parameters + damped_step(gram, gradient, damping * scale)
             trial_loss = problem.loss(trial)
             if trial_loss < loss:
                 stalled = stalled + 1 if loss - trial_loss < self.tolerance * loss else 0
@@ -64,7 +64,8 @@ class LevenbergMarquardt(Options, FullBatch):
         return parameters, losses, "ok"
 
 
-def _step(gram: np.ndarray, gradient: np.ndarray, damping: np.ndarray) -> np.ndarray:
+def damped_step(gram: np.ndarray, gradient: np.ndarray, damping: np.ndarray) -> np.ndarray:
+    """The step -(J'J + diag(damping))^-1 J'r from gram J'J and gradient J'r; 0 where the matrix is not definite."""
     damped = gram + np.diag(damping + 1e-8 * damping.mean())
     try:
         # scaled to a unit diagonal, so that weights of very different sizes do not spoil the factorisation

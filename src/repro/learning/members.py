@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 import torch
 
+from repro.learning.integrated_rows import IntegratedRows, integrated_rows
 from repro.learning.kernels.generated import NormalEquations, normal_equations
 from repro.learning.native import NativeProblem, can_compile, native
 from repro.learning.training_problem import TrainingProblem
@@ -33,6 +34,11 @@ class MemberProblem:
         return native(self.problem)
 
     @cached_property
+    def integrated(self) -> IntegratedRows | None:
+        """Sums over rows that are integrals, where they apply."""
+        return integrated_rows(self.problem)
+
+    @cached_property
     def compiled_sums(self) -> NormalEquations | None:
         """Compiled normal equations, where they apply."""
         return normal_equations(self.problem) if can_compile() else None
@@ -45,6 +51,8 @@ class MemberProblem:
 
     def loss(self, parameters: np.ndarray) -> float:
         """The loss alone, for a problem without l1 terms."""
+        if self.integrated is not None:
+            return self.integrated.loss(parameters)
         if self.compiled_sums is not None:
             return self.compiled_sums.loss(0, parameters)
         with torch.no_grad():
@@ -52,7 +60,9 @@ class MemberProblem:
 
     def normal_equations(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """J'J (n_parameters, n_parameters) and J'r (n_parameters,) of the residual rows r, 0 at fixed weights."""
-        if self.compiled_sums is not None:
+        if self.integrated is not None:
+            gram, gradient = self.integrated.normal_equations(parameters)
+        elif self.compiled_sums is not None:
             gram, gradient = self.compiled_sums.at(0, parameters)
         else:
             rows, jacobian = self.linearise(parameters)
@@ -71,6 +81,8 @@ class MemberProblem:
     def _loss_and_gradient(self, parameters: np.ndarray) -> tuple[float, np.ndarray]:
         if self.compiled is not None:
             return self.compiled.loss_and_gradient(0, parameters)
+        if self.integrated is not None and self.problem.l1 is None:
+            return self.integrated.loss(parameters), 2 * self.integrated.normal_equations(parameters)[1]
         weights = torch.from_numpy(parameters.copy()).unsqueeze(0).requires_grad_()
         loss = self.problem.loss(weights)[0]
         (gradient,) = torch.autograd.grad(loss, weights)

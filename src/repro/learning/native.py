@@ -62,8 +62,8 @@ class NativeProblem:
 
 
 def native(problem: TrainingProblem, real: type[np.floating] = np.float64) -> NativeProblem | None:
-    """The problem in compiled code, or None where there is no compiler or no kernel for model and precision."""
-    if not can_compile():
+    """The problem in compiled code, or None where there is no compiler or no kernel for model, rows and precision."""
+    if not can_compile() or any(task.share is not None for task in problem.tasks):
         return None
     kernel = network_kernel(problem)
     if kernel is None and real == np.float64:

@@ -35,7 +35,7 @@ class Objective:
         match self.equation:
             case None:
                 pass
-            case Equation.INVERSE:
+            case Equation.INVERSE | Equation.BALANCE | Equation.PATH:
                 rows.append(terms.tau - measured["tau"])
             case Equation.FORWARD:
                 rows.append(terms.acceleration_error(measured["qdd"], measured["tau"]))

@@ -13,6 +13,7 @@ class OptimiserOptions(PluginOptions):
 
     unit            what it counts, if anything
     linear_only     it needs a model that is linear in its parameters, and the inverse equation
+    selects         it drops terms of a basis
     handles_l1      it minimises the l1 terms of (7a)
     runs_on_device  it runs on a device other than the CPU
     name            of the file in conf/optimiser; changes no result
@@ -20,6 +21,7 @@ class OptimiserOptions(PluginOptions):
 
     unit: ClassVar[Literal["epochs", "iterations"] | None] = None
     linear_only: ClassVar[bool] = False
+    selects: ClassVar[bool] = False
     handles_l1: ClassVar[bool] = False
     runs_on_device: ClassVar[bool] = False
 

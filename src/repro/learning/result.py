@@ -11,23 +11,29 @@ Curve = list[tuple[int, str, np.ndarray]]  # (step, name, one value per member)
 
 
 class Notes(TypedDict, total=False):
-    """What a fit reports beside its weights; device and not_captured: see `DeviceAdam`."""
+    """What a fit reports beside its weights: of `PathFit` cost_per_dof and noise, of `DeviceAdam` what follows."""
 
     epochs: int
     rank: list[int]
     gauge_columns: list[str]
+    cost_per_dof: list[float]
+    noise: list[list[float]]
     device: str
     not_captured: str | None
 
 
 @dataclass
 class Fitted:
-    """Weights (member, n_parameters), learning curves, and what became of each member."""
+    """Weights (member, n_parameters), learning curves, and what became of each member.
+
+    information: Fisher information of the weights (member, n_parameters, n_parameters), where the fit has one.
+    """
 
     parameters: Tensor
     curves: Curve = field(default_factory=list)
     status: list[str] = field(default_factory=list)  # "ok" or "diverged at step k", one per member
     notes: Notes = field(default_factory=Notes)
+    information: Tensor | None = None
 
 
 class Checkpoint(Protocol):

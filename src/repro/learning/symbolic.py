@@ -49,7 +49,7 @@ def residual(model: Model, objective: Objective, s: Symbols) -> casadi.SX:
     momentum = casadi.gradient(lagrangian, s.qd)
     rows = []
     match objective.equation:
-        case Equation.INVERSE:
+        case Equation.INVERSE | Equation.BALANCE | Equation.PATH:
             rows.append(model.inverse_dynamics(s.q, s.qd, s.qdd, s.parameters) - s.tau)
         case Equation.FORWARD:
             error = model.inverse_dynamics(s.q, s.qd, s.qdd, s.parameters) - s.tau

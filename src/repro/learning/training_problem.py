@@ -20,7 +20,8 @@ class TrainingTask:
     """A model's objective on a dataset; every tensor is (member, sample, ...).
 
     measured: q, qd, qdd, tau, and the energy where it is known; known: what the model needs of them, where it has been
-    computed already.
+    computed already. share: (member, sample, node) where a row is a weighted sum over nodes, as in an integral; then
+    measured and known are (member, sample, node, ...).
     """
 
     model: Model
@@ -28,6 +29,7 @@ class TrainingTask:
     measured: dict[str, Tensor]
     sample_weight: Tensor | None = None
     known: Prepared | None = None
+    share: Tensor | None = None
 
     @cached_property
     def prepared(self) -> Prepared:
@@ -36,6 +38,11 @@ class TrainingTask:
             return self.known
         arrays = self.model.prepare(*(self.measured[name].double().numpy() for name in ("q", "qd", "qdd", "tau")))
         return {name: torch.from_numpy(array).to(self.measured["qd"].dtype) for name, array in arrays.items()}
+
+    @property
+    def points(self) -> Prepared:
+        """What the model needs, nodes in the place of samples where there are any."""
+        return self.prepared if self.share is None else _flat(self.prepared)
 
     @property
     def samples(self) -> int:
@@ -65,11 +72,16 @@ class TrainingTask:
             measured={name: change(tensor) for name, tensor in self.measured.items()},
             sample_weight=None if self.sample_weight is None else change(self.sample_weight),
             known=None if prepared is None else {name: change(tensor) for name, tensor in prepared.items()},
+            share=None if self.share is None else change(self.share),
         )
 
     def rows(self, terms: Terms) -> Tensor:
         """Residual rows (member, sample, row), scaled so that the sum of their squares is the mean over samples."""
-        rows = self.objective.rows(terms, self.measured)
+        if self.share is None:
+            rows = self.objective.rows(terms, self.measured)
+        else:
+            of_nodes = self.objective.rows(terms, _flat(self.measured))
+            rows = (of_nodes.unflatten(1, self.share.shape[1:]) * self.share.unsqueeze(-1)).sum(2)
         if self.sample_weight is not None:
             rows = rows * self.sample_weight.sqrt().unsqueeze(-1)
         return rows / math.sqrt(self.samples)
@@ -105,7 +117,7 @@ class TrainingProblem:
         for number, task in enumerate(self.tasks):
             known = replace(task, known=task.prepared)
             part = known if number or index is None else known.select(index)
-            terms = self.model.evaluate(parameters, part.prepared, part.objective.mass)
+            terms = self.model.evaluate(parameters, part.points, part.objective.mass)
             total = total + part.rows(terms).square().sum((1, 2))
         if self.l1 is not None:
             total = total + parameters.abs() @ self.l1
@@ -120,7 +132,9 @@ class TrainingProblem:
         """All rows (member, n_rows) and their Jacobian (member, n_rows, n_parameters); l1 terms are left out."""
         values, jacobians = [], []
         for task in self.tasks:
-            rows, jacobian = self.model.rows(parameters, task.prepared, task.rows, task.objective.mass)
+            rows, jacobian = self.model.rows(parameters, task.points, task.rows, task.objective.mass)
+            if task.share is not None:
+                jacobian = jacobian.unflatten(2, task.share.shape[1:]).sum(3)
             values.append(rows.transpose(1, 2).flatten(1))
             jacobians.append(jacobian.flatten(1, 2))
         return torch.cat(values, dim=1), torch.cat(jacobians, dim=1)
@@ -137,3 +151,8 @@ class TrainingProblem:
         draws = [np.random.default_rng([seed, 77]).permutation(self.samples)[:samples] for seed in self.seeds]
         first = self.tasks[0].select(torch.from_numpy(np.stack(draws)))
         return replace(self, tasks=[first, *self.tasks[1:]])
+
+
+def _flat(nodes: Prepared) -> Prepared:
+    """(member, sample, node, ...) as (member, sample and node, ...)."""
+    return {name: tensor.flatten(1, 2) for name, tensor in nodes.items()}

@@ -7,8 +7,10 @@ import numpy as np
 import torch
 
 from repro.data.dataset import Dataset
+from repro.learning.objective_options import Equation
 from repro.learning.optimiser import Optimiser
 from repro.learning.optimiser_options import OptimiserOptions
+from repro.learning.path.path_ensemble import fit_paths
 from repro.learning.result import Checkpoint, Fitted, NoCheckpoint, Progress, silent
 from repro.learning.training import train
 from repro.learning.training_options import Training
@@ -55,4 +57,6 @@ def fit_ensemble(
     started = time.process_time()
     optimiser = build_optimiser(training.optimiser, training.device)
     fitted = train(phases, optimiser, parameters, progress, checkpoint or NoCheckpoint())
+    if training.objective.kind is Equation.PATH:
+        fitted = fit_paths(model, data.forced[-1].train, training.objective.path, fitted, progress)
     return fitted, time.process_time() - started

@@ -10,6 +10,7 @@ import torch
 from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
 from repro.errors import UserError
+from repro.learning.balance import balance_task
 from repro.learning.objective import Objective
 from repro.learning.objective_options import ObjectiveOptions
 from repro.learning.sequence_options import SequenceKind, SequenceOptions
@@ -44,6 +45,8 @@ def phases_of(model: Model, objective: ObjectiveOptions, sequence: SequenceOptio
         return TrainingProblem(model, tasks, data.seeds, l1, watches)
 
     def task(dataset: Dataset, minimised: Objective) -> TrainingTask:
+        if objective.kind.begins_with_balance:
+            return balance_task(model, dataset.train, minimised, objective.window, objective.error_scale)
         return make_task(model, dataset.train, minimised, error_scale=objective.error_scale)
 
     def on_free_motion() -> TrainingTask:

@@ -41,6 +41,7 @@ class Lagrangian(Model):
         self.kinetic_features = FeatureMap(basis.kinetic, n_q)
         self.potential_features = FeatureMap(basis.potential, n_q)
         self.linear: bool = basis.LINEAR
+        self.linear_in_weights = self.linear
         self.network = None if self.linear else Network(len(self.kinetic_features), tuple(hidden), 1, activation)
         self.input_scale = input_scale
         shown = positions or cart_with_links(n_q)

@@ -43,6 +43,7 @@ class Model(ABC):
     energetic = True  # has a Lagrangian
     transforms = False  # has a momentum of its own, eq. (8)
     not_symbolic: str | None = None  # why it has no CasADi expressions, where it has none
+    linear_in_weights = False  # tau is linear in the weights
     fixed = slice(0, 0)  # weights that a fit does not change
     upstream = slice(0, 0)  # weights that come from trained sub-models, the same for every random start
 

@@ -21,6 +21,7 @@ class Options(OptimiserOptions):
     """
 
     linear_only: ClassVar[bool] = True
+    selects: ClassVar[bool] = True
 
     method: Literal["thresholded", "lasso"] = "thresholded"
     threshold: NotNegative = 0.05

@@ -28,6 +28,7 @@ from repro.evaluation.rollouts import (
     rollout_errors,
     window_error,
 )
+from repro.evaluation.uncertainty import in_words, uncertainty_metrics
 from repro.learning.objective_options import ObjectiveOptions
 from repro.learning.sequence_options import SequenceOptions
 from repro.mechanics.derive import dynamics_of
@@ -40,7 +41,15 @@ from repro.models.terms import Terms
 from repro.pipeline.stage_options import FitOptions, RunOptions
 from repro.pipeline.stages import close_loops, examine
 from repro.pipeline.stages.fit import training_data
-from repro.pipeline.stages.stored_fit import CURVES, dataset, free_data, load_parameters, model_of, system_of
+from repro.pipeline.stages.stored_fit import (
+    CURVES,
+    dataset,
+    free_data,
+    load_information,
+    load_parameters,
+    model_of,
+    system_of,
+)
 from repro.plugins.plugin import plugin
 from repro.tracking import progress
 from repro.tracking.load import Run
@@ -68,6 +77,7 @@ def make(folder: Path, options: RunOptions, upstream: Mapping[str, Run]) -> Json
         *(examine.metrics([*identified.values()][-1]) if identified else ()),
         *_chains(options, fit, data, system),
         *_watched(fitted, seeds),
+        *_uncertainty(fit, data.test),
     ]
     known = system if options.fit.simulated else None
     summary = measure(folder, fit, data, known, options.gauge, free_data(inputs), others, options.horizons)
@@ -77,7 +87,8 @@ def make(folder: Path, options: RunOptions, upstream: Mapping[str, Run]) -> Json
         for name in (close_loops.LOOPS, close_loops.TRAJECTORIES):
             copyfile(closed.path(name), folder / name)
         summary["median"] |= {"success": closed.summary["success"]}
-    return summary | {"simulated": options.fit.simulated and can_simulate(fit.model)}
+    simulated = options.fit.simulated and can_simulate(fit.model)
+    return summary | {"simulated": simulated} | _coefficients(fit)
 
 
 @dataclass(frozen=True)
@@ -90,6 +101,7 @@ class Fit:
     status: Sequence[str]
     seconds: float
     notes: Json
+    information: np.ndarray | None = None
 
 
 def stored_fit(options: FitOptions, fit: Run) -> Fit:
@@ -102,6 +114,7 @@ def stored_fit(options: FitOptions, fit: Run) -> Fit:
         summary["status"],
         summary["seconds"],
         summary["notes"],
+        load_information(fit.record.folder),
     )
 
 
@@ -174,6 +187,26 @@ def _watched(fit: Run, seeds: Sequence[int]) -> Iterator[MetricValues]:
     margins = curves[curves["name"] == "passivity_margin"].groupby("member")["value"].max()
     if len(margins):
         yield MetricValues("train", "passivity_margin_worst", margins.reindex(list(seeds)).to_numpy(), "1")
+
+
+def _uncertainty(fit: Fit, test: Dataset) -> Iterator[MetricValues]:
+    """What the information of a fit says of its accuracy, and how well its recording is explained."""
+    if fit.information is None:
+        return
+    yield MetricValues("train", "cost_per_dof", np.array(fit.notes["cost_per_dof"], dtype=float), "1")
+    for number, values in enumerate(np.array(fit.notes["noise"]).T):
+        yield MetricValues("train", f"sensor_noise[{number}]", values, "m, rad, m/s, rad/s")
+    yield from uncertainty_metrics(fit.model, fit.parameters.numpy(), fit.information, test, "test")
+
+
+def _coefficients(fit: Fit) -> Json:
+    """For people: the first member's coefficients with their standard errors."""
+    learned = without_damping(fit.model)
+    if fit.information is None or not isinstance(learned, Lagrangian) or not learned.linear:
+        return {}
+    n_kinetic = len(learned.kinetic_features)
+    words = in_words(fit.model, fit.parameters[0].numpy(), fit.information[0], n_kinetic)
+    return {"first member": words, "cost_per_dof": float(np.median(fit.notes["cost_per_dof"]))}
 
 
 def _metrics(

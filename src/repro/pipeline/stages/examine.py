@@ -34,8 +34,9 @@ def identified(
 
 
 def applies(model: Model, equation: Equation) -> bool:
-    """Whether a fit is a linear regression: a basis, and the inverse equation."""
-    return isinstance(model, Lagrangian) and model.linear and equation == Equation.INVERSE
+    """Whether a fit is a linear regression: a basis, and the inverse equation or the momentum balance."""
+    suits = equation is Equation.INVERSE or equation.begins_with_balance
+    return isinstance(model, Lagrangian) and model.linear and suits
 
 
 def shortened(dataset: Dataset) -> Dataset:

@@ -16,6 +16,8 @@ from repro.tracking import progress
 from repro.tracking.load import Run
 from repro.tracking.plain_data import Json
 
+FAR = 0.1  # of the cost per degree of freedom from 1, that is worth a notice
+
 
 def make(folder: Path, options: FitOptions, upstream: Mapping[str, Run]) -> Json:
     """Fit the ensemble; an interrupted attempt is resumed."""
@@ -30,6 +32,13 @@ def make(folder: Path, options: FitOptions, upstream: Mapping[str, Run]) -> Json
     )
     if reason := fitted.notes.get("not_captured"):
         progress.notice(f"without CUDA graphs, so more slowly: {reason}")
+    for cost in fitted.notes.get("cost_per_dof", []):
+        if abs(cost - 1) > FAR and options.training and options.training.objective.path.noise == "given":
+            progress.notice(
+                f"cost per degree of freedom {cost:.3g}, 1 is expected: the model, the noise levels or the "
+                "sub-steps do not suit the recording, or the fit has not converged"
+            )
+            break
     return keep(folder, fitted, options.seeds, seconds) | {"n_parameters": model.n_parameters}
 
 
@@ -40,7 +49,10 @@ def training_data(options: FitOptions, upstream: Mapping[str, Run]) -> TrainingD
 
 def keep(folder: Path, fitted: Fitted, seeds: Sequence[int], seconds: float) -> Json:
     """Write the weights and the learning curves; return the summary."""
-    np.savez(folder / PARAMETERS, parameters=fitted.parameters.double().numpy(), seeds=np.array(seeds))
+    arrays = {"parameters": fitted.parameters.double().numpy(), "seeds": np.array(seeds)}
+    if fitted.information is not None:
+        arrays["information"] = fitted.information.numpy()
+    np.savez(folder / PARAMETERS, **arrays)  # type: ignore[arg-type]
     rows = [
         (seed, step, name, float(value))
         for step, name, values in fitted.curves

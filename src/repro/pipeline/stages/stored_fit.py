@@ -39,6 +39,12 @@ def load_parameters(folder: Path) -> torch.Tensor:
         return torch.from_numpy(stored["parameters"])
 
 
+def load_information(folder: Path) -> np.ndarray | None:
+    """The Fisher information (member, n_parameters, n_parameters), where the fit has one."""
+    with np.load(folder / PARAMETERS) as stored:
+        return stored["information"] if "information" in stored.files else None
+
+
 def system_of(options: FitOptions) -> System | None:
     """The system of a fit; None for a recording that has coordinates of its own."""
     return None if options.system is None else load_system(options.system)

@@ -1,0 +1,154 @@
+"""One member's weights and motion by maximum likelihood: Levenberg-Marquardt in the weights, the path eliminated.
+
+Each iteration filters at the present path, takes a damped Gauss-Newton step in the weights, and moves the path to the
+most likely one there. The loss at a linearisation is the profile of the whole least-squares problem.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from repro.data.dataset import Dataset
+from repro.learning.levenberg_marquardt import damped_step
+from repro.learning.path.kalman import Linearised, smoothed, whitened
+from repro.learning.path.path_options import PathOptions
+from repro.learning.path.step_model import StepModel
+from repro.learning.path.windows import Windows
+from repro.learning.result import Progress
+from repro.models.model import Model
+
+TURN = 0.08  # rad that an angle turns within a sub-step
+LONGEST = 0.01  # s of a sub-step
+LEAVE = 3e-3  # share of the loss below which a gain ends a stage that another one follows
+SETTLED = 1e-5  # and the last one
+ROUNDS = 3  # of the estimates of noise
+LEAST_SPREAD = np.array([1e-16, 1e-14])  # variances of unknown motion in a step, so that no spread is singular
+
+
+@dataclass(frozen=True)
+class PathFit:
+    """The weights, their information matrix (n_parameters, n_parameters), and how well the recording is explained.
+
+    cost_per_dof: 1 where model and noise are right; noise: standard deviations (n_y,) of the sensors; losses: one after
+    each iteration.
+    """
+
+    parameters: np.ndarray
+    information: np.ndarray
+    cost_per_dof: float
+    noise: np.ndarray
+    losses: Sequence[float]
+    status: str
+
+
+class MemberPath:
+    """The path of one member, and where the fit stands."""
+
+    def __init__(self, model: Model, dataset: Dataset, member: int, options: PathOptions) -> None:
+        self.options, self.steps = options, StepModel(model)
+        self.fixed = model.fixed
+        self.windows = Windows.of(dataset, member, options.window)
+        self.states = self.windows.cut(np.concatenate([dataset.q[member], dataset.qd[member]], axis=1))
+        self.recorded = self.windows.cut(dataset.tau[member])
+        self.tau = self.recorded.copy()
+        self.substeps = options.substeps or substeps_for(dataset.qd[member], float(np.nanmax(self.windows.step)))
+        self.initial = np.repeat(np.square(options.initial), dataset.n_q)
+        self.process = 0.0
+
+    def linearised(self, states: np.ndarray, tau: np.ndarray, parameters: np.ndarray) -> Linearised:
+        """The motion near a path (window, position, 2 n_q) under forces (window, position, n_q)."""
+        window, position = self.windows.steps
+        step = self.windows.step[window, position]
+        found = self.steps(states[window, position], tau[window, position], step, parameters, self.substeps)
+        gap = found.states - states[window, position + 1]
+        error = self.recorded[window, position] - tau[window, position]
+        gap = gap + np.einsum("sxi,si->sx", found.by_force, error)
+        columns = np.concatenate([gap[..., None], found.by_weights], axis=2)
+
+        def placed(values: np.ndarray) -> np.ndarray:
+            whole = np.zeros((*self.windows.step.shape, *values.shape[1:]))
+            whole[window, position] = values
+            return whole
+
+        sizes = np.array([0.0, (self.process * float(np.median(step))) ** 2]) + LEAST_SPREAD
+        process = np.repeat(sizes, self.windows.n_q)
+        return Linearised(states, placed(found.by_state), placed(found.by_force), placed(columns), process)
+
+    def regression(self, linear: Linearised) -> np.ndarray:
+        """[e | E]'[e | E] of the whitened rows, 0 at fixed weights."""
+        rows = whitened(self.windows, linear, self.initial)
+        rows[:, 1:][:, self.fixed] = 0.0
+        products: np.ndarray = rows.T @ rows
+        return products
+
+    def descend(self, parameters: np.ndarray, losses: list[float], leave: float) -> tuple[np.ndarray, np.ndarray]:
+        """Levenberg-Marquardt at one size of process noise; returns the weights and [e | E]'[e | E] there."""
+        linear = self.linearised(self.states, self.tau, parameters)
+        products = self.regression(linear)
+        losses.append(float(products[0, 0]))
+        damping, scale = 1e-3, products.diagonal()[1:].copy()
+        failures = 0
+        for _ in range(self.options.iterations):
+            change = damped_step(products[1:, 1:], products[0, 1:], damping * scale)
+            path = smoothed(self.windows, linear, change, self.initial)
+            states, tau = self.states + path.deviations, self.recorded + path.force_errors
+            trial = self.linearised(states, tau, parameters + change)
+            tried = self.regression(trial) if np.isfinite(trial.columns).all() else np.full_like(products, np.inf)
+            if tried[0, 0] < products[0, 0]:
+                gain = float(products[0, 0] - tried[0, 0])
+                self.states, self.tau, parameters, linear, products = states, tau, parameters + change, trial, tried
+                scale = np.maximum(scale, products.diagonal()[1:])
+                damping, failures = max(damping / 10, 1e-12), 0
+                losses.append(float(products[0, 0]))
+                if gain < leave * losses[-1]:
+                    break
+            else:
+                damping, failures = damping * 10, failures + 1
+                if failures == 10:
+                    break
+        return parameters, products
+
+    def residual_noise(self) -> np.ndarray:
+        """Standard deviations (n_y,) of the sensors, from what the path leaves of their recordings."""
+        rest = self.windows.measured - self.states[..., : self.windows.measured.shape[2]]
+        seen = int(np.isfinite(rest).sum())
+        left = 1 - 2 * self.windows.n_q * len(rest) / seen
+        noise: np.ndarray = np.sqrt(np.nanmean(rest**2, axis=(0, 1)) / left)
+        return noise
+
+
+def substeps_for(qd: np.ndarray, interval: float) -> int:
+    """Sub-steps of an interval (s) that suit the fastest of velocities (sample, n_q)."""
+    fastest = float(np.quantile(np.abs(qd).max(1), 0.995))
+    return max(1, int(np.ceil(interval / min(LONGEST, TURN / max(fastest, 1e-9)))))
+
+
+def fit_path(
+    model: Model, dataset: Dataset, member: int, start: np.ndarray, options: PathOptions, progress: Progress
+) -> PathFit:
+    """Fit one member from the weights `start` (n_parameters,), which should explain the motion roughly."""
+    path = MemberPath(model, dataset, member, options)
+    stages = stages_of(model, options)
+    losses: list[float] = []
+    parameters, products = start, np.zeros((1, 1))
+    rounds = ROUNDS if options.noise == "estimated" else 1
+    for number in range(rounds):
+        if number:
+            path.windows = replace(path.windows, variance=np.maximum(path.residual_noise(), 1e-9) ** 2)
+        for order, process in enumerate(stages if number == 0 else stages[-1:]):
+            path.process = process
+            last = number > 0 or order == len(stages) - 1
+            parameters, products = path.descend(parameters, losses, SETTLED if last else LEAVE)
+            progress((number + (order + 1) / len(stages)) / rounds, f"process noise {process}, loss {losses[-1]:.3e}")
+    noise = path.residual_noise() if options.noise == "estimated" else np.sqrt(path.windows.variance)
+    status = "ok" if np.isfinite(losses[-1]) else "diverged at step 0"
+    cost = losses[-1] / max(path.windows.count - len(parameters), 1)
+    return PathFit(parameters, products[1:, 1:], cost, noise, losses, status)
+
+
+def stages_of(model: Model, options: PathOptions) -> tuple[float, ...]:
+    """The sizes of process noise, in turn."""
+    if options.process is not None:
+        return options.process
+    return (0.0,) if model.linear_in_weights else (1.0, 0.1, 0.0)

@@ -1,0 +1,171 @@
+"""The path fit: its filter is the dense least-squares problem, its steps have the right derivatives."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from repro.data.dataset import Dataset
+from repro.data.random_force import random_force
+from repro.learning.path.kalman import Linearised, smoothed, whitened
+from repro.learning.path.path_fit import MemberPath, fit_path
+from repro.learning.path.path_options import PathOptions
+from repro.learning.path.step_model import StepModel
+from repro.learning.path.windows import Windows
+from repro.learning.result import silent
+from repro.mechanics.system import load
+from repro.models.bases import t1
+from repro.models.damped import Damped
+from repro.models.lagrangian import Lagrangian
+from repro.models.model import Model
+from repro.models.structured import Structured
+
+SYSTEM = load("sip")
+TRUE = np.array([0.4, 0.025, 0.1, 0.98])
+MODELS = {
+    "linear": (Lagrangian(t1, 2), TRUE),
+    "damped": (Damped(Lagrangian(t1, 2), "diagonal"), np.append(TRUE, [0.3, 0.002])),
+    "network": (Structured(2, np.array([1.0, 3.0]), hidden=(2,)), None),
+}
+
+
+def _data(samples: int = 600, **options: object) -> Dataset:
+    chosen = {"measured": "positions", "labels": "smoothed", "q_noise": 1e-3, "sample_step": 0.02} | options
+    return random_force(SYSTEM, seeds=[1], samples=samples, episode_steps=100, reset="random", **chosen).train  # type: ignore[arg-type]
+
+
+def _weights(name: str) -> tuple[Model, np.ndarray]:
+    model, weights = MODELS[name]
+    return model, model.initial([np.random.default_rng(0)])[0] if weights is None else weights
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_steps_are_differentiated_and_need_no_compiler(name: str) -> None:
+    model, weights = _weights(name)
+    draw = np.random.default_rng(0)
+    states, tau, step = draw.normal(size=(5, 4)), draw.normal(size=(5, 2)), np.full(5, 0.04)
+    found = StepModel(model)(states, tau, step, weights, 3)
+    slow = StepModel(model, compiled=False)(states, tau, step, weights, 3)
+    for part in ("states", "by_state", "by_weights", "by_force"):
+        np.testing.assert_allclose(getattr(found, part), getattr(slow, part), rtol=1e-9, atol=1e-11)
+    h = 1e-6
+    for part, size in (("by_state", 4), ("by_weights", len(weights)), ("by_force", 2)):
+        direction = draw.normal(size=size)
+        moves = [
+            (
+                states + sign * h * direction * (part == "by_state") if size == 4 else states,
+                tau + sign * h * direction if part == "by_force" else tau,
+                weights + sign * h * direction if part == "by_weights" else weights,
+            )
+            for sign in (1, -1)
+        ]
+        ahead, behind = (StepModel(model)(x, u, step, w, 3).states for x, u, w in moves)
+        np.testing.assert_allclose(getattr(found, part) @ direction, (ahead - behind) / (2 * h), atol=2e-7)
+
+
+def _dense(windows: Windows, linear: Linearised, initial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """All residuals of one window as rows [constant | unknowns]: starts, process noise, force errors and weights."""
+    length, n_x = linear.states.shape[1:]
+    n_w, n_q = linear.columns.shape[3] - 1, windows.n_q
+    n = n_x + (length - 1) * (n_x + n_q) + n_w
+    state = np.zeros((n_x, 1 + n))
+    state[:, 1 : 1 + n_x] = np.diag(np.sqrt(initial))
+    rows = [np.eye(1 + n)[1 : 1 + n - n_w]]
+    for k in range(length):
+        sensors = windows.measured.shape[2]
+        error = -state[:sensors].copy()
+        error[:, 0] += windows.measured[0, k] - linear.states[0, k, :sensors]
+        rows.append(error[np.isfinite(error[:, 0])] / np.sqrt(windows.variance)[np.isfinite(error[:, 0]), None])
+        if k + 1 < length:
+            at = 1 + n_x + k * (n_x + n_q)
+            state = linear.by_state[0, k] @ state
+            state[:, 0] += linear.columns[0, k, :, 0]
+            state[:, 1 + n - n_w :] += linear.columns[0, k, :, 1:]
+            state[:, at : at + n_x] += np.diag(np.sqrt(linear.process))
+            state[:, at + n_x : at + n_x + n_q] += linear.by_force[0, k] * np.sqrt(windows.force_variance)
+    whole = np.concatenate(rows)
+    return whole[:, 0], whole[:, 1:]
+
+
+@pytest.mark.parametrize("missing", [False, True])
+def test_the_filter_is_the_dense_least_squares_problem(missing: bool) -> None:
+    draw = np.random.default_rng(4)
+    length, n_x, n_w = 6, 4, 3
+    measured = draw.normal(size=(1, length, 3))
+    if missing:
+        measured[0, 2] = measured[0, 4, 1] = np.nan
+    step = np.append(np.ones(length - 1), np.nan)[None]
+    windows = Windows(
+        np.zeros(length, int), np.arange(length), measured, step, np.array([0.1, 0.2, 0.3]), np.array([0.5, 0.0]), 2
+    )
+    linear = Linearised(
+        draw.normal(size=(1, length, n_x)), draw.normal(size=(1, length, n_x, n_x)),
+        draw.normal(size=(1, length, n_x, 2)), draw.normal(size=(1, length, n_x, 1 + n_w)), np.full(n_x, 0.01),
+    )  # fmt: skip
+    initial = np.array([1.0, 1.0, 9.0, 9.0])
+    rows = whitened(windows, linear, initial)
+    constant, matrix = _dense(windows, linear, initial)
+    for change in (np.zeros(n_w), np.array([0.3, -1.0, 0.2])):
+        free, fixed = matrix[:, :-n_w], constant + matrix[:, -n_w:] @ change
+        best = np.linalg.lstsq(free, -fixed, rcond=None)[0]
+        profile = ((fixed + free @ best) ** 2).sum()
+        assert ((rows[:, 0] + rows[:, 1:] @ change) ** 2).sum() == pytest.approx(profile)
+        path = smoothed(windows, linear, change, initial)
+        np.testing.assert_allclose(path.deviations[0, 0], np.sqrt(initial) * best[:n_x], atol=1e-9)
+        errors = best[n_x:].reshape(length - 1, n_x + 2)[:, n_x:] * np.sqrt(windows.force_variance)
+        np.testing.assert_allclose(path.force_errors[0, :-1], errors, atol=1e-9)
+
+
+@pytest.mark.parametrize("options", [{}, {"measured": "states", "qd_noise": 1e-2}, {"force_noise": 0.1}])
+def test_the_coefficients_are_found_within_their_standard_errors(options: dict[str, object]) -> None:
+    data = _data(1500, **options)
+    found = fit_path(Lagrangian(t1, 2), data, 0, TRUE * 1.05, PathOptions(), silent)
+    errors = np.sqrt(np.linalg.inv(found.information).diagonal())
+    assert np.abs((found.parameters - TRUE) / errors).max() < 4
+    assert np.abs(found.parameters / TRUE - 1).max() < 0.02
+    assert found.cost_per_dof == pytest.approx(1, abs=0.15)
+
+
+def test_gaps_missing_samples_and_uneven_stamps_are_used_as_they_are() -> None:
+    data = _data(1500)
+    assert data.measurement is not None
+    keep = np.random.default_rng(0).random(data.samples) > 0.15
+    keep &= (np.arange(data.samples) % 100 < 40) | (np.arange(data.samples) % 100 > 60)
+    held = np.repeat(data.tau[:, ::2], 2, axis=1)[:, : data.samples]
+    np.testing.assert_array_equal(held, data.tau)  # a force is held for two samples, so a lost second one loses nothing
+    keep[::2] = True
+    q = data.measurement.q.copy()
+    q[:, 5::17] = np.nan
+    thinned = replace(data, measurement=replace(data.measurement, q=q)).select(np.flatnonzero(keep), int(keep.sum()))
+    found = fit_path(Lagrangian(t1, 2), thinned, 0, TRUE * 1.05, PathOptions(), silent)
+    errors = np.sqrt(np.linalg.inv(found.information).diagonal())
+    assert np.abs((found.parameters - TRUE) / errors).max() < 4
+
+
+def test_unknown_noise_is_estimated() -> None:
+    data = _data(1500)
+    assert data.measurement is not None
+    wrong = replace(data, measurement=replace(data.measurement, q_noise=np.array([1e-2, 1e-2])))
+    found = fit_path(Lagrangian(t1, 2), wrong, 0, TRUE * 1.05, PathOptions(noise="estimated"), silent)
+    np.testing.assert_allclose(found.noise, 1e-3, rtol=0.08)
+
+
+def test_the_loss_has_the_gradient_of_the_filter() -> None:
+    """By finite differences of the loss, the path being moved to the most likely one each time."""
+    data, model = _data(200), Lagrangian(t1, 2)
+    path = MemberPath(model, data, 0, PathOptions())
+    at = TRUE * 1.01
+
+    def profile(weights: np.ndarray) -> tuple[float, np.ndarray]:
+        path.states = path.windows.cut(np.concatenate([data.q[0], data.qd[0]], axis=1))
+        for _ in range(8):
+            linear = path.linearised(path.states, path.tau, weights)
+            path.states = path.states + smoothed(path.windows, linear, np.zeros(4), path.initial).deviations
+        products = path.regression(path.linearised(path.states, path.tau, weights))
+        return float(products[0, 0]), 2 * products[0, 1:]
+
+    gradient = profile(at)[1]
+    for number in range(4):
+        step = np.eye(4)[number] * 1e-4 * at
+        slope = (profile(at + step)[0] - profile(at - step)[0]) / (2 * step[number])
+        assert slope == pytest.approx(gradient[number], rel=2e-3, abs=1.0)
