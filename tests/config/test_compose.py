@@ -27,6 +27,7 @@ COMPANIONS = {
     "model=blackbox": ["objective=forward"],
     "model=extended": ["system=dip"],
     "model=hinged": ["system=dip"],
+    "objective=path": ["data.labels=smoothed"],
     "objective=port": ["model=port_hamiltonian"],
     **{f"system={name}": ["model=structured"] for name in plugin_names("mechanics.systems")},
     "optimiser=lasso": ["basis=library"],
