@@ -194,8 +194,6 @@ def _chain(config: Config) -> Iterator[str]:
         yield f"whole_chain = {config.whole_chain}: is sampled from the true chain; use system=link, not data=file"
 
 
-
-
 def _closed_loop(config: Config) -> Iterator[str]:
     control, task = config.control, config.task
     if not isinstance(control, ControllerOptions) or [*_system(config)]:
