@@ -74,6 +74,18 @@ def test_a_fit_fails_in_any_of_three_ways(store):
     assert "1 diverged, 1 worse than the trivial model, 1 with an indefinite mass matrix" in finding.note
 
 
+@pytest.mark.parametrize(("large", "outcome"), [(0.1, "holds"), (3.0, "open")])
+def test_small_networks_fail_more_often_than_large_ones(store, large, outcome):
+    store.run("e", {"mae_qdd": [2.0]}, model="trivial", basis="", optimiser="")
+    store.run("e", {"mae_qdd": [3.0] * 10, "min_eig_M": [0.1] * 10}, objective="forward")
+    store.run("e", {"mae_qdd": [large] * 10, "min_eig_M": [0.1] * 10}, objective="forward", hidden="2x500")
+    small, wide = ({**FORWARD, "hidden": hidden} for hidden in ("10", "2x500"))
+    found = judged(store, "fails_more_often", where=small, against=wide)
+    assert (found.decision.outcome, found.estimate.median) == (outcome, 1.0)
+    most = judged(store, "share_of_failures_at_most", share_of_members=0.5, where=small)
+    assert most.decision.outcome == "fails"
+
+
 def test_a_run_that_died_is_no_failed_fit(store):
     store.run("e", {}, seeds=[0, 1], outcome="failed", objective="forward")
     with pytest.raises(NotRunError, match="failed: MemoryError: no room"):

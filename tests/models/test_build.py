@@ -1,5 +1,6 @@
 """`build` of every kind of model with the options of conf/model, and the two anchor rows."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import casadi
@@ -16,7 +17,7 @@ from repro.library.ensemble import build_model
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import load
 from repro.models import degenerate
-from repro.models.bases import t2
+from repro.models.bases import t1, t2
 from repro.models.context import Context
 from repro.models.kinds import lagrangian, structured, trivial
 from repro.models.kinds.degenerate import Options, build
@@ -64,6 +65,15 @@ def test_the_wide_start_keeps_units_within_their_quadratic_range(context):
     np.testing.assert_array_equal(second[30:], first[30:])
     inputs = np.stack([*np.moveaxis(context.qd, -1, 0), np.cos(context.q[..., 1])], axis=-1)
     assert np.abs(inputs @ second[:30].reshape(10, 3).T).max() < 1
+
+
+@pytest.mark.parametrize(("start", "made_of"), [("ones", np.ones_like), ("positive", np.abs)])
+def test_the_coefficients_of_a_linear_basis_start_as_chosen(context, start, made_of):
+    linear = replace(context, basis=t1)
+    plain, other = (lagrangian.build(linear, lagrangian.Options(initialisation=name)) for name in ("glorot", start))
+    first, second = (model.initial([np.random.default_rng(4)])[0] for model in (plain, other))
+    np.testing.assert_array_equal(second[plain.kinetic_slice], made_of(first[plain.kinetic_slice]))
+    np.testing.assert_array_equal(second[plain.potential_slice], first[plain.potential_slice])
 
 
 def test_a_structured_model_starts_with_the_inertia_scale_of_the_data(context):

@@ -45,6 +45,17 @@ class Decision:
         return cls.above(estimate, bound - 1e-12 * max(1.0, abs(bound)))
 
     @classmethod
+    def at_most(cls, estimate: Estimate, bound: float) -> "Decision":
+        """Whether the estimate stays within a bound, to rounding."""
+        return cls.below(estimate, bound + 1e-12 * max(1.0, abs(bound)))
+
+    @classmethod
+    def greater(cls, one: Estimate, other: Estimate) -> "Decision":
+        """Whether one estimate lies above another, interval by interval."""
+        ruling = Ruling.HOLDS if one.low > other.high else Ruling.FAILS if one.high < other.low else Ruling.OPEN
+        return cls(ruling, one.median > other.median)
+
+    @classmethod
     def below(cls, estimate: Estimate, bound: float) -> "Decision":
         """Whether the estimate lies below a bound."""
         mirrored = Estimate(-estimate.median, -estimate.high, -estimate.low, estimate.n, estimate.failed)

@@ -3,6 +3,7 @@
 What is drawn at random is the unit of a share: the learned model where there is one, else the start, target or plant.
 """
 
+import json
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -12,8 +13,8 @@ from pydantic import Field
 from repro.claims.decision import Decision, Ruling
 from repro.claims.evidence import Evidence, Finding, StatementPredicate
 from repro.claims.selector import LoopSelector, Value
-from repro.claims.yaml_rows import Number
-from repro.results.selectors import NotRunError, loops_of_one_setting
+from repro.claims.yaml_rows import Number, Text
+from repro.results.selectors import NotRunError, find_loops, loops_of_one_setting
 from repro.results.statistics import FEWEST, Estimate, estimate, share
 from repro.results.table_schema import as_text
 
@@ -27,6 +28,7 @@ Readings = dict[str, Annotated[list[Value], Field(min_length=2)]]
 class LoopsSucceed(StatementPredicate):
     """At least this share of the closed loops succeeds: erect for the last 2 s, and no contact.
 
+    outcome    `no_contact`: the share without contact is meant, erect or not
     readings   one setting with the values that the paper leaves open: each is judged by itself, and all must agree
     reference  loops of the same settings that are named beside them, such as those with the true model
     unit       what is drawn; a loop with a model that is not learned, else a member
@@ -35,6 +37,7 @@ class LoopsSucceed(StatementPredicate):
     name: Literal["loops_succeed"]
     loops: LoopSelector
     share_of_loops: Number
+    outcome: Literal["success", "no_contact"] = "success"
     readings: Annotated[Readings, Field(max_length=1)] = Field(default_factory=dict)
     reference: LoopSelector = Field(default_factory=dict)
     unit: Unit | None = None
@@ -67,6 +70,8 @@ class LoopsSucceed(StatementPredicate):
             if reading:
                 return reading, None
             raise
+        if self.outcome == "no_contact":
+            selected = selected.assign(success=~selected["contact"].astype(bool))
         successes = _successes(selected, self.unit)
         note = (
             f"{int(selected['success'].sum())} of {len(selected)} loops, {int(selected['contact'].sum())} with contact"
@@ -80,54 +85,85 @@ class LoopsSucceed(StatementPredicate):
         decision = Decision.at_least(successes, self.share_of_loops)
         if reading and successes.n < FEWEST:
             decision = Decision(Ruling.OPEN, decision.leans)
-        return reading, _finding(decision, "success", "1", successes, note, evidence, selected)
+        return reading, _finding(decision, self.outcome, "1", successes, note, evidence, selected)
 
     def _reference(self, evidence: Evidence, reading: LoopSelector) -> str:
         try:
             loops = _selected(evidence, {**self.reference, **reading})
         except NotRunError:
             return ""
+        if self.outcome == "no_contact":
+            loops = loops.assign(success=~loops["contact"].astype(bool))
         return f" ({_spelled(self.reference)}: {int(loops['success'].sum())} of {len(loops)})"
 
 
 class LoopsSucceedMoreOften(StatementPredicate):
-    """The share of successes lies above that of `other_loops`, interval against interval."""
+    """The share of successes lies above that of `other_loops`, interval against interval.
+
+    tuned_by  settings that both sides choose by the same procedure: the values with the largest share of successes in
+              the loops of `tuned_on`; compared are then those of `judged_on`
+    """
 
     name: Literal["loops_succeed_more_often"]
     loops: LoopSelector
     other_loops: LoopSelector
+    tuned_by: list[Text] = Field(default_factory=list)
+    tuned_on: LoopSelector = Field(default_factory=dict)
+    judged_on: LoopSelector = Field(default_factory=dict)
     unit: Unit | None = None
 
     def judge(self, evidence: Evidence) -> Finding:
         """Compare the intervals of both shares."""
         import pandas as pd
 
-        selected, others = _selected(evidence, self.loops), _selected(evidence, self.other_loops)
+        selected, chosen = self._tuned(evidence, self.loops)
+        others, other_chosen = self._tuned(evidence, self.other_loops)
         ours, other = _successes(selected, self.unit), _successes(others, self.unit)
         note = f"criterion: more often than the others, whose share is {other.median:.3g} "
         note += f"[{other.low:.3g}, {other.high:.3g}] of {other.n}"
-        outcome = Ruling.HOLDS if ours.low > other.high else Ruling.FAILS if ours.high < other.low else Ruling.OPEN
-        decision = Decision(outcome, ours.median > other.median)
+        if self.tuned_by:
+            note += f"; tuned: {_spelled(chosen)} against {_spelled(other_chosen)}"
+        decision = Decision.greater(ours, other)
         finding = _finding(decision, "success", "1", ours, note, evidence, pd.concat([selected, others]))
         return replace(finding, other=other)
 
+    def _tuned(self, evidence: Evidence, loops: LoopSelector) -> "tuple[pd.DataFrame, LoopSelector]":
+        """The loops that are compared, and the values chosen for them."""
+        if not self.tuned_by:
+            return _selected(evidence, loops), {}
+        trials = find_loops(evidence.results, evidence.experiment, {**loops, **self.tuned_on})
+        if trials.empty:
+            raise NotRunError(f"no closed loop of {evidence.experiment} with {_spelled({**loops, **self.tuned_on})}")
+        shares = trials.groupby("run", sort=False)["success"].mean()
+        runs = evidence.results.runs
+        settings = json.loads(runs[runs["run"] == shares.idxmax()]["config"].iloc[0])
+        chosen: LoopSelector = {key: settings[key] for key in self.tuned_by}
+        return _selected(evidence, {**loops, **self.judged_on, **chosen}), chosen
 
-class StepTakesLonger(StatementPredicate):
-    """The median control step takes longer (CPU time), as the median over what is drawn."""
 
-    name: Literal["step_takes_longer"]
+class TimeTakesLonger(StatementPredicate):
+    """The median control step, or one iteration of its solver, takes longer (CPU time): the median over what is drawn.
+
+    A solver that is stopped within its first iteration needs at least the time of the step for one.
+    """
+
+    name: Literal["step_takes_longer", "iteration_takes_longer"]
     loops: LoopSelector
     milliseconds: Number
     unit: Unit | None = None
 
     def judge(self, evidence: Evidence) -> Finding:
-        """Compare the median of the median step times."""
+        """Compare the median of the median times."""
         selected = _selected(evidence, self.loops)
-        times = [float(loops["solve_ms_median"].median()) for loops in _units(selected, self.unit)]
-        measured = estimate(times)
+        taken = selected["solve_ms_median"]
+        if self.name == "iteration_takes_longer":
+            taken = taken / selected["iterations_median"].clip(lower=1)
+        timed = selected.assign(taken=taken)
+        measured = estimate([float(loops["taken"].median()) for loops in _units(timed, self.unit)])
         note = f"criterion: above {self.milliseconds:g} ms; {len(selected)} closed loops"
         decision = Decision.above(measured, self.milliseconds)
-        return _finding(decision, "solve_ms_median", "ms", measured, note, evidence, selected)
+        quantity = "solve_ms_median" if self.name == "step_takes_longer" else "ms_per_iteration"
+        return _finding(decision, quantity, "ms", measured, note, evidence, selected)
 
 
 def _each(readings: Readings) -> Iterator[LoopSelector]:

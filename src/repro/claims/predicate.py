@@ -4,20 +4,27 @@ from typing import Annotated
 
 from pydantic import Field
 
-from repro.claims.loop_predicates import LoopsSucceed, LoopsSucceedMoreOften, StepTakesLonger
+from repro.claims.loop_predicates import LoopsSucceed, LoopsSucceedMoreOften, TimeTakesLonger
 from repro.claims.ratio_predicates import BenchRatioAbove, PairedRatioBelow, RatioAtLeast
-from repro.claims.setting_predicates import AllMembersAwayFrom, EverySettingBelow, MedianBound, ShareOfFailuresAtLeast
+from repro.claims.setting_predicates import (
+    AllMembersAwayFrom,
+    EverySettingBelow,
+    FailsMoreOften,
+    MedianBound,
+    ShareOfFailures,
+)
 
 Predicate = Annotated[
     MedianBound
     | AllMembersAwayFrom
     | EverySettingBelow
-    | ShareOfFailuresAtLeast
+    | ShareOfFailures
+    | FailsMoreOften
     | PairedRatioBelow
     | RatioAtLeast
     | BenchRatioAbove
     | LoopsSucceed
     | LoopsSucceedMoreOften
-    | StepTakesLonger,
+    | TimeTakesLonger,
     Field(discriminator="name"),
 ]

@@ -9,6 +9,7 @@ from repro.claims.decision import Decision
 from repro.claims.evidence import Evidence, Finding, StatementPredicate
 from repro.claims.selector import CardSelector
 from repro.claims.yaml_rows import Number, Text
+from repro.results.run_setting import RunSetting
 from repro.results.selectors import TRIVIAL, NotRunError, anchor, one_setting, settings, test_set_of
 from repro.results.statistics import Estimate, share
 
@@ -71,34 +72,58 @@ class EverySettingBelow(StatementPredicate):
         return Finding.of_settings(decision, f"worst {self.metric}", unit, estimate, note, *family)
 
 
-class ShareOfFailuresAtLeast(StatementPredicate):
-    """At least this share of the fits fails.
+class ShareOfFailures(StatementPredicate):
+    """At least, or at most, this share of the fits fails.
 
     A fit fails when it diverges, ends worse than the trivial model in MAE q̈, or has min eig M <= 0.
     """
 
-    name: Literal["share_of_failures_at_least"]
+    name: Literal["share_of_failures_at_least", "share_of_failures_at_most"]
     where: CardSelector
     share_of_members: Number
 
     def judge(self, evidence: Evidence) -> Finding:
         """Count the fits that failed."""
-        setting = one_setting(evidence.results, evidence.experiment, self.where)
-        errors, least = setting.values("mae_qdd"), setting.values("min_eig_M")
-        if errors.size == 0:
-            raise NotRunError(f"mae_qdd was not measured in {evidence.experiment}")
-        trivial = anchor(evidence.results, evidence.experiment, TRIVIAL, test_set_of(setting.card))
-        bound = trivial.estimate("mae_qdd").median if trivial else math.inf
-        # A failed member is nan, for which no comparison holds.
-        sound = errors <= bound
-        if least.size:
-            sound &= least > 0
-        failures = share(~sound)
-        causes = [
-            f"{setting.failed} diverged",
-            f"{int(np.sum(errors > bound))} worse than the trivial model" if trivial else "trivial model not run",
-            f"{int(np.sum(least <= 0))} with an indefinite mass matrix" if least.size else "min eig M not measured",
-        ]
-        note = f"criterion: at least {self.share_of_members:g}; of {setting.n} members: " + ", ".join(causes)
-        decision = Decision.at_least(failures, self.share_of_members)
+        setting, failures, causes = _failures(evidence, self.where)
+        side = self.name.removeprefix("share_of_failures_at_")
+        bound = self.share_of_members
+        decision = Decision.at_least(failures, bound) if side == "least" else Decision.at_most(failures, bound)
+        note = f"criterion: at {side} {bound:g}; {causes}"
         return Finding.of_settings(decision, "share of failed fits", "1", failures, note, setting)
+
+
+class FailsMoreOften(StatementPredicate):
+    """The share of failed fits, as ShareOfFailures counts them, lies above that of `against`, interval by interval."""
+
+    name: Literal["fails_more_often"]
+    where: CardSelector
+    against: CardSelector
+
+    def judge(self, evidence: Evidence) -> Finding:
+        """Compare the intervals of both shares."""
+        setting, failures, causes = _failures(evidence, self.where)
+        opponent, others, other_causes = _failures(evidence, self.against)
+        note = f"criterion: more often than {others.median:.3g} [{others.low:.3g}, {others.high:.3g}]; "
+        note += f"{causes}; the others, {other_causes}"
+        decision = Decision.greater(failures, others)
+        return Finding.of_settings(decision, "share of failed fits", "1", failures, note, setting, opponent)
+
+
+def _failures(evidence: Evidence, where: CardSelector) -> tuple[RunSetting, Estimate, str]:
+    """The setting that is meant, its share of failed fits, and their causes in words."""
+    setting = one_setting(evidence.results, evidence.experiment, where)
+    errors, least = setting.values("mae_qdd"), setting.values("min_eig_M")
+    if errors.size == 0:
+        raise NotRunError(f"mae_qdd was not measured in {evidence.experiment}")
+    trivial = anchor(evidence.results, evidence.experiment, TRIVIAL, test_set_of(setting.card))
+    bound = trivial.estimate("mae_qdd").median if trivial else math.inf
+    # A failed member is nan, for which no comparison holds.
+    sound = errors <= bound
+    if least.size:
+        sound &= least > 0
+    causes = [
+        f"{setting.failed} diverged",
+        f"{int(np.sum(errors > bound))} worse than the trivial model" if trivial else "trivial model not run",
+        f"{int(np.sum(least <= 0))} with an indefinite mass matrix" if least.size else "min eig M not measured",
+    ]
+    return setting, share(~sound), f"of {setting.n} members: " + ", ".join(causes)

@@ -120,6 +120,14 @@ def _momentum_transform(config: Config) -> Iterator[str]:
         )
 
 
+def _start_of_coefficients(config: Config) -> Iterator[str]:
+    if config.model.draws_coefficients and not linear(config):
+        yield (
+            "model.initialisation: this start is one of the coefficients of a linear basis, and "
+            f"basis={config.basis.name} feeds a network; choose glorot or wide, or a linear basis such as basis=t1"
+        )
+
+
 def _device(config: Config) -> Iterator[str]:
     choice = f"device = {config.device!r}"
     if config.device == "cpu" or not config.model.fitted:
@@ -222,6 +230,7 @@ RULES: tuple[Callable[[Config], Iterator[str]], ...] = (
     _without_energies,
     _port,
     _momentum_transform,
+    _start_of_coefficients,
     _device,
     _l1,
     _free_motion_keeps_its_energy,

@@ -103,7 +103,8 @@ def _trapped(predicted: Terms, true: Terms, qd: np.ndarray, least: np.ndarray | 
     if least is None or true.mass is None:
         return np.ones_like(error)
     trapped = ~(error <= LARGEST_ENERGY_ERROR * trivial)
-    trapped |= least < SMALLEST_INERTIA * least_eigenvalue(true.mass)
+    true_mass = true.mass.reshape(*qd.shape, qd.shape[-1])  # of one coordinate it is a vector
+    trapped |= least < SMALLEST_INERTIA * least_eigenvalue(true_mass)
     return np.asarray(trapped, dtype=float)
 
 

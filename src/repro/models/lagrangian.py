@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from types import ModuleType
+from typing import Literal
 
 import casadi
 import numpy as np
@@ -17,6 +18,9 @@ from repro.models.position import PositionFeatures, cart_with_links
 from repro.models.terms import Terms, symmetric
 
 WIDE = 16.0  # spreads of the data within a unit's quadratic range
+
+
+CoefficientStart = Literal["glorot", "positive", "ones"]
 
 
 class Lagrangian(Model):
@@ -36,6 +40,7 @@ class Lagrangian(Model):
         input_scale: np.ndarray | None = None,
         momentum_hidden: Sequence[int] | None = None,
         positions: PositionFeatures | None = None,
+        coefficient_start: CoefficientStart = "glorot",
     ) -> None:
         self.n_q = n_q
         self.kinetic_features = FeatureMap(basis.kinetic, n_q)
@@ -44,6 +49,7 @@ class Lagrangian(Model):
         self.linear_in_weights = self.linear
         self.network = None if self.linear else Network(len(self.kinetic_features), tuple(hidden), 1, activation)
         self.input_scale = input_scale
+        self.coefficient_start = coefficient_start
         shown = positions or cart_with_links(n_q)
         self.transform = None if momentum_hidden is None else MomentumTransform(n_q, tuple(momentum_hidden), shown)
         self.transforms = self.transform is not None
@@ -67,10 +73,13 @@ class Lagrangian(Model):
         return (*self.kinetic_features.names, *self.potential_features.names)
 
     def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
-        """Glorot-uniform draws (a column vector of coefficients counts as a layer with one output)."""
+        """Glorot-uniform draws (a column vector of coefficients counts as a layer with one output).
+
+        coefficient_start `positive`: the sizes of these draws on a linear basis, `ones`: ones in their place.
+        """
         n_t, n_v = len(self.kinetic_features), len(self.potential_features)
         if self.network is None:
-            kinetic = np.stack([_coefficients(n_t, g) for g in generators])
+            kinetic = _started(np.stack([_coefficients(n_t, g) for g in generators]), self.coefficient_start)
         else:
             kinetic = self.network.initial(generators)
             if self.input_scale is not None:
@@ -170,6 +179,10 @@ class Lagrangian(Model):
 
     def _pairs(self, mass: bool) -> list[tuple[int, int]]:
         return self._tangent_pairs + (self._mass_pairs if mass else [])
+
+
+def _started(drawn: np.ndarray, start: CoefficientStart) -> np.ndarray:
+    return np.ones_like(drawn) if start == "ones" else np.abs(drawn) if start == "positive" else drawn
 
 
 def _coefficients(n: int, generator: np.random.Generator) -> np.ndarray:

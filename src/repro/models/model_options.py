@@ -50,6 +50,11 @@ class ModelOptions(PluginOptions):
         return False
 
     @property
+    def draws_coefficients(self) -> bool:
+        """Whether its start is one of the coefficients of a linear basis."""
+        return False
+
+    @property
     def has_coefficients(self) -> bool:
         """Whether, on a linear basis, its weights are the coefficients of the basis alone."""
         return False

@@ -21,7 +21,8 @@ class Options(ModelOptions):
 
     hidden: units of each hidden layer, for bases that feed a network. initialisation `wide`: over the training data
     the first layer's units start within their quadratic range, from where a network of softplus units finds the
-    quadratic T, and so extrapolates, far more often. momentum_hidden: hidden layers of M_hat(q), eq. (8).
+    quadratic T, and so extrapolates, far more often; `positive` and `ones`: of the coefficients of T on a linear basis.
+    momentum_hidden: hidden layers of M_hat(q), eq. (8).
     """
 
     joinable: ClassVar[bool] = True
@@ -29,9 +30,14 @@ class Options(ModelOptions):
 
     hidden: tuple[Count, ...] = (10,)
     activation: Activation = "softplus"
-    initialisation: Literal["glorot", "wide"] = "glorot"
+    initialisation: Literal["glorot", "wide", "positive", "ones"] = "glorot"
     momentum_hidden: tuple[Count, ...] | None = None
     damping: Damping = "none"
+
+    @property
+    def draws_coefficients(self) -> bool:
+        """Its start is one of the coefficients of a linear basis."""
+        return self.initialisation in ("positive", "ones")
 
     @property
     def uses_basis(self) -> bool:
@@ -62,5 +68,6 @@ def build(context: Context, options: Options) -> Model:
         input_scale=WIDE * context.feature_scale if options.initialisation == "wide" else None,
         momentum_hidden=options.momentum_hidden,
         positions=context.positions,
+        coefficient_start=options.initialisation if options.initialisation in ("positive", "ones") else "glorot",
     )
     return with_damping(model, options.damping, context.positions)
