@@ -12,6 +12,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+# As in a sweep's jobs: equal bits, and small problems run faster. Read when torch and numpy are loaded.
+os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+
 from repro.tracking import code
 
 if TYPE_CHECKING:

@@ -213,6 +213,6 @@ def test_the_momentum_transform_is_compared_with_the_model_and_with_the_truth(da
 
 
 def test_component_units_are_those_of_the_coordinates(exact, data):
-    units = {m.name: m.unit for m in pointwise(*exact, data.test, None, "test", "raw")}
+    units = {m.name: m.unit for m in pointwise(*exact, data.test, None, "test", Gauge.RAW)}
     assert units["mae_tau[0]"] == "N" and units["mae_tau[1]"] == "N m"
     assert units["mae_qdd[0]"] == "m/s^2" and units["mae_qdd[1]"] == "rad/s^2"

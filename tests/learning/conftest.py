@@ -18,15 +18,6 @@ from repro.models.bases import t1
 TRUE_T1 = np.array([0.4, 0.025, 0.1, 0.98])  # m0 + m1, m1 l^2 over two, m1 l, m1 g l of Table I
 
 
-@pytest.fixture(autouse=True)
-def one_thread():
-    """As in a sweep's jobs: equal bits, and small problems run faster."""
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(before)
-
-
 class Memory:
     """A checkpoint that keeps the last state, and stops the fit at one of its saves."""
 

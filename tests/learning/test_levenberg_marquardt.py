@@ -12,6 +12,7 @@ from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.models.bases import t1, t2
+from repro.models.gauge import Gauge
 from repro.models.lagrangian import Lagrangian
 from repro.models.structured import Structured
 
@@ -67,7 +68,7 @@ def _test_error(model, data, system, optimiser):
     parameters = torch.from_numpy(model.initial([np.random.default_rng([seed, 1]) for seed in (0, 1)]))
     problem = TrainingProblem(model, [make_task(model, data.train, Objective())], [0, 1])
     fitted = optimiser.fit(problem, parameters, silent, NoCheckpoint())
-    metrics = {m.name: m.values for m in pointwise(model, fitted.parameters, data.test, system, "test", "raw")}
+    metrics = {m.name: m.values for m in pointwise(model, fitted.parameters, data.test, system, "test", Gauge.RAW)}
     return metrics["mae_tau"]
 
 

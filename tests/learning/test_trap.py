@@ -13,6 +13,7 @@ from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
+from repro.models.gauge import Gauge
 from repro.models.structured import Structured
 
 pytestmark = pytest.mark.slow
@@ -31,7 +32,7 @@ def _metrics(double_pendulum, model, optimiser, error_scale):
     parameters = torch.from_numpy(model.initial([np.random.default_rng([seed, 1]) for seed in SEEDS]))
     problem = TrainingProblem(model, [make_task(model, data.train, Objective(), error_scale=error_scale)], SEEDS)
     fitted = optimiser.fit(problem, parameters, silent, NoCheckpoint())
-    return {m.name: m.values for m in pointwise(model, fitted.parameters, data.test, system, "test", "raw")}
+    return {m.name: m.values for m in pointwise(model, fitted.parameters, data.test, system, "test", Gauge.RAW)}
 
 
 def test_a_network_for_the_cholesky_factor_ends_in_the_trap(double_pendulum):

@@ -86,20 +86,29 @@ class _Substitution:
         self.results = results
         self.tables: dict[str, pd.DataFrame] = {name: getattr(results, name) for name in TABLES}
         self.places = {name: table.groupby(["experiment", "run"]).indices for name, table in self.tables.items()}
-        self.known: dict[tuple[str, str, tuple[tuple[str, str], ...]], Verdict] = {}
+        self.verdicts: dict[tuple[str, str, tuple[tuple[str, str], ...]], Verdict] = {}
+        self.substituted: dict[tuple[object, ...], Results] = {}
 
     def runs(self, claim: Claim, experiment: str, substitutes: Mapping[str, str]) -> Verdict:
         """Judge a claim by the substitutes {our run: the run in its place}, each with the card of our run."""
         key = (claim.name, claim.quantity, tuple(substitutes.items()))
-        if key not in self.known:
-            columns = {
-                "runs": ["setting", "config", "changed", *CARD],
-                "metrics": ["setting", *CARD],
-                "control": [*LOOP_CARD, *{column for selector in claim.selectors for column in selector}],
-            }
-            tables = {name: self._substituted(name, experiment, substitutes, columns[name]) for name in TABLES}
-            self.known[key] = judge(claim, replace(self.results, **tables))  # type: ignore[arg-type]
-        return self.known[key]
+        if key not in self.verdicts:
+            selected = {column for selector in claim.selectors for column in selector} - {*LOOP_CARD}
+            extra = sorted(selected & {*self.tables["control"]})
+            place = (experiment, *substitutes.items(), *extra)
+            if place not in self.substituted:  # shared by the claims on these runs
+                self.substituted[place] = self._results(experiment, substitutes, extra)
+            self.verdicts[key] = judge(claim, self.substituted[place])
+        return self.verdicts[key]
+
+    def _results(self, experiment: str, substitutes: Mapping[str, str], extra: Sequence[str]) -> Results:
+        columns = {
+            "runs": ["setting", "config", "changed", *CARD],
+            "metrics": ["setting", *CARD],
+            "control": [*LOOP_CARD, *extra],
+        }
+        tables = {name: self._substituted(name, experiment, substitutes, columns[name]) for name in TABLES}
+        return replace(self.results, **tables)  # type: ignore[arg-type]
 
     def _substituted(
         self, name: str, experiment: str, substitutes: Mapping[str, str], columns: Sequence[str]
@@ -124,4 +133,4 @@ class _Substitution:
 
 
 def _is_one_value(column: "pd.Series") -> bool:
-    return column.nunique(dropna=False) == 1
+    return len(column.drop_duplicates()) == 1

@@ -2,8 +2,13 @@
 
 import math
 import re
+from functools import cache
+from typing import TYPE_CHECKING
 
 from repro.results.statistics import Estimate
+
+if TYPE_CHECKING:
+    from markdown_it import MarkdownIt
 
 ABSENT = "–"
 
@@ -33,3 +38,11 @@ def markdown(text: str) -> str:
     """Escape text for a Markdown table cell."""
     escaped = re.sub(r"([\\|*_<\[\]])", r"\\\1", text)
     return escaped.replace("\n", " ")
+
+
+@cache
+def commonmark() -> "MarkdownIt":
+    """The parser of the report's texts; HTML inside them is text."""
+    from markdown_it import MarkdownIt
+
+    return MarkdownIt("commonmark", {"html": False})

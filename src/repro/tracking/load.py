@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import warnings
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from repro.errors import UserError
 from repro.tracking import ids, index, record
+from repro.tracking.listed_jobs import listed_jobs
 from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.record import Record
 
@@ -145,13 +145,7 @@ def _fits(value: Any, condition: Any) -> bool:
 def _listings(paths: Paths) -> dict[str, list[tuple[str, str]]]:
     """Run id -> the (experiment, scale) pairs that list it."""
     listed: dict[str, list[tuple[str, str]]] = {}
-    for file in sorted(paths.experiments.glob("*/[!.]*.json")):
-        try:
-            content = json.loads(file.read_bytes())
-            pair = (content["experiment"], content["scale"])
-            for job in content["jobs"]:
-                if pair not in listed.setdefault(job["run"], []):
-                    listed[job["run"]].append(pair)
-        except (ValueError, KeyError, TypeError) as error:
-            raise UserError(f"{file} cannot be read ({error!r}): delete it and run the experiment again") from error
+    for job in listed_jobs(paths):
+        if (pair := (job.experiment, job.scale)) not in listed.setdefault(job.run, []):
+            listed[job.run].append(pair)
     return listed

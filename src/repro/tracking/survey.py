@@ -12,6 +12,7 @@ from typing import Any
 from repro.errors import UserError
 from repro.tracking import code, index, lock
 from repro.tracking.index import Index
+from repro.tracking.listed_jobs import listed_jobs
 from repro.tracking.paths import HOLDER_FILE, Paths
 from repro.tracking.record import Identity, StageOutcome, read
 from repro.tracking.stage import Stage
@@ -166,17 +167,11 @@ def _being_made(paths: Paths) -> list[Item]:
 def _listed(paths: Paths, settings: SettingsDigest | None) -> dict[str, _Listing]:
     """Every run that an experiment lists, by id."""
     listed: dict[str, _Listing] = {}
-    for file in sorted(paths.experiments.glob("*/[!.]*.json")):
-        try:
-            content = json.loads(file.read_bytes())
-            current = settings is not None and settings(content["experiment"]) == content.get("settings")
-            for job in content["jobs"]:
-                # A job that has not reached its run has no id yet; its command takes the place of the id.
-                new = _Listing(job["command"], job["overrides"], current)
-                listing = listed.setdefault(job["run"] or job["command"], new)
-                listing.experiments.append(f"{content['scale']}/{content['experiment']}")
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            raise UserError(f"{file} cannot be read ({error!r}): delete it and run the experiment again") from error
+    for job in listed_jobs(paths):
+        current = settings is not None and settings(job.experiment) == job.settings
+        # A job that has not reached its run has no id yet; its command takes the place of the id.
+        listing = listed.setdefault(job.run or job.command, _Listing(job.command, job.overrides, current))
+        listing.experiments.append(f"{job.scale}/{job.experiment}")
     return listed
 
 

@@ -15,14 +15,6 @@ from repro.models.lagrangian import Lagrangian
 from repro.pipeline.stages.evaluate import Fit
 
 
-@pytest.fixture(autouse=True)
-def one_thread():
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(before)
-
-
 @pytest.fixture(scope="session")
 def system():
     return load("sip")

@@ -9,6 +9,7 @@ from repro.data.random_force import random_force
 from repro.mechanics.system import load
 from repro.models.bases import rigid_body
 from repro.models.damped import Damped
+from repro.models.gauge import Gauge
 from repro.models.lagrangian import Lagrangian
 from repro.models.position import position_features
 from repro.pipeline.stages import record_run as module
@@ -25,7 +26,7 @@ CURVES = pd.DataFrame(
 @pytest.fixture
 def recorded(tmp_path, exact, data, system, monkeypatch):
     """The recording that would be written for the exact model."""
-    measure(tmp_path, exact, data, system, "raw")
+    measure(tmp_path, exact, data, system, Gauge.RAW)
     written = []
     monkeypatch.setattr(module, "write_recording", lambda path, recording: written.append(recording))
     trajectories = pd.read_parquet(tmp_path / TRAJECTORIES)
@@ -67,7 +68,7 @@ def test_the_power_of_all_inputs_is_stored_or_lost_in_the_damping(tmp_path, monk
     driven = random_force(rod, seeds=[3], samples=2000, episode_steps=150, time_step=0.001, force_limit=0.5)
     model = Damped(Lagrangian(rigid_body, 3), "diagonal", position_features(rod.coordinates))
     parameters = torch.tensor([[0.1, 0.002, 1.96, *damping]], dtype=torch.float64)
-    measure(tmp_path, Fit(model, parameters, [3], ["ok"], 1.0, {}), driven, rod, "raw")
+    measure(tmp_path, Fit(model, parameters, [3], ["ok"], 1.0, {}), driven, rod, Gauge.RAW)
     written = []
     monkeypatch.setattr(module, "write_recording", lambda path, recording: written.append(recording))
     record(tmp_path, "run-1", "a title", {}, pd.read_parquet(tmp_path / TRAJECTORIES), CURVES, rod)
@@ -103,7 +104,7 @@ def test_curves_of_unlike_steps_are_held_and_end_with_their_last():
 
 
 def test_a_recording_is_written(tmp_path, exact, data, system):
-    measure(tmp_path, exact, data, system, "raw")
+    measure(tmp_path, exact, data, system, Gauge.RAW)
     trajectories = pd.read_parquet(tmp_path / TRAJECTORIES)
     record(tmp_path, "run-1", "a title", {}, trajectories, CURVES, system)
     assert (tmp_path / FILENAME).stat().st_size > 1000

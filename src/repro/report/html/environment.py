@@ -82,15 +82,8 @@ def prose(text: str) -> "Markup":
     """Turn Markdown (paragraphs, lists, emphasis, code) into markup; HTML inside is shown, not obeyed."""
     from markupsafe import Markup
 
-    return Markup(_with_symbols(_markdown().render(text)))
+    return Markup(_with_symbols(writing.commonmark().render(text)))
 
 
 def _with_symbols(text: str) -> str:
     return text.replace("D_H", "D<sub>H</sub>").replace("^2", "²")
-
-
-@cache
-def _markdown() -> Any:
-    from markdown_it import MarkdownIt
-
-    return MarkdownIt("commonmark", {"html": False})

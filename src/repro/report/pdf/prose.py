@@ -1,11 +1,11 @@
 """Markdown of the report's texts as plain values that the typesetter walks: paragraphs, lists, emphasis, code."""
 
 from collections.abc import Sequence
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from repro.report.writing import commonmark
+
 if TYPE_CHECKING:
-    from markdown_it import MarkdownIt
     from markdown_it.token import Token
 
 STYLES = {"strong_open": "strong", "em_open": "emphasis", "strong_close": "plain", "em_close": "plain"}
@@ -15,7 +15,7 @@ def blocks(text: str) -> list[dict[str, Any]]:
     """Return {kind: paragraph, spans} and {kind: list, items: [spans]}, a span being {text, style}."""
     shown: list[dict[str, Any]] = []
     in_list = False
-    for token in _markdown().parse(text):
+    for token in commonmark().parse(text):
         if token.type == "bullet_list_open":
             in_list = True
             shown.append({"kind": "list", "items": []})
@@ -44,10 +44,3 @@ def _spans(tokens: Sequence["Token"]) -> list[dict[str, str]]:
         elif token.content:
             spans.append({"text": token.content, "style": style})
     return spans
-
-
-@cache
-def _markdown() -> "MarkdownIt":
-    from markdown_it import MarkdownIt
-
-    return MarkdownIt("commonmark", {"html": False})
