@@ -30,6 +30,7 @@ COMPANIONS = {
     "objective=path": ["data.labels=smoothed"],
     "objective=port": ["model=port_hamiltonian"],
     **{f"system={name}": ["model=structured"] for name in plugin_names("mechanics.systems")},
+    "system=motor_pendulum": ["model=truth"],
     "optimiser=lasso": ["basis=library"],
     "optimiser=thresholded_least_squares": ["basis=library"],
     "optimiser=least_squares": ["basis=t1"],

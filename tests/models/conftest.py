@@ -10,6 +10,7 @@ from repro.models.damped import Damped
 from repro.models.lagrangian import Lagrangian
 from repro.models.neural_potential import NeuralPotential
 from repro.models.port_hamiltonian import PortHamiltonian
+from repro.models.position import PositionFeatures
 from repro.models.structured import Structured
 
 N_Q = 2
@@ -35,9 +36,13 @@ LAGRANGIANS = {
     "neural potential beside friction": lambda: Damped(
         NeuralPotential(np.array([0.9, 5.0]), np.ones(N_Q), [], potential_hidden=(3,)), "diagonal"
     ),
+    "structured with a network for V": lambda: Structured(
+        N_Q, np.array([0.9, 5.0]), hidden=(4,), potential_hidden=(3,), positions=PositionFeatures((1,), ((0, 0.7),))
+    ),
     "structured deep": lambda: Structured(N_Q, np.array([0.9, 5.0]), hidden=(4, 4), skip=False),
 }
 FREE = {
+    "structured beside any matrix of rates": lambda: Damped(Structured(N_Q, np.array([0.9, 5.0])), "general"),
     "port-Hamiltonian of free J": lambda: _port("free", "state"),
     "port-Hamiltonian of free J and R": lambda: _port("full", "state"),
     "port-Hamiltonian with a momentum of its own": lambda: PortHamiltonian(

@@ -6,11 +6,12 @@ import pytest
 
 from repro.errors import UserError
 from repro.mechanics.derive import dynamics_of
-from repro.mechanics.system import load
+from repro.mechanics.system import load, names
 from repro.models.bases import t1
 from repro.models.context import Context
+from repro.models.degenerate import Degenerate, driven_cyclic
 from repro.models.kinds.truth import Options, build
-from repro.models.truth import Truth
+from repro.models.truth import Truth, true_model
 
 SYSTEMS = [
     ("sip", "physical"),
@@ -46,9 +47,45 @@ def test_its_friction_is_that_of_the_joints():
     np.testing.assert_allclose(np.asarray(ours(q, qd, tau)), np.asarray(expected), rtol=1e-10)
 
 
-def test_what_is_no_chain_is_refused():
-    with pytest.raises(UserError, match="no chain's"):
-        Truth(load("dip", "printed"))
+def test_without_the_true_system_it_is_refused():
     zeros = np.zeros((1, 2, 2))
     with pytest.raises(UserError, match="data=file"):
         build(Context(t1, load("sip").coordinates, zeros, zeros, zeros, None), Options())
+
+
+@pytest.mark.parametrize("name", names())
+def test_any_system_moves_as_its_model(name):
+    """With friction, and without weights where it is no chain."""
+    n_q = load(name).n_q
+    system = load(name, damping=[0.1] * n_q, coulomb=[0.2] * n_q)
+    model = true_model(system, damped=True)
+    q, qd, tau = np.random.default_rng(1).normal(size=(3, n_q))
+    symbols = [casadi.SX.sym(name, n_q) for name in ("q", "qd", "tau")]
+    (weights,) = model.initial([np.random.default_rng(0)])
+    ours = casadi.Function("ours", symbols, [model.acceleration(*symbols, casadi.SX(weights))])
+    expected = dynamics_of(system).acceleration(q, qd, tau, [])
+    np.testing.assert_allclose(np.asarray(ours(q, qd, tau)), np.asarray(expected), rtol=1e-9, atol=1e-12)
+
+
+def test_the_misprinted_double_pendulum_is_a_model_without_weights():
+    with pytest.raises(UserError, match="no chain's"):
+        Truth(load("dip", "printed"))
+    assert true_model(load("dip", "printed"), damped=False).n_parameters == 0
+
+
+@pytest.mark.parametrize("name", names())
+def test_the_degenerate_model_is_exact_along_the_driven_cyclic_coordinate_or_refused(name):
+    system = load(name)
+    index = driven_cyclic(system)
+    if index is None:
+        with pytest.raises(UserError, match=f"system={name} has none"):
+            Degenerate(system)
+        return
+    if name == "motor_pendulum":
+        pytest.skip("the current exchanges momentum with the rotor")
+    model = Degenerate(system)
+    symbols = [casadi.SX.sym(name, system.n_q) for name in ("q", "qd", "qdd")]
+    ours = casadi.Function("ours", symbols, [model.inverse_dynamics(*symbols, casadi.SX(0, 1))])
+    at = np.random.default_rng(1).normal(size=(3, system.n_q))
+    expected = dynamics_of(system).inverse(*at, [])
+    assert float(ours(*at)[index]) == pytest.approx(float(expected[index]), rel=1e-9)

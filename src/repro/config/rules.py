@@ -186,6 +186,18 @@ def _model_of_system(config: Config) -> Iterator[str]:
         yield problem
 
 
+def _coupled_rates(config: Config) -> Iterator[str]:
+    model = config.model
+    if [*_system(config)] or isinstance(config.data, RecordingFile) or not true_system(config).is_coupled:
+        return
+    if model.fitted and model.energetic and not model.couples_rates:
+        yield (
+            f"model.kind = {model.kind!r}: system={config.system.name} has forces between its rates, as a motor has, "
+            "which it cannot learn; use model=structured model.damping=general, or model=port_hamiltonian "
+            "model.structure=free"
+        )
+
+
 def _parts(config: Config) -> Iterator[str]:
     if not config.model.sub_models or [*_system(config)] or isinstance(config.data, RecordingFile):
         return
@@ -239,6 +251,7 @@ RULES: tuple[Callable[[Config], Iterator[str]], ...] = (
     _finish,
     _model_alone,
     _model_of_system,
+    _coupled_rates,
     _parts,
     without_accelerations,
     sensors,

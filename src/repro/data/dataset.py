@@ -181,7 +181,7 @@ def units(coordinates: tuple[Coordinate, ...]) -> dict[str, str | list[str]]:
         "q": names,
         "qd": [f"{unit}/s" for unit in names],
         "qdd": [f"{unit}/s^2" for unit in names],
-        "tau": ["N m" if coordinate.is_angle else "N" for coordinate in coordinates],
+        "tau": [coordinate.force_unit for coordinate in coordinates],
         "time": "s",
         "energy": "J",
     }

@@ -32,6 +32,8 @@ def damping_errors(
     shape = (*q.shape, system.n_q)
     learned = np.stack([evaluate(_learned(model), *member) for member in members]).reshape(shape)
     true = evaluate(_true(system), q, qd).reshape(shape)
+    if system.is_coupled:  # the other part of a general C is that coupling
+        learned = (learned + learned.swapaxes(-2, -1)) / 2
     error = np.linalg.norm(learned - true, axis=(-2, -1)).mean(1) / np.linalg.norm(true, axis=(-2, -1)).mean(1)
     yield MetricValues(split, "damping_error", error, "1")
     joints = _joint_motions(system)

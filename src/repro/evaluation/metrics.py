@@ -17,6 +17,7 @@ from repro.models.terms import Terms, least_eigenvalue
 FORCE, ACCELERATION, MOMENTUM = "N, N m", "m/s^2, rad/s^2", "kg m/s, kg m^2/s"
 LARGEST_ENERGY_ERROR = 0.3  # of the trivial model's, after one constant; above it a model has not learned the energy
 SMALLEST_INERTIA = 0.1  # of the true least eigenvalue; below it a mass matrix has lost a direction of motion
+SMALLEST_WEIGHT = 0.1  # of the deviation of the energy at rest; below it a cosine has no weight to compare with
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ def _equation_errors(predicted: Terms, part: Dataset, split: str) -> Iterator[Me
         error = _finite_or_infinite(np.abs(ours - measured))
         yield MetricValues(split, f"mae_{name}", error.mean((1, 2)), unit)
         for component, coordinate in enumerate(part.coordinates):
-            own_unit = _component_unit(name, coordinate.is_angle)
+            own_unit = coordinate.force_unit if name == "tau" else f"{coordinate.unit}/s^2"
             yield MetricValues(split, f"mae_{name}[{component}]", error[..., component].mean(1), own_unit)
         yield MetricValues(split, f"median_ae_{name}", np.median(error, axis=(1, 2)), unit)
         with np.errstate(divide="ignore"):
@@ -109,18 +110,21 @@ def _trapped(predicted: Terms, true: Terms, qd: np.ndarray, least: np.ndarray | 
 
 
 def _gravity(rest: RestStates, split: str) -> Iterator[MetricValues]:
-    """Learned weight of each cos(angle) over the true one, both fitted to the energy at rest, which has no gauge."""
+    """Learned weight of each cos(angle) over the true one, where that is not 0.
+
+    Both are fitted to the energy at rest, which has no gauge.
+    """
     system, q = rest.system, rest.q
-    if not system.angles:
+    zero, angles = np.zeros_like(q), list(system.angles)
+    energy = truth(system, q, zero, zero, zero).hamiltonian(zero)
+    learned, true = (_cosine_weights(q[..., angles], values) for values in (rest.terms.hamiltonian(zero), energy))
+    weighty = np.abs(true).min(0) > SMALLEST_WEIGHT * energy.std()
+    if not weighty.any():
         return
-    zero = np.zeros_like(q)
-    learned, true = (
-        _cosine_weights(q[..., system.angles], terms.hamiltonian(zero))
-        for terms in (rest.terms, truth(system, q, zero, zero, zero))
-    )
-    ratio = learned / true
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = (learned / true)[:, weighty]
     yield MetricValues(split, "gravity", ratio.mean(1), "1")
-    for index, angle in enumerate(system.angles):
+    for index, angle in enumerate(np.array(angles)[weighty]):
         yield MetricValues(split, f"gravity[{angle}]", ratio[:, index], "1")
 
 
@@ -136,12 +140,6 @@ def _gauge_errors(read: Terms, true: Terms, split: str) -> Iterator[MetricValues
     yield MetricValues(split, "mae_T", np.abs(read.kinetic - true.kinetic).mean(1), "J")
     yield MetricValues(split, "mae_V", np.abs(read.potential - true.potential).mean(1), "J")
     yield MetricValues(split, "min_T", read.kinetic.min(1), "J")
-
-
-def _component_unit(name: str, is_angle: bool) -> str:
-    if name == "tau":
-        return "N m" if is_angle else "N"
-    return "rad/s^2" if is_angle else "m/s^2"
 
 
 def _finite_or_infinite(error: np.ndarray) -> np.ndarray:

@@ -106,11 +106,14 @@ def at_rest(model: Model, parameters: Tensor, q: np.ndarray) -> Terms:
 def truth(system: System, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> Terms:
     """The true system's quantities at the samples; tau and the acceleration are passed through."""
     dynamics = dynamics_of(system)
+    kinetic, potential = (evaluate(energy, q, qd)[..., 0] for energy in (dynamics.kinetic, dynamics.potential))
+    if system.is_coupled:  # the term belongs to L, so to T as models have it
+        kinetic = evaluate(dynamics.lagrangian, q, qd)[..., 0] + potential
     return Terms(
         tau=tau,
         acceleration=qdd,
         momentum=evaluate(dynamics.momentum, q, qd),
-        kinetic=evaluate(dynamics.kinetic, q, qd)[..., 0],
-        potential=evaluate(dynamics.potential, q, qd)[..., 0],
+        kinetic=kinetic,
+        potential=potential,
         mass=evaluate(dynamics.mass_matrix, q, qd).reshape(*q.shape, system.n_q),
     )

@@ -84,7 +84,7 @@ def rollout_errors(rollout: ModelRollout, split: str, part: Dataset) -> Iterator
     """Mean errors of velocities over the first test points: open loop, and one explicit Euler step (C5)."""
     for component, coordinate in enumerate(part.coordinates):
         column = part.n_q + component
-        unit = "rad/s" if coordinate.is_angle else "m/s"
+        unit = coordinate.rate_unit
         for name, states in (("rollout_qd", rollout.model), ("onestep_euler_qd", rollout.one_step_euler)):
             error = np.abs(states[..., column] - rollout.plant[..., column])
             values = np.where(np.isfinite(error), error, np.inf).mean(1)
@@ -107,7 +107,7 @@ def one_step_errors(
     error = np.abs(following.reshape(part.members, len(inside), -1) - states[:, inside + 1])
     error = np.where(np.isfinite(error), error, np.inf)
     for component, coordinate in enumerate(part.coordinates):
-        unit = "rad/s" if coordinate.is_angle else "m/s"
+        unit = coordinate.rate_unit
         yield MetricValues(split, f"onestep_exact_qd[{component}]", error[..., part.n_q + component].mean(1), unit)
 
 

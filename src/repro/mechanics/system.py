@@ -134,6 +134,11 @@ class System(ABC):
         return jointed(self.coordinates)
 
     @property
+    def is_coupled(self) -> bool:
+        """Whether L has a term that is linear in the rates."""
+        return type(self).coupling is not System.coupling
+
+    @property
     def frictionless(self) -> bool:
         """Whether its energy is kept without input."""
         return not any((*self.damping, *self.coulomb))

@@ -16,10 +16,11 @@ from repro.models.terms import Terms
 
 
 class Damped(Model):
-    """tau = d/dt(dL/dqd) - dL/dq + C qd with a constant symmetric C = sum_k c_k E_k.
+    """tau = d/dt(dL/dqd) - dL/dq + C qd with a constant C = sum_k c_k E_k.
 
     `diagonal`: one coefficient per joint, on relative rates, so that E_k = e e' with e qd the rate of joint k, see
-    `joint_rates`; `full`: one coefficient per entry of C. No sign is imposed. positions: a cart with links by default.
+    `joint_rates`; `full`: one coefficient per entry of C; `general`: C need not be symmetric, as between a current and
+    a rotor, which exchange power without loss. No sign is imposed. positions: a cart with links by default.
     parameters: [those of the model | c].
     """
 
@@ -27,6 +28,8 @@ class Damped(Model):
         self.model, self.n_q = model, model.n_q
         jointed = (positions or cart_with_links(model.n_q)).jointed
         self.shapes = diagonal(model.n_q, jointed) if damping == "diagonal" else full(model.n_q)
+        if damping == "general":
+            self.shapes = np.eye(model.n_q**2).reshape(-1, model.n_q, model.n_q)
         self.names = tuple(f"c{index}" for index in range(len(self.shapes)))
         self.inverse, self.energetic, self.transforms = model.inverse, model.energetic, model.transforms
         self.model_slice = slice(0, model.n_parameters)

@@ -1,4 +1,4 @@
-"""The degenerate anchor row: L = p_x^2 / (2 m), no gravity, a mass matrix of rank one."""
+"""The degenerate anchor row: L = p^2 / (2 m) of one cyclic coordinate, no gravity, a mass matrix of rank one."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,17 +7,22 @@ import casadi
 import numpy as np
 from torch import Tensor
 
+from repro.errors import UserError
+from repro.mechanics.inputs import input_matrix
 from repro.mechanics.system import System
 from repro.models.expression import ExpressionModel
 from repro.models.model import EnergyExpressions, Prepared
 from repro.models.terms import Terms
 
+NONE_DRIVEN = "is the momentum of a cyclic coordinate that an input drives, as a cart is"
+
 
 class Degenerate(ExpressionModel):
-    """The true cart momentum p_x alone: nothing depends on the pendulum, yet its MAE_tau is small.
+    """The true momentum of the cart alone: nothing depends on the pendulum, yet its MAE_tau is small.
 
-    p_x belongs to a cyclic coordinate, so d/dt p_x = f holds exactly: the first row of tau is right, and only small
-    parts of the others are left. A fit that stops here looks good by MAE_tau and is useless.
+    It belongs to a cyclic coordinate that an input drives, so dp/dt = f holds exactly: that row of tau is right, and
+    only small parts of the others are left. A fit that stops here looks good by MAE_tau and is useless. UserError for a
+    system without such a coordinate.
     """
 
     n_parameters = 0
@@ -25,6 +30,10 @@ class Degenerate(ExpressionModel):
     def __init__(self, system: System) -> None:
         self.n_q = system.n_q
         self._kinetic = system.kinetic
+        found = driven_cyclic(system)
+        if found is None:
+            raise UserError(f"model=degenerate: {NONE_DRIVEN}; system={system.name} has none")
+        self._index = found
 
     def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
         """No weights."""
@@ -35,8 +44,14 @@ class Degenerate(ExpressionModel):
         return replace(super().terms(outputs, prepared), mass=None)
 
     def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
-        """T = p_x^2 / (2 m), V = 0."""
+        """T = p^2 / (2 m), V = 0."""
         kinetic = casadi.SX(self._kinetic(casadi.vertsplit(q), casadi.vertsplit(qd), casadi))
-        cart_momentum = casadi.gradient(kinetic, qd)[0]
-        total_mass = casadi.jacobian(cart_momentum, qd)[0]
-        return EnergyExpressions(cart_momentum**2 / (2 * total_mass), casadi.SX(0))
+        momentum = casadi.gradient(kinetic, qd)[self._index]
+        mass = casadi.jacobian(momentum, qd)[self._index]
+        return EnergyExpressions(momentum**2 / (2 * mass), casadi.SX(0))
+
+
+def driven_cyclic(system: System) -> int | None:
+    """Position of the first cyclic coordinate that an input drives, or None."""
+    driven = np.any(input_matrix(system, system.at_rest()) != 0, axis=1)
+    return next((i for i, c in enumerate(system.coordinates) if c.cyclic and driven[i]), None)

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from repro.mechanics.system import System
 
 Activation = Literal["softplus", "tanh"]
-Damping = Literal["none", "diagonal", "full"]
+Damping = Literal["none", "diagonal", "full", "general"]
 Factor = Literal["wide", "triangular"]
 Initialisation = Literal["inertia", "glorot"]
 Rod = Literal["part", "rigid_body", "mass"]
@@ -63,6 +63,11 @@ class ModelOptions(PluginOptions):
     def has_momentum_transform(self) -> bool:
         """Whether it learns M_hat(q) of eq. (8)."""
         return False
+
+    @property
+    def couples_rates(self) -> bool:
+        """Whether it has forces that are linear in other rates and store no energy, as a motor has."""
+        return getattr(self, "damping", "none") == "general"
 
     def is_linear(self, basis_is_linear: bool) -> bool:
         """Whether tau is linear in what is fitted, on a basis that is linear or not."""

@@ -22,6 +22,11 @@ class PositionFeatures:
     translations: tuple[tuple[int, float], ...] = ()
     jointed: tuple[int, ...] = ()
 
+    @property
+    def upright_angles(self) -> bool:
+        """Whether all that V depends on are angles from the vertical: one, and absolute ones."""
+        return not self.translations and all(angle in self.jointed for angle in self.angles[1:])
+
     def inertia(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
         """Inputs of a network for M(q), dimensionless, by name."""
         cosines = {f"cos(q{i})": m.cos(q[i]) for i in self.angles}

@@ -1,4 +1,4 @@
-"""T = qd' M(q) qd / 2 with M(q) = C(q) C(q)' positive semi-definite by construction, V linear in cosines."""
+"""T = qd' M(q) qd / 2 with M(q) = C(q) C(q)' positive semi-definite by construction, V in cosines or a network."""
 
 from collections.abc import Sequence
 
@@ -20,10 +20,11 @@ class Structured(Model):
 
     With a square factor the rank-deficient matrices are walls that a fit cannot cross; with rank >= n_q + 2 the path
     goes round them. Velocities are divided by `velocity_scale` (n_q,), so that the start M = diag(scale^-2) has the
-    inertia scale of the data. parameters: [weights of C | beta].
+    inertia scale of the data. parameters: [weights of C | beta, or those of V].
 
     factor `triangular`: C is lower triangular, the Cholesky factor of M as in DeLaN (Lutter et al., 2019).
-    initialisation `glorot`: weights as Keras draws them, with no thought for the inertia.
+    initialisation `glorot`: weights as Keras draws them, with no thought for the inertia. potential_hidden: hidden
+    layers of a network for V of the same inputs as C, in the place of the linear V.
     """
 
     def __init__(
@@ -37,6 +38,7 @@ class Structured(Model):
         skip: bool = True,
         factor: Factor = "wide",
         initialisation: Initialisation = "inertia",
+        potential_hidden: Sequence[int] | None = None,
         positions: PositionFeatures | None = None,
     ) -> None:
         positions = positions or cart_with_links(n_q)
@@ -49,9 +51,14 @@ class Structured(Model):
         self.features = FeatureMap(positions.inertia, n_q)
         self.potential_features = FeatureMap(positions.potential, n_q)
         self.network = Network(len(self.features), tuple(hidden), len(self._entries), activation, skip)
+        self.potential: Network | None = None
+        if potential_hidden is not None:
+            self.potential = Network(len(self.features), tuple(potential_hidden), 1, activation, True)
         n_network = self.network.n_parameters
+        n_potential = len(self.potential_features) if self.potential is None else self.potential.n_parameters
         self.network_slice = slice(0, n_network)
-        self.potential_slice = slice(n_network, n_network + len(self.potential_features))
+        self.potential_slice = slice(n_network, n_network + n_potential)
+        self._slopes = [0, *range(2, 2 + n_q)]
 
     @property
     def n_parameters(self) -> int:
@@ -59,12 +66,17 @@ class Structured(Model):
         return self.potential_slice.stop
 
     def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
-        """Small random output weights around C = [I 0], so that M starts as diag(velocity_scale^-2); V starts at 0."""
+        """Small random output weights around C = [I 0], so that M starts as diag(velocity_scale^-2).
+
+        A linear V starts at 0, a network at random.
+        """
         if self.initialisation == "glorot":
             networks = self.network.initial(generators)
         else:
             networks = np.stack([self._network_start(generator) for generator in generators])
-        return np.pad(networks, ((0, 0), (0, len(self.potential_features))))
+        if self.potential is None:
+            return np.pad(networks, ((0, 0), (0, len(self.potential_features))))
+        return np.concatenate([networks, self.potential.initial(generators)], axis=1)
 
     def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
         """Position jets [z, zdot, dz/dq_c] (..., 2 + n_q, n_z), potential rows [z, w_c], scaled velocities."""
@@ -72,9 +84,9 @@ class Structured(Model):
         jets = self.features.jets(q, qd, qdd)
         rows = [0, *range(2 + n_q, 2 + 2 * n_q)]
         position_rows = np.concatenate([jets[..., :2, :], -jets[..., 2 + n_q : 2 + 2 * n_q, :]], axis=-2)
-        return {
+        linear = {} if self.potential else {"potential": self.potential_features.jets(q, qd, qdd)[..., rows, :]}
+        return linear | {
             "position": position_rows,
-            "potential": self.potential_features.jets(q, qd, qdd)[..., rows, :],
             "velocity": qd / self.velocity_scale,
             "acceleration": qdd / self.velocity_scale,
             "scale": np.broadcast_to(self.velocity_scale, qd.shape).copy(),
@@ -83,8 +95,11 @@ class Structured(Model):
     def outputs(self, parameters: Tensor, prepared: Prepared, mass: bool) -> list[Tensor]:
         """C and its derivatives along the motion and each coordinate (..., 2 + n_q, n_entries), and [V, w]."""
         factor = self.network.propagate(parameters[:, self.network_slice], prepared["position"])
-        potential = torch.einsum("mnji,mi->mnj", prepared["potential"], parameters[:, self.potential_slice])
-        return [factor, potential]
+        weights = parameters[:, self.potential_slice]
+        if self.potential is None:
+            return [factor, torch.einsum("mnji,mi->mnj", prepared["potential"], weights)]
+        value = self.potential.propagate(weights, prepared["position"][:, :, self._slopes])[..., 0]
+        return [factor, value * self._signs(value)]
 
     def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:
         """tau = M qdd + Mdot qd - d/dq (qd' M qd) / 2 + dV/dq."""
@@ -110,7 +125,13 @@ class Structured(Model):
         """Gradients with respect to all weights, (member, row, sample, n_parameters)."""
         weights = parameters[:, self.network_slice]
         network = self.network.jacobian(weights, prepared["position"], cotangents[0])
-        return torch.cat([network, torch.einsum("mrnj,mnji->mrni", cotangents[1], prepared["potential"])], dim=-1)
+        if self.potential is None:
+            potential = torch.einsum("mrnj,mnji->mrni", cotangents[1], prepared["potential"])
+        else:
+            rows, own = prepared["position"][:, :, self._slopes], parameters[:, self.potential_slice]
+            slopes = (cotangents[1] * self._signs(cotangents[1])).unsqueeze(-1)
+            potential = self.potential.jacobian(own, rows, slopes)
+        return torch.cat([network, potential], dim=-1)
 
     def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
         """T and V as CasADi expressions."""
@@ -119,8 +140,19 @@ class Structured(Model):
         entries[self._entries.tolist()] = output
         factor = casadi.reshape(entries, self.rank, self.n_q)
         u = factor @ (qd / casadi.DM(self.velocity_scale))
-        potential = casadi.dot(parameters[self.potential_slice], self.potential_features.expression(q, qd))
+        weights = parameters[self.potential_slice]
+        if self.potential is None:
+            potential = casadi.dot(weights, self.potential_features.expression(q, qd))
+        else:
+            potential = self.potential.expression(weights, self.features.expression(q, qd))
         return EnergyExpressions(0.5 * casadi.dot(u, u), potential)
+
+    @staticmethod
+    def _signs(rows: Tensor) -> Tensor:
+        """1 for V, -1 for its slopes, as w = -dV/dq of a linear V has it."""
+        signs = rows.new_full((rows.shape[-1],), -1.0)
+        signs[0] = 1.0
+        return signs
 
     def _factor(self, entries: Tensor) -> Tensor:
         """Return C and its derivatives (..., n_q, rank) from the network's outputs (..., n_entries)."""

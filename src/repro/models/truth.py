@@ -9,11 +9,14 @@ import numpy as np
 
 from repro.codegen.array_evaluation import evaluate
 from repro.errors import UserError
+from repro.mechanics.chain import Chain
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
 from repro.models.damped import Damped
+from repro.models.exact import Exact
 from repro.models.features import FeatureMap
 from repro.models.lagrangian import Lagrangian
+from repro.models.model import Model
 from repro.models.products import Features
 
 POINTS = 200  # where the true energies are looked at, many more than coefficients
@@ -67,6 +70,16 @@ class DampedTruth(Damped):
         start = super().initial(generators)
         start[:, self.damping_slice] = self.friction_of_joints
         return start
+
+
+def true_model(system: System, damped: bool) -> Model:
+    """The true system with weights where it is a chain of links, so that they can be made wrong; else without."""
+    if isinstance(system, Chain) and not (damped and any(system.coulomb)):
+        try:
+            return DampedTruth(system) if damped else Truth(system)
+        except UserError:  # the printed double pendulum is no chain's
+            pass
+    return Exact(system, damped)
 
 
 def _coefficients(system: System, kinetic: FeatureMap, potential: FeatureMap) -> np.ndarray:

@@ -33,7 +33,7 @@ def build(context: Context, options: Options) -> Model:
     model = NeuralPotential(
         context.velocity_scale,
         context.position_scale,
-        context.positions.angles,
+        [i for i, coordinate in enumerate(context.coordinates) if coordinate.is_angle],
         hidden=options.hidden,
         potential_hidden=options.potential_hidden,
         activation=options.activation,

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 class Options(ModelOptions):
     """Options of model=port_hamiltonian.
 
-    energy `structured`: M > 0 and V bounded, so H is bounded below; `basis`: L in the basis, where H may be
+    energy `structured`: M > 0 and V of angles bounded, so H is bounded below; `basis`: L in the basis, where H may be
     indefinite. hidden, damping_hidden: units of each hidden layer of the energy and of J and R. floor: least eigenvalue
     of M in the scale of the velocities. momentum_hidden: hidden layers of M_hat(q), eq. (8); None: p = dL/dqd.
     """
@@ -41,6 +41,11 @@ class Options(ModelOptions):
         return self.energy == "basis"
 
     @property
+    def couples_rates(self) -> bool:
+        """A J that is not canonical couples rates."""
+        return self.structure != "canonical"
+
+    @property
     def has_momentum_transform(self) -> bool:
         """Whether it learns M_hat(q)."""
         return self.momentum_hidden is not None
@@ -57,7 +62,13 @@ def build(context: Context, options: Options) -> Model:
     learned: Model
     if options.energy == "structured":
         learned = Structured(
-            context.n_q, scale, hidden=hidden, rank=options.rank, activation=activation, positions=positions
+            context.n_q,
+            scale,
+            hidden=hidden,
+            rank=options.rank,
+            activation=activation,
+            potential_hidden=None if positions.upright_angles else hidden,
+            positions=positions,
         )
     else:
         learned = Lagrangian(context.basis, context.n_q, hidden=hidden, activation=activation)

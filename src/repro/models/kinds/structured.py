@@ -1,10 +1,10 @@
-"""T = qd' M(q) qd / 2 with M(q) = C C' positive semi-definite by construction, V linear in cosines."""
+"""T = qd' M(q) qd / 2 with M(q) = C C' positive semi-definite by construction, V in cosines or a network."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from repro.models.model_options import Activation, Damping, Factor, Initialisation, ModelOptions
 from repro.plugins.options import Count
@@ -21,7 +21,8 @@ class Options(ModelOptions):
     hidden: units of each hidden layer of C. factor: a `wide` C of `rank` columns (None: n_q + 2), or a `triangular`
     one, the Cholesky factor of M. skip: a linear path beside the hidden layers. scaled: velocities are divided by their
     spread in the data, so that M starts at the data's inertia scale. initialisation `inertia`: M starts as the
-    identity, in those units.
+    identity, in those units. potential: V linear in `cosines` (and translations), or a `network` of potential_hidden
+    layers; `auto` takes the cosines where each is an angle from the vertical, as on a cart with links.
     """
 
     runs_on_device: ClassVar[bool] = True
@@ -33,6 +34,8 @@ class Options(ModelOptions):
     skip: bool = True
     scaled: bool = True
     initialisation: Initialisation = "inertia"
+    potential: Literal["auto", "cosines", "network"] = "auto"
+    potential_hidden: tuple[Count, ...] = (8,)
     damping: Damping = "none"
 
     def problems(self) -> Iterator[str]:
@@ -55,6 +58,7 @@ def build(context: Context, options: Options) -> Model:
     from repro.models.damped import with_damping
     from repro.models.structured import Structured
 
+    cosines = options.potential == "cosines" or (options.potential == "auto" and context.positions.upright_angles)
     model = Structured(
         context.n_q,
         context.velocity_scale if options.scaled else np.ones(context.n_q),
@@ -64,6 +68,7 @@ def build(context: Context, options: Options) -> Model:
         skip=options.skip,
         factor=options.factor,
         initialisation=options.initialisation,
+        potential_hidden=None if cosines else options.potential_hidden,
         positions=context.positions,
     )
     return with_damping(model, options.damping, context.positions)
