@@ -97,14 +97,11 @@ COMBINATIONS = {
     "system=rod model=truth control=energy_shaping": (
         "control = 'energy_shaping': drives a cart with one link by one force; system=rod has 3 inputs and coordinates "
         "x, y, theta; use system=sip, sip_rod"
+    ),
     "system=acrobot model=degenerate": "model=degenerate: is the momentum of a cyclic coordinate that an input drives",
     "system=motor_pendulum model=structured": "system=motor_pendulum has forces between its rates, as a motor has",
-    "system=furuta reading=printed model=truth": "reading = 'printed': is for the links of the paper; system=furuta",
+    "system=furuta reading=printed model=truth": "reading = printed: is for the links of the paper; system=furuta",
     "system=spring_row model=truth data.start=hanging": "unknown start of spring_row 'hanging': choose one of rest",
-    "system=rod model=truth control=sip": (
-        "control = 'sip': drives a cart with links by one force; system=rod has 3 inputs and coordinates x, y, theta; "
-        "use system=cart_rods, dip, sip, sip_rod"
-    ),
     "system=link model=truth control=sip task=swing_up task.end=rest": "task.start = 'hanging': system=link rests at",
     "system=rod model=truth control=sip control.stage_cost.position={z:1}": "cost.position.z: system=rod has x, y",
     "model=truth control=sip task.tolerance.phi=0.1": "task.tolerance.phi: system=sip has coordinates x, theta",

@@ -249,7 +249,7 @@ def test_relative_damping_sees_the_rates_between_links() -> None:
         ({"name": "tripod"}, "sip_rod"),
         ({"name": "sip", "reading": "literal"}, "printed"),
         ({"name": "sip", "damping_frame": "joint"}, "relative"),
-        ({"name": "link", "reading": "printed"}, "system=link goes with reading = 'physical'"),
+        ({"name": "link", "reading": "printed"}, "system=link goes with reading = physical"),
         ({"name": "link", "damping_growth": 1.0}, "system=link goes with damping_growth = 0.0"),
         ({"name": "sip", "coulomb": [0.1]}, "coulomb of sip needs 2 non-negative"),
         ({"name": "sip", "damping": [0.1]}, "2 non-negative"),

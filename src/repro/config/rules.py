@@ -45,17 +45,11 @@ def _unknown_names(config: Config) -> Iterator[str]:
 
 def _system(config: Config) -> Iterator[str]:
     try:
-        true_system(config)
+        system = true_system(config)
+        if isinstance(config.data, RandomForce):
+            system.at_rest(config.data.start)
     except UserError as error:
         yield f"system: {error}"
-
-
-def _start_of_data(config: Config) -> Iterator[str]:
-    if isinstance(config.data, RandomForce) and not [*_system(config)]:
-        try:
-            true_system(config).at_rest(config.data.start)
-        except UserError as error:
-            yield f"data.start: {error}"
 
 
 def _basis_of_another_system(config: Config) -> Iterator[str]:
@@ -186,18 +180,6 @@ def _model_of_system(config: Config) -> Iterator[str]:
         yield problem
 
 
-def _coupled_rates(config: Config) -> Iterator[str]:
-    model = config.model
-    if [*_system(config)] or isinstance(config.data, RecordingFile) or not true_system(config).is_coupled:
-        return
-    if model.fitted and model.energetic and not model.couples_rates:
-        yield (
-            f"model.kind = {model.kind!r}: system={config.system.name} has forces between its rates, as a motor has, "
-            "which it cannot learn; use model=structured model.damping=general, or model=port_hamiltonian "
-            "model.structure=free"
-        )
-
-
 def _parts(config: Config) -> Iterator[str]:
     if not config.model.sub_models or [*_system(config)] or isinstance(config.data, RecordingFile):
         return
@@ -236,7 +218,6 @@ def _closed_loop(config: Config) -> Iterator[str]:
 
 RULES: tuple[Callable[[Config], Iterator[str]], ...] = (
     _system,
-    _start_of_data,
     _basis_of_another_system,
     _closed_form,
     _without_energies,
@@ -251,7 +232,6 @@ RULES: tuple[Callable[[Config], Iterator[str]], ...] = (
     _finish,
     _model_alone,
     _model_of_system,
-    _coupled_rates,
     _parts,
     without_accelerations,
     sensors,

@@ -194,8 +194,8 @@ def load(
             settings[setting] = value
         elif value != LINKS_ALONE[setting]:
             raise UserError(
-                f"{setting} = {value!r}: is for the links of the paper; system={name} goes with "
-                f"{setting} = {LINKS_ALONE[setting]!r}"
+                f"{setting} = {value}: is for the links of the paper; system={name} goes with "
+                f"{setting} = {LINKS_ALONE[setting]}"
             )
     return found(**(settings | constants))
 

@@ -79,7 +79,12 @@ class ModelOptions(PluginOptions):
 
     def system_problem(self, system: "System") -> str | None:
         """The reason why this true system cannot be modelled, or None."""
-        return None
+        if not system.is_coupled or not self.fitted or not self.energetic or self.couples_rates:
+            return None
+        return (
+            f"model.kind = {self.kind!r}: system={system.name} has forces between its rates, as a motor has, which it "
+            "cannot learn; use model=structured model.damping=general, or model=port_hamiltonian model.structure=free"
+        )
 
     def parts_problem(self, n_q: int, part_sizes: Sequence[int]) -> str | None:
         """The reason why sub-models of so many coordinates each cannot make up one of n_q, or None."""
