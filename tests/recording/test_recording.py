@@ -12,11 +12,17 @@ from repro.recording import palette
 from repro.recording.card_page import card_page
 from repro.recording.chart import Chart
 from repro.recording.contents import DrawnMotion, LearningCurve, RunRecording
+from repro.recording.drawn_shape import DrawnShape
 from repro.recording.layout import layout_of
 from repro.recording.viewer import command_of, environment
 from repro.recording.writer import read_recording, write_recording
 
 LENGTH, GRAVITY, MASS = 0.5, 9.8, 0.2
+
+
+def shapes_of(cart: np.ndarray, tip: np.ndarray) -> list[DrawnShape]:
+    block = DrawnShape("cart", cart[:, None], np.zeros(len(cart)), (0.14, 0.05))
+    return [block, DrawnShape("link", np.stack([cart, tip], axis=1)), DrawnShape("arrow", cart[:, None], block.turn)]
 
 
 def swing(time: np.ndarray, amplitude: float) -> DrawnMotion:
@@ -28,7 +34,7 @@ def swing(time: np.ndarray, amplitude: float) -> DrawnMotion:
     cart = np.stack([x, np.zeros_like(x)], axis=-1)
     tip = cart + LENGTH * np.stack([np.sin(theta), np.cos(theta)], axis=-1)
     energies = {"T": kinetic, "V": potential, "H": kinetic + potential}
-    return DrawnMotion(np.stack([x, theta, *rates], axis=-1), energies, np.stack([cart, tip], axis=1))
+    return DrawnMotion(np.stack([x, theta, *rates], axis=-1), energies, shapes_of(cart, tip))
 
 
 def example(steps: int = 50, models: int = 2) -> RunRecording:
@@ -44,6 +50,7 @@ def example(steps: int = 50, models: int = 2) -> RunRecording:
         plant=swing(time, 0.5),
         models=rollouts,
         forces={"x": np.sin(7.0 * time)},
+        inputs={"force": np.sin(7.0 * time)},
         power={"supplied": np.cos(time), "dH/dt": np.cos(time) / 3},
         curves={"log10 loss": LearningCurve(epochs, {label: -np.log10(1.0 + epochs) for label in rollouts})},
         obstacle=(0.6, 0.4, 0.1),
@@ -99,7 +106,7 @@ def test_lines_are_named_with_their_unit(written):
 
 def test_every_input_has_a_line_in_the_chart_of_its_unit():
     forces = {name: np.linspace(0.0, slope, 50) for name, slope in (("x", 1.0), ("y", 2.0), ("theta", 3.0))}
-    still = DrawnMotion(np.zeros((50, 6)), {"H": np.zeros(50)}, np.zeros((50, 2, 2)))
+    still = DrawnMotion(np.zeros((50, 6)), {"H": np.zeros(50)}, [DrawnShape("link", np.ones((50, 2, 2)))])
     coordinates = (("x", "m"), ("y", "m"), ("theta", "rad"))
     recording = replace(example(), coordinates=coordinates, plant=still, models={}, curves={}, forces=forces)
     charts = {chart.path: chart.names for chart in layout_of(recording).inputs}
@@ -126,10 +133,10 @@ def test_the_drawing_ends_where_the_points_are_with_y_turned_down(written):
         turn = column(found[f"/scene/{name}/link1"], "Transform3D:quaternion", 4)
         angle = 2 * np.arctan2(turn[:, 2], turn[:, 3])
         tip = place[:, :2] + LENGTH * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-        assert np.allclose(tip, rollout.points[:, 1] * [1, -1], atol=1e-6)
+        assert np.allclose(tip, rollout.shapes[1].points[:, 1] * [1, -1], atol=1e-6)
         cart = column(found[f"/scene/{name}/cart"], "Transform3D:translation", 3)
-        assert np.allclose(cart[:, :2], rollout.points[:, 0] * [1, -1], atol=1e-6)
-    upright = recording.plant.points[:, 1, 1].argmax()
+        assert np.allclose(cart[:, :2], rollout.shapes[1].points[:, 0] * [1, -1], atol=1e-6)
+    upright = recording.plant.shapes[1].points[:, 1, 1].argmax()
     assert column(found["/scene/plant/link1"], "Transform3D:quaternion", 4)[upright, 2] < 0
 
 
@@ -150,7 +157,7 @@ def test_a_long_rollout_stays_small(tmp_path):
 def test_a_model_that_diverges_is_a_gap_and_hides_nothing(tmp_path):
     recording = example()
     lost = recording.models["seed 1"]
-    for array in (lost.state, lost.points, *lost.energies.values()):
+    for array in (lost.state, *(shape.points for shape in lost.shapes), *lost.energies.values()):
         array[20:30], array[30:] = 1e300, np.nan
     write_recording(tmp_path / "diverged.rrd", recording)
     assert np.isnan(read_recording(tmp_path / "diverged.rrd")["energy/H"].values[30:, 1]).all()

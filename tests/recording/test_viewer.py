@@ -9,6 +9,7 @@ from repro.commands import view
 from repro.errors import UserError
 from repro.recording import viewer
 from repro.recording.contents import DrawnMotion, RunRecording
+from repro.recording.drawn_shape import DrawnShape
 from repro.recording.writer import write_recording
 from repro.tracking.record import Identity, Record, StageOutcome
 
@@ -93,7 +94,7 @@ def test_the_command_line_of_the_viewer_exists():
 def test_a_picture_needs_no_display(tmp_path):
     time = np.arange(30) * 0.04
     points = np.stack([np.zeros((30, 2)), np.stack([np.sin(time), np.cos(time)], axis=-1)], axis=1)
-    plant = DrawnMotion(np.stack([time, time], axis=-1), {"H": time}, points)
+    plant = DrawnMotion(np.stack([time, time], axis=-1), {"H": time}, [DrawnShape("link", points)])
     recording = RunRecording(
         "r", "r", {}, time, [("theta", "rad")], plant, {"seed 0": plant}, {"theta": time}, {"supplied": time}
     )

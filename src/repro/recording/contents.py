@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from repro.recording.chart import part
+from repro.recording.drawn_shape import DrawnShape
 
 FILENAME = "recording.rrd"
 PLANT = "plant"
@@ -19,12 +20,12 @@ class DrawnMotion:
 
     state     (steps, 2 n_q), coordinates then their rates
     energies  name -> (steps,), J
-    points    (steps, n_points, 2), world positions of the cart and every joint or tip in order, y up, m; rigid links
+    shapes    what the picture shows of it
     """
 
     state: np.ndarray
     energies: Mapping[str, np.ndarray]
-    points: np.ndarray
+    shapes: Sequence[DrawnShape]
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,7 @@ class RunRecording(Recording):
     plant        the true rollout; it, the forces and the power are finite
     models       label -> the model's rollout
     forces       coordinate -> (steps,), the generalised force along each driven one; N along metres, N m about angles
+    inputs       name -> (steps,), the inputs in the order of the arrows that show them
     power        name -> (steps,), W; the first is the one that the others should add up to
     curves       name -> learning curve
     obstacle     centre x, centre y (y up) and radius, m
@@ -72,6 +74,7 @@ class RunRecording(Recording):
     forces: Mapping[str, np.ndarray]
     power: Mapping[str, np.ndarray]
     curves: Mapping[str, LearningCurve] = field(default_factory=dict)
+    inputs: Mapping[str, np.ndarray] = field(default_factory=dict)
     obstacle: tuple[float, float, float] | None = None
     predicted: np.ndarray | None = None
     charts: Mapping[str, tuple[str, np.ndarray]] = field(default_factory=dict)
@@ -80,17 +83,17 @@ class RunRecording(Recording):
         steps = len(self.time)
         if steps < 2 or not np.all(np.diff(self.time) > 0):
             raise ValueError("time: at least 2 steps, finite and increasing, are needed")
-        points = self.plant.points.shape[1:]
         forces = {f"force along {name}": values for name, values in self.forces.items()}
         power = {f"power {name}": values for name, values in self.power.items()}
         charts = {f"chart {name}": values for name, (_, values) in self.charts.items()}
         shapes: dict[str, tuple[np.ndarray, tuple[int, ...]]] = {}
-        shapes |= {name: (values, (steps,)) for name, values in {**forces, **power, **charts}.items()}
+        shapes |= {name: (values, (steps,)) for name, values in {**forces, **self.inputs, **power, **charts}.items()}
         if self.predicted is not None:
             shapes["predicted"] = self.predicted, (steps, self.predicted.shape[1], 2)
         for label, rollout in {PLANT: self.plant, **self.models}.items():
             shapes[f"state of {label}"] = rollout.state, (steps, 2 * len(self.coordinates))
-            shapes[f"points of {label}"] = rollout.points, (steps, *points)
+            places = {f"shape {number} of {label}": drawn.points for number, drawn in enumerate(rollout.shapes)}
+            shapes |= {what: (points, (steps, *points.shape[1:])) for what, points in places.items()}
             for name in self.plant.energies:
                 if name not in rollout.energies:
                     raise ValueError(f"energies of {label}: {name} is missing")
@@ -100,7 +103,8 @@ class RunRecording(Recording):
         for what, (array, shape) in shapes.items():
             if array.shape != shape:
                 raise ValueError(f"{what}: shape {array.shape} instead of {shape}")
-        truth = {"state": self.plant.state, "points": self.plant.points, **self.plant.energies}
+        places = {f"shape {number}": drawn.points for number, drawn in enumerate(self.plant.shapes)}
+        truth = {"state": self.plant.state, **places, **self.plant.energies}
         for what, array in {**forces, **self.power, **truth}.items():
             if not np.isfinite(array).all():
                 raise ValueError(f"{what} of {PLANT}: not finite")

@@ -1,27 +1,29 @@
-"""The moving cart and its links in a 2D view: fixed shapes, moved by columns of transforms."""
+"""The moving mechanism in a 2D view: rigid shapes are moved by columns of transforms, springs are drawn anew."""
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from repro.recording import palette
 from repro.recording.contents import PLANT
+from repro.recording.drawn_shape import DrawnShape
 
 if TYPE_CHECKING:
     import rerun as rr
     import rerun.blueprint as rrb
 
 ROOT = "scene"
-# Sizes of the drawing, in parts of the first link's length.
-CART = (0.28, 0.1)
+# Sizes of the drawing, in parts of its scale, which is the length of the first link.
 WHEEL = 0.08
-RAIL = -CART[1] - 2 * WHEEL
-# The camera goes with the plant's cart once that travels further than this many times the reach of its links.
+RAIL = -0.1 - 2 * WHEEL  # below the middle of a cart
+# The camera goes with the plant's block once that travels further than this many times the reach of all else from it.
 MOST_REACHES_IN_VIEW = 6.0
+LEAST_REACH = 0.5  # m
 MOST_MARKS = 400
 
 
@@ -40,35 +42,54 @@ class Frame:
     """What the camera shows; m, y up.
 
     x, y      lowest and highest coordinate in view
-    follows   whether the camera goes with the plant's cart, x and y then being relative to it
-    track     lowest and highest x of the drawn track
+    follows   name of the shape that the camera goes with, x and y then being relative to it
+    track     lowest and highest place on the drawn track, its middle and its slope in rad, where there is a cart
     scale     length of the first link, by which the drawing is sized
     """
 
     x: tuple[float, float]
     y: tuple[float, float]
-    follows: bool
-    track: tuple[float, float]
+    follows: str | None
+    track: tuple[float, float, float] | None
     scale: float
 
 
-def frame_of(points: np.ndarray, obstacle: tuple[float, float, float] | None) -> Frame:
-    """The frame that suits the plant's points (steps, n_points, 2) and the obstacle (centre x, y and radius)."""
-    lengths = np.linalg.norm(np.diff(points[0], axis=0), axis=-1)
-    scale = float(lengths[0]) if lengths.size else 1.0
-    reach = float(lengths.sum()) or scale
-    cart = points[:, 0, 0]
-    low, high = float(cart.min()), float(cart.max())
-    margin = reach + 0.4 * scale
-    x = low - margin, high + margin
-    y = min(float(points[..., 1].min()), 2 * RAIL * scale) - 0.4 * scale, float(points[..., 1].max()) + 0.4 * scale
+def frame_of(shapes: Sequence[DrawnShape], obstacle: tuple[float, float, float] | None) -> Frame:
+    """The frame that suits the plant's shapes and the obstacle (centre x, y and radius)."""
+    points = np.concatenate([shape.points for shape in shapes], axis=1)
+    links = [shape.points[0] for shape in shapes if shape.kind == "link"]
+    lengths = [float(np.linalg.norm(end - start)) for start, end in links]
+    sizes = [max(shape.size) for shape in shapes if shape.kind in ("block", "disc", "cart")]
+    scale = next(iter(lengths), 2 * max(sizes, default=0.5)) or 1.0
+    name, moving = next(
+        ((name, shape) for name, shape in named(shapes) if shape.kind in ("cart", "block")), (None, shapes[0])
+    )
+    middle = moving.points[:, :1]
+    reach = max(float(np.abs(points - middle).max()) if name == "cart" else LEAST_REACH, scale)
+    margin = 0.4 * scale + (0.5 * reach if name == "cart" else 0.3 * scale)
+    x = float(points[..., 0].min()) - margin, float(points[..., 0].max()) + margin
+    y = float(points[..., 1].min()) - 0.6 * scale, float(points[..., 1].max()) + 0.6 * scale
     if obstacle is not None:
         centre_x, centre_y, radius = obstacle
         x = min(x[0], centre_x - radius), max(x[1], centre_x + radius)
         y = min(y[0], centre_y - 1.2 * radius), max(y[1], centre_y + 1.2 * radius)
-    follows = high - low > MOST_REACHES_IN_VIEW * reach
-    track = (x[0] - 4 * margin, x[1] + 4 * margin)
-    return Frame((-1.5 * margin, 1.5 * margin) if follows else x, y, follows, track, scale)
+    travelled = float(np.ptp(middle, axis=0).max())
+    follows = name if travelled > MOST_REACHES_IN_VIEW * reach else None
+    track = None
+    if name == "cart" and moving.turn is not None:
+        track = (x[0] - 4 * margin, x[1] + 4 * margin, float(moving.turn[0]))
+    if follows is not None:
+        x = y = (-1.5 * (reach + margin), 1.5 * (reach + margin))
+    return Frame(x, y, follows, track, scale)
+
+
+def named(shapes: Sequence[DrawnShape]) -> Iterator[tuple[str, DrawnShape]]:
+    """The shapes that belong to a body, by the name of their entity: cart, link1, link2, ..."""
+    counts = Counter[str]()
+    for shape in shapes:
+        if shape.kind not in ("arrow", "turn"):
+            counts[shape.kind] += 1
+            yield shape.kind + ("" if shape.kind == "cart" else str(counts[shape.kind])), shape
 
 
 def view(frame: Frame) -> rrb.Spatial2DView:
@@ -77,7 +98,7 @@ def view(frame: Frame) -> rrb.Spatial2DView:
 
     corners = to_view(np.stack([frame.x, frame.y], axis=-1))
     return rrb.Spatial2DView(
-        origin=f"/{ROOT}/{PLANT}/cart" if frame.follows else f"/{ROOT}",
+        origin=f"/{ROOT}/{PLANT}/{frame.follows}" if frame.follows else f"/{ROOT}",
         contents=f"/{ROOT}/**",
         name="Motion [m]",
         visual_bounds=rrb.VisualBounds2D(x_range=corners[:, 0], y_range=np.sort(corners[:, 1])),
@@ -85,24 +106,29 @@ def view(frame: Frame) -> rrb.Spatial2DView:
 
 
 def log_surroundings(recording: rr.RecordingStream, frame: Frame, obstacle: tuple[float, float, float] | None) -> None:
-    """The track with its marks in metres, and the obstacle (centre x, y and radius, m)."""
+    """The track of a cart with its marks in metres, and the obstacle (centre x, y and radius, m)."""
     import rerun as rr
 
-    (low, high), scale = frame.track, frame.scale
-    rail = RAIL * scale
-    spacing = max(1.0, float(np.ceil((high - low) / MOST_MARKS)))
-    marks = np.arange(np.ceil(low / spacing), np.floor(high / spacing) + 1) * spacing
-    strips = [[[low, rail], [high, rail]], *([[mark, rail], [mark, rail - 0.08 * scale]] for mark in marks)]
-    lines = rr.LineStrips2D(to_view(np.array(strips)), radii=0.01 * scale, colors=palette.TRACK, draw_order=0)
-    labels = rr.Points2D(
-        to_view(np.stack([marks, np.full_like(marks, rail - 0.14 * scale)], axis=-1)),
-        radii=0.0,
-        colors=palette.TRACK,
-        labels=[f"{mark:g} m" for mark in marks],
-        show_labels=True,
-    )
-    recording.log(f"{ROOT}/track", lines, static=True)
-    recording.log(f"{ROOT}/track/marks", labels, static=True)
+    scale = frame.scale
+    if frame.track is not None:
+        low, high, slope = frame.track
+        spacing = max(1.0, float(np.ceil((high - low) / MOST_MARKS)))
+        marks = np.arange(np.ceil(low / spacing), np.floor(high / spacing) + 1) * spacing
+        rail = RAIL * scale
+        strips = [[[low, rail], [high, rail]], *([[mark, rail], [mark, rail - 0.08 * scale]] for mark in marks)]
+        lines = rr.LineStrips2D(
+            to_view(_turned(np.array(strips), slope)), radii=0.01 * scale, colors=palette.TRACK, draw_order=0
+        )
+        places = np.stack([marks, np.full_like(marks, rail - 0.14 * scale)], axis=-1)
+        labels = rr.Points2D(
+            to_view(_turned(places, slope)),
+            radii=0.0,
+            colors=palette.TRACK,
+            labels=[f"{mark:g} m" for mark in marks],
+            show_labels=True,
+        )
+        recording.log(f"{ROOT}/track", lines, static=True)
+        recording.log(f"{ROOT}/track/marks", labels, static=True)
     if obstacle is not None:
         angle = np.linspace(0, 2 * np.pi, 65)
         circle = np.array(obstacle[:2]) + obstacle[2] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
@@ -114,41 +140,63 @@ def log_body(
     recording: rr.RecordingStream,
     name: str,
     time: rr.TimeColumn,
-    points: np.ndarray,
+    shapes: Sequence[DrawnShape],
     *,
     scale: float,
     colour: palette.Colour,
     solid: bool,
 ) -> None:
-    """A cart with its rigid links, from the world positions of cart and joints (steps, n_points, 2), m, y up.
-
-    Solid, or an outline; hidden where its points are not finite.
-    """
+    """The shapes of a body; solid, or an outline; hidden where its points are not finite."""
     import rerun as rr
 
-    root, order = f"{ROOT}/{name}", 20 if solid else 10
-    width, height = scale * CART[0], scale * CART[1]
-    if solid:
-        bar = np.array([[[height - width, 0.0], [width - height, 0.0]]])
-        cart: rr.AsComponents = rr.LineStrips2D(bar, radii=height, colors=colour, draw_order=order)
+    order = 20 if solid else 10
+    for entity, shape in named(shapes):
+        path, points = f"{ROOT}/{name}/{entity}", to_view(shape.points)
+        thickness = (0.035 if solid else 0.02) * scale
+        if shape.kind == "link" and not _rigid(shape.points):
+            _strips(recording, path, time, points, thickness, colour, order + 1)
+        elif shape.kind == "link":
+            along = points[:, 1] - points[:, 0]
+            ends = np.array([[0.0, 0.0], [float(np.linalg.norm(along[0])), 0.0]])
+            rod = rr.LineStrips2D(ends[None], radii=thickness, colors=colour, draw_order=order + 1)
+            tip = rr.Points2D(ends[1:], radii=2.6 * thickness, colors=colour, draw_order=order + 2)
+            recording.log(path, rod, static=True)
+            recording.log(f"{path}/tip", tip, static=True)
+            _move(recording, path, time, points[:, 0], np.arctan2(along[:, 1], along[:, 0]))
+        elif shape.kind == "spring":
+            _strips(recording, path, time, to_view(_coils(shape, 0.15 * scale)), 0.4 * thickness, colour, order)
+        elif shape.kind == "disc":
+            disc = rr.Points2D([[0, 0]], radii=shape.size[0], colors=colour, draw_order=order + 2)
+            recording.log(path, disc, static=True)
+            _move(recording, path, time, points[:, 0])
+        else:
+            _log_block(recording, path, shape, scale, colour, order, solid)
+            turn = None if shape.turn is None else -shape.turn
+            _move(recording, path, time, points[:, 0], turn)
+
+
+def _log_block(
+    recording: rr.RecordingStream,
+    path: str,
+    shape: DrawnShape,
+    scale: float,
+    colour: palette.Colour,
+    order: int,
+    solid: bool,
+) -> None:
+    import rerun as rr
+
+    width, height = shape.size
+    if not solid:
+        outline = rr.Boxes2D(half_sizes=[[width, height]], radii=0.015 * scale, colors=colour, draw_order=order)
+        recording.log(path, outline, static=True)
+        return
+    bar = np.array([[[height - width, 0.0], [width - height, 0.0]]])
+    recording.log(path, rr.LineStrips2D(bar, radii=height, colors=colour, draw_order=order), static=True)
+    if shape.kind == "cart":
         axles = to_view(np.array([[-0.55 * width, -height - scale * WHEEL], [0.55 * width, -height - scale * WHEEL]]))
         wheels = rr.Points2D(axles, radii=scale * WHEEL, colors=colour, draw_order=order)
-        recording.log(f"{root}/cart/wheels", wheels, static=True)
-    else:
-        cart = rr.Boxes2D(half_sizes=[[width, height]], radii=0.015 * scale, colors=colour, draw_order=order)
-    recording.log(f"{root}/cart", cart, static=True)
-    joints = to_view(points).swapaxes(0, 1)
-    _move(recording, f"{root}/cart", time, joints[0])
-    for number, (start, end) in enumerate(pairwise(joints), start=1):
-        along = end - start
-        length = float(np.linalg.norm(along[0]))
-        thickness = 0.035 if solid else 0.02
-        ends = np.array([[0.0, 0.0], [length, 0.0]])
-        rod = rr.LineStrips2D(ends[None], radii=thickness * scale, colors=colour, draw_order=order + 1)
-        tip = rr.Points2D(ends[1:], radii=2.6 * thickness * scale, colors=colour, draw_order=order + 2)
-        recording.log(f"{root}/link{number}", rod, static=True)
-        recording.log(f"{root}/link{number}/tip", tip, static=True)
-        _move(recording, f"{root}/link{number}", time, start, np.arctan2(along[:, 1], along[:, 0]))
+        recording.log(f"{path}/wheels", wheels, static=True)
 
 
 def log_prediction(recording: rr.RecordingStream, time: rr.TimeColumn, points: np.ndarray, scale: float) -> None:
@@ -162,18 +210,45 @@ def log_prediction(recording: rr.RecordingStream, time: rr.TimeColumn, points: n
     recording.send_columns(entity, [time], rr.LineStrips2D.columns(strips=strips))
 
 
-def log_force(recording: rr.RecordingStream, time: rr.TimeColumn, force: np.ndarray, scale: float) -> None:
-    """An arrow that starts at the side of the plant's cart, two links long where the force is greatest."""
+def _rigid(points: np.ndarray) -> bool:
+    """Whether the ends (steps, 2, 2) of a link keep their distance in the picture, up to where a motion diverges."""
+    lengths = np.linalg.norm(points[:, 1] - points[:, 0], axis=-1)
+    return float(np.mean(np.abs(lengths - lengths[0]) <= 1e-6 * lengths[0])) > 0.2
+
+
+def _coils(shape: DrawnShape, width: float) -> np.ndarray:
+    """A zigzag (steps, corners, 2) between the ends of a spring."""
+    start, along = shape.points[:, :1], shape.points[:, 1:] - shape.points[:, :1]
+    corners = 2 * int(shape.size[0]) + 2
+    side = np.zeros(corners)
+    side[1:-1] = width * (-1.0) ** np.arange(corners - 2)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        across = np.nan_to_num(along[..., ::-1] * [-1.0, 1.0] / np.linalg.norm(along, axis=-1, keepdims=True))
+    zigzag: np.ndarray = start + along * np.linspace(0, 1, corners)[:, None] + across * side[:, None]
+    return zigzag
+
+
+def _turned(points: np.ndarray, angle: float) -> np.ndarray:
+    cosine, sine = np.cos(angle), np.sin(angle)
+    turned: np.ndarray = points @ np.array([[cosine, sine], [-sine, cosine]])
+    return turned
+
+
+def _strips(
+    recording: rr.RecordingStream,
+    entity: str,
+    time: rr.TimeColumn,
+    strips: np.ndarray,
+    radius: float,
+    colour: palette.Colour,
+    order: int,
+) -> None:
+    """Lines (steps, corners, 2) that change their shape; nothing where they are not finite."""
     import rerun as rr
 
-    entity = f"{ROOT}/{PLANT}/cart/force"
-    lengths = 2 * scale * force / max(float(np.abs(force).max()), np.finfo(float).tiny)
-    style = rr.Arrows2D.from_fields(radii=0.025 * scale, colors=palette.FORCE, draw_order=30)
-    recording.log(entity, style, static=True)
-    along_track = np.array([1.0, 0.0])
-    vectors = to_view(lengths[:, None] * along_track)
-    origins = to_view(np.sign(force)[:, None] * scale * CART[0] * along_track)
-    recording.send_columns(entity, [time], rr.Arrows2D.columns(vectors=vectors, origins=origins))
+    recording.log(entity, rr.LineStrips2D.from_fields(radii=radius, colors=colour, draw_order=order), static=True)
+    drawn = [strip[np.all(np.isfinite(strip), axis=-1)] for strip in strips]
+    recording.send_columns(entity, [time], rr.LineStrips2D.columns(strips=drawn))
 
 
 def _move(

@@ -17,6 +17,7 @@ from repro.recording import palette, scene
 from repro.recording.card_page import card_page
 from repro.recording.chart import Chart, part
 from repro.recording.contents import PLANT, Recording, RunRecording
+from repro.recording.input_arrows import log_inputs
 from repro.recording.layout import CARD, LEARNING_TIMELINE, TIMELINE, blueprint, layout_of
 from repro.tracking.files import replacing
 from repro.tracking.plain_data import flattened
@@ -44,7 +45,7 @@ def write_recording(path: Path, recording: RunRecording) -> None:
     import rerun as rr
 
     layout = layout_of(recording)
-    frame = scene.frame_of(recording.plant.points, recording.obstacle)
+    frame = scene.frame_of(recording.plant.shapes, recording.obstacle)
     colours = palette.colours(recording.models)
 
     def draw(stream: rr.RecordingStream, time: rr.TimeColumn) -> None:
@@ -55,9 +56,9 @@ def write_recording(path: Path, recording: RunRecording) -> None:
             scene.log_prediction(stream, time, recording.predicted, frame.scale)
         for label, model in recording.models.items():
             colour = colours[label]
-            scene.log_body(stream, part(label), time, model.points, scale=frame.scale, colour=colour, solid=False)
-        scene.log_body(stream, PLANT, time, recording.plant.points, scale=frame.scale, colour=palette.PLANT, solid=True)
-        scene.log_force(stream, time, next(iter(recording.forces.values())), frame.scale)
+            scene.log_body(stream, part(label), time, model.shapes, scale=frame.scale, colour=colour, solid=False)
+        scene.log_body(stream, PLANT, time, recording.plant.shapes, scale=frame.scale, colour=palette.PLANT, solid=True)
+        log_inputs(stream, time, recording.plant.shapes, recording.inputs, frame.scale)
 
     write_whole(path, recording, blueprint(layout, frame), layout.simulated, draw)
 

@@ -44,7 +44,7 @@ def test_plant_and_model_are_the_first_members(recorded, data):
 
 
 def test_points_are_the_cart_and_a_tip_at_the_length_of_the_pole(recorded):
-    cart, tip = np.moveaxis(recorded.plant.points, 1, 0)
+    cart, tip = np.moveaxis(recorded.plant.shapes[1].points, 1, 0)
     np.testing.assert_array_equal(cart[:, 1], 0)
     np.testing.assert_array_equal(cart[:, 0], recorded.plant.state[:, 0])
     np.testing.assert_allclose(np.linalg.norm(tip - cart, axis=1), 0.5)

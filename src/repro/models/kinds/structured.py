@@ -35,7 +35,7 @@ class Options(ModelOptions):
     scaled: bool = True
     initialisation: Initialisation = "inertia"
     potential: Literal["auto", "cosines", "network"] = "auto"
-    potential_hidden: tuple[Count, ...] = (8,)
+    potential_hidden: tuple[Count, ...] = (16,)
     damping: Damping = "none"
 
     def problems(self) -> Iterator[str]:

@@ -1,19 +1,65 @@
 """What the recordings of a run and of a closed loop draw of a system in the same way."""
 
+from typing import Any, assert_never
+
 import numpy as np
 
 from repro.mechanics.inputs import input_matrix
+from repro.mechanics.shapes import Block, Circle, InputArrow, Segment, Shape, Spring, Turn
 from repro.mechanics.system import System
+from repro.recording.drawn_shape import DrawnShape
 
 
-def world_points(system: System, states: np.ndarray) -> np.ndarray:
-    """World points (..., n_points, 2) in m, y up, of states (..., 2 n_q)."""
-    components = [states[..., index] for index in range(system.n_q)]
-    points = [np.stack(np.broadcast_arrays(*point), axis=-1) for point in system.body_points(components, np)]
-    return np.stack(np.broadcast_arrays(*points), axis=-2)
+def drawn_shapes(system: System, states: np.ndarray) -> list[DrawnShape]:
+    """The shapes of a system along its states (steps, 2 n_q)."""
+    return [_drawn(shape, len(states)) for shape in _shapes(system, states)]
+
+
+def tips(system: System, states: np.ndarray) -> np.ndarray:
+    """World points (..., 2) in m, y up, of the outermost body: the end of the last link, or the last block or disc."""
+    shapes = _shapes(system, states)
+    links = [shape.b for shape in shapes if isinstance(shape, Segment) and shape.solid]
+    places = links or [shape.centre for shape in shapes if isinstance(shape, Block | Circle)]
+    return _points(states.shape[:-1], places[-1])[..., 0, :]
 
 
 def driven_forces(system: System, tau: np.ndarray) -> dict[str, np.ndarray]:
     """The components of tau (steps, n_q) that the inputs of a system reach, by the name of their coordinate."""
     driven = np.any(tau != 0, axis=0) | np.any(input_matrix(system, np.ones(system.n_q)) != 0, axis=1)
     return {c.name: tau[:, index] for index, c in enumerate(system.coordinates) if driven[index]}
+
+
+def named_inputs(system: System, inputs: np.ndarray) -> dict[str, np.ndarray]:
+    """Inputs (steps, n_u) by name."""
+    return {each.name: inputs[:, number] for number, each in enumerate(system.inputs)}
+
+
+def _shapes(system: System, states: np.ndarray) -> list[Shape]:
+    return list(system.shapes([states[..., index] for index in range(system.n_q)], np))
+
+
+def _drawn(shape: Shape, steps: int) -> DrawnShape:
+    match shape:
+        case Segment():
+            return DrawnShape("link", _points((steps,), shape.a, shape.b))
+        case Spring():
+            return DrawnShape("spring", _points((steps,), shape.a, shape.b), size=(float(shape.coils), 0.0))
+        case Circle():
+            return DrawnShape("disc", _points((steps,), shape.centre), size=(shape.radius, shape.radius))
+        case Block():
+            turn = np.broadcast_to(np.asarray(shape.angle, dtype=float), (steps,))
+            return DrawnShape("cart" if shape.wheels else "block", _points((steps,), shape.centre), turn, shape.half)
+        case InputArrow():
+            right, up = _points((steps,), shape.along)[:, 0].T
+            return DrawnShape("arrow", _points((steps,), shape.at), np.arctan2(up, right), input=shape.input)
+        case Turn():
+            size = (shape.radius, shape.radius)
+            return DrawnShape("turn", _points((steps,), shape.at), size=size, input=shape.input)
+        case _:
+            assert_never(shape)
+
+
+def _points(leading: tuple[int, ...], *places: Any) -> np.ndarray:
+    """World points (..., k, 2) of k places [x, y]."""
+    parts = [[np.broadcast_to(np.asarray(part, dtype=float), leading) for part in place] for place in places]
+    return np.stack([np.stack(place, axis=-1) for place in parts], axis=-2)

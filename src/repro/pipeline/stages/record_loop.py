@@ -13,7 +13,7 @@ from repro.mechanics.inputs import generalised_force
 from repro.mechanics.system import System
 from repro.pipeline.stage_options import RecordingOptions
 from repro.pipeline.stages.close_loops import FIRST, LOOPS
-from repro.pipeline.stages.drawn_motion import driven_forces, world_points
+from repro.pipeline.stages.drawn_motion import drawn_shapes, driven_forces, named_inputs, tips
 from repro.pipeline.stages.stored_fit import simulated_system
 from repro.recording.contents import FILENAME, DrawnMotion, RunRecording
 from repro.recording.writer import write_recording
@@ -55,12 +55,13 @@ def record(
         card=card,
         time=time,
         coordinates=[(c.name, c.unit) for c in system.coordinates],
-        plant=DrawnMotion(state=states, energies=energy, points=world_points(system, states)),
+        plant=DrawnMotion(state=states, energies=energy, shapes=drawn_shapes(system, states)),
         models={},
         forces=driven_forces(system, tau),
+        inputs=named_inputs(system, inputs),
         power=power_balance(system, states, inputs, energy["H"], time),
         obstacle=(*loop["obstacle"],) if loop["obstacle"].size else None,
-        predicted=world_points(system, predicted)[:, :, -1],
+        predicted=tips(system, predicted),
         charts={name: (unit, np.asarray(values, dtype=float)) for name, (unit, values) in charts.items()},
     )
     write_recording(folder / FILENAME, recording)

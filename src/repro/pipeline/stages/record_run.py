@@ -10,7 +10,7 @@ from repro.evaluation.power_balance import power_balance
 from repro.mechanics.inputs import inputs_from_force
 from repro.mechanics.system import System
 from repro.pipeline.stage_options import RecordingOptions
-from repro.pipeline.stages.drawn_motion import driven_forces, world_points
+from repro.pipeline.stages.drawn_motion import drawn_shapes, driven_forces, named_inputs
 from repro.pipeline.stages.stored_fit import simulated_system
 from repro.recording.contents import FILENAME, DrawnMotion, LearningCurve, RunRecording
 from repro.recording.writer import write_recording
@@ -82,6 +82,7 @@ def recording_of(
         plant=plant,
         models={label: _motion(table, "model", names, system) for label, table in tested.items()},
         forces=driven_forces(system, tau),
+        inputs=named_inputs(system, inputs),
         power={name: np.where(restart, 0.0, values) for name, values in power.items()},
         curves=_curves(learned),
     )
@@ -91,7 +92,7 @@ def _motion(table: pd.DataFrame, role: str, names: Sequence[str], system: System
     state = table[[f"{role}.{name}" for name in names]].to_numpy()
     absent = pd.Series(np.nan, index=table.index)
     energies = {name: table.get(f"{role}.{name}", absent).to_numpy() for name in ("T", "V", "H")}
-    return DrawnMotion(state=state, energies=energies, points=world_points(system, state))
+    return DrawnMotion(state=state, energies=energies, shapes=drawn_shapes(system, state))
 
 
 def _curves(learned: Mapping[str, pd.DataFrame]) -> dict[str, LearningCurve]:
