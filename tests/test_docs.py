@@ -26,7 +26,8 @@ from repro.launch import cluster
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "paper" / "ARTIFACT.md", *sorted((ROOT / "docs").rglob("*.md"))]
-TRIED_ELSEWHERE = ("extending.md",)  # its commands run as they stand in test_recipes.py
+# Their commands are tried in test_recipes.py, and with their recordings in pipeline/test_recording.py.
+TRIED_ELSEWHERE = ("extending.md", "real-data.md")
 FENCED = re.compile(r"^```[^\n]*\n.*?^```$", re.MULTILINE | re.DOTALL)
 SHELL = re.compile(r"^```(?:sh|bash|)\n(.*?)^```$|((?:^    \S.*\n)+)", re.MULTILINE | re.DOTALL)
 INLINE = re.compile(r"(?<!`)`(repro [^`\n]+)`")

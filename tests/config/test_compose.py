@@ -19,6 +19,7 @@ from repro.plugins.plugin import plugin_names
 
 # What an option needs beside it.
 COMPANIONS = {
+    "basis=joint": ["system=torque_pendulum"],
     "basis=rigid_body": ["system=rod"],
     "basis=spring": ["system=link"],
     "system=link": ["basis=spring"],

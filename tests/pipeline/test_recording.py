@@ -1,5 +1,7 @@
 """A recording as the data of a run: checked before, known by its content, and fitted like the simulation it holds."""
 
+import re
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +9,8 @@ import pandas as pd
 import pytest
 
 from repro.config.compose import compose
+from repro.config.overrides import expand
+from repro.config.places import ROOT
 from repro.pipeline.finished_run import open_run
 from repro.pipeline.plan import Pipeline
 from repro.pipeline.run import execute, run_job
@@ -71,3 +75,41 @@ def test_a_systems_samples_give_the_same_fit_from_a_file_without_the_system(tmp_
     medians = [run.summary["median"] for run in (simulated, recorded)]
     assert medians[1]["mae_tau"] == pytest.approx(medians[0]["mae_tau"], rel=1e-9)
     assert recorded.summary["card"]["system"] is None
+
+
+PUBLISHED = ROOT.parent / "shared" / "data"
+COMMANDS = re.findall(
+    r"^\.venv/bin/repro run (.+?)$", (ROOT / "docs" / "real-data.md").read_text().replace("\\\n", " "), re.MULTILINE
+)
+# file as the page calls it -> the collected one, and the names of its columns where it was published
+FILES = {
+    "characters.csv": ("delan_characters", {}),
+    "single_free.csv": ("multiarm_single_free", {}),
+    "singlePend.csv": (
+        "bystricky_cartpole",
+        {"x": "s", "theta": "phi1", "xd": "Ds", "thetad": "Dphi", "force": "u", "xdd": "DDs", "thetadd": "DDphi"},
+    ),
+    "data_measured.csv": (
+        "dfki_pendulum_ddp",
+        {"t": "time", "theta": "position", "thetad": "velocity", "tau": "torque"},
+    ),
+}
+
+
+@pytest.mark.skipif(not PUBLISHED.is_dir(), reason="the published recordings are not beside the checkout")
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_command_of_the_page_reads_its_recording(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, (collected, columns) in FILES.items():
+        if name in command:
+            pd.read_csv(PUBLISHED / f"{collected}.csv.gz").rename(columns=columns).to_csv(tmp_path / name, index=False)
+    monkeypatch.chdir(tmp_path)
+    words = shlex.split(command, comments=True)
+    for job in expand([word for word in words if word != "-m"]):
+        composed = compose(job)
+        assert Pipeline.of(composed.config, composed.command).data_options["data"].sha256
+
+
+def test_the_page_shows_a_command_for_every_recording() -> None:
+    assert all(any(f"data.path={name}" in command for command in COMMANDS) for name in FILES)
