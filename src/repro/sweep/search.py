@@ -122,7 +122,8 @@ def distribution(override: str) -> "BaseDistribution | None":
             return IntDistribution(low, high, log=log)
         return FloatDistribution(float(low or 0.0), float(high or 0.0), log=log)
     if isinstance(value, RangeSweep) and isinstance(value.start, int) and isinstance(value.step, int):
-        return IntDistribution(value.start, int(value.stop or 0) - 1, step=value.step)
+        steps = (int(value.stop or 0) - 1 - value.start) // value.step
+        return IntDistribution(value.start, value.start + steps * value.step, step=value.step)
     return CategoricalDistribution([*one.sweep_string_iterator()])
 
 

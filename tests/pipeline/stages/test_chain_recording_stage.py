@@ -49,3 +49,11 @@ def test_a_chain_has_the_properties_of_every_run(folder):
     chunks = RrdReader(folder / "recording.rrd").stream().to_chunks()
     names = [name for c in chunks if c.entity_path == "/__properties/run" for name in c.to_record_batch().schema.names]
     assert "title" in names
+
+
+def test_the_card_is_written_as_properties(folder):
+    from rerun.chunk import RrdReader
+
+    chunks = RrdReader(folder / "recording.rrd").stream().to_chunks()
+    names = {n for c in chunks if "propert" in c.entity_path for n in c.to_record_batch().schema.names}
+    assert any("title" in name for name in names) and any("key" in name for name in names)
