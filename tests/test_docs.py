@@ -217,9 +217,10 @@ def examples() -> dict[str, list[str]]:
 
 def ended(words: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
     """A command line in a folder with a recording of one's own, and results in `outputs`."""
-    values = np.random.default_rng(0).normal(size=(100, 6))
-    states = pd.DataFrame(values, columns=["x", "theta", "xd", "thetad", "force", "torque"])
-    states.assign(time=0.04 * states.index).to_csv(folder / "my.csv")
+    time = 0.04 * np.arange(100)
+    columns = {"x": np.sin(time), "theta": np.cos(2 * time), "xd": np.cos(time), "thetad": -2 * np.sin(2 * time)}
+    forces = {"force": np.sin(3 * time), "torque": np.zeros(100), "time": time}
+    pd.DataFrame({**columns, **forces}).to_csv(folder / "my.csv")
     environment = {**os.environ, "REPRO_OUTPUTS": str(folder / "outputs")}
     command = [sys.executable, "-m", "repro", *words]
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)

@@ -46,7 +46,6 @@ ENDINGS = {
     "closed output": ("repro status >&-", 0, ""),
     "closed output and error": ("repro status >&- 2>&-", 0, ""),
     "full device": ("repro status > /dev/full", 1, "repro: cannot write the output: No space left on device"),
-    "full device and help": ("repro run --help > /dev/full", 1, "repro: cannot write the output: No space left"),
     "reader gone": ("repro runs --json | true", 0, ""),
     "deleted folder": ("mkdir gone; cd gone; rmdir ../gone; repro status", 2, "the working folder was deleted"),
     "a file": ("REPRO_OUTPUTS=/dev/null repro status", 2, "/dev/null is a file, not a folder"),
@@ -266,6 +265,7 @@ def test_closed_loops_go_on_where_they_were_stopped(tmp_path, monkeypatch):
     import pandas as pd
 
     from repro.control.task import Task
+    from repro.library import closed_loops
     from repro.pipeline.stages import close_loops
 
     composed = compose(["model=truth", "control=energy_shaping", "task=random", "task.seconds=2", "seeds=2"])
@@ -273,7 +273,7 @@ def test_closed_loops_go_on_where_they_were_stopped(tmp_path, monkeypatch):
     assert isinstance(config.task, Task)
     pipeline = Pipeline.of(config, "")
     store = Store(tmp_path / "outputs")
-    run_loop, calls = close_loops.run_loop, []
+    run_loop, calls = closed_loops.run_loop, []
 
     def stopped(*arguments, **more):
         calls.append(1)
@@ -281,13 +281,13 @@ def test_closed_loops_go_on_where_they_were_stopped(tmp_path, monkeypatch):
             raise KeyboardInterrupt
         return run_loop(*arguments, **more)
 
-    monkeypatch.setattr(close_loops, "run_loop", stopped)
+    monkeypatch.setattr(closed_loops, "run_loop", stopped)
     with pytest.raises(KeyboardInterrupt):
         execute(pipeline, store)
     execute(pipeline, store)
     loops = config.loops
     assert len(calls) == loops + 1  # the third one twice, the first two once
-    monkeypatch.setattr(close_loops, "run_loop", run_loop)
+    monkeypatch.setattr(closed_loops, "run_loop", run_loop)
     other = Store(tmp_path / "other")
     execute(pipeline, other)
     one, two = (
@@ -308,16 +308,6 @@ def test_the_estimate_of_a_closed_form_grows_with_its_samples(tmp_path):
 
     assert seconds("data.samples=1000000000") > 1000 * seconds()
     assert seconds("seeds=2000") > 20 * seconds()
-
-
-def test_the_name_of_a_long_file_is_shortened(tmp_path):
-    file = tmp_path / f"{'x' * 245}.csv"
-    file.write_text("time,x,theta,xd,thetad,force,torque\n" + "".join(f"{0.04 * k},{k},1,2,3,4,0\n" for k in range(60)))
-    roles = {"q": "x,theta", "qd": "xd,thetad", "tau": "force,torque", "time": "time"}
-    columns = [f"data.columns.{role}=[{names}]" for role, names in roles.items()]
-    config = compose(["data=file", f"data.path={file}", *columns, "basis=t1"]).config
-    (stage,) = Pipeline.of(config, "").data_stages.values()
-    assert len(stage.id) < 100
 
 
 @pytest.mark.parametrize("path", ["a,b.csv", "a b.csv", "a'b.csv", 'a"b.csv', "a#b.csv", "a&b.csv", "(1).csv", "ä.csv"])

@@ -162,7 +162,7 @@ OVERRIDES = {
     "run data=file": "data.path: a value is needed",
     "run data=file data.path=nothing.csv": "no such file",
     "run data=file data.path=/dev/null/x.csv": "no such file",
-    "run data=file data.path=/": "no such file",
+    "run data=file data.path=/": "the folder has no file",
     "run data=file data.path=a,b.csv": "add -m to run them all",
     "identify basis=t2": "identify is for model=lagrangian",
     "identify basis=t9": "allowed are",

@@ -39,9 +39,10 @@ def test_a_motion_that_diverges_has_no_energies_from_there_on():
 
 
 def recording(folder):
-    values = np.random.default_rng(0).normal(size=(60, 6))
-    table = pd.DataFrame(values, columns=["x", "theta", "xd", "thetad", "force", "torque"])
-    table.assign(time=0.04 * np.arange(60)).to_csv(folder / "own.csv", index=False)
+    time = 0.04 * np.arange(100)
+    columns = {"x": np.sin(time), "theta": np.cos(2 * time), "xd": np.cos(time), "thetad": -2 * np.sin(2 * time)}
+    forces = {"force": np.sin(3 * time), "torque": np.zeros(100), "time": time}
+    pd.DataFrame({**columns, **forces}).to_csv(folder / "own.csv", index=False)
     return folder / "own.csv"
 
 

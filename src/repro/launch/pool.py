@@ -78,6 +78,7 @@ def start_server(preload: Sequence[str], *, threads: int = 1) -> None:
     # The libraries read these when they are loaded, which happens in the server.
     for variable in _THREAD_VARIABLES:
         os.environ.setdefault(variable, str(threads))
+    os.environ["REPRO_JOB_SERVER_OF"] = str(os.getpid())  # read by watch_parent, which this process must not load
     watched = [f"{__package__}.watch_parent", worker.__name__, *preload, f"{__package__}.preloaded"]
     multiprocessing.set_forkserver_preload(watched)
     # Ctrl-C reaches the launcher alone, also while the server still loads.

@@ -6,6 +6,7 @@ Afterwards the server itself notices that its command is gone.
 import os
 import threading
 
+PARENT = "REPRO_JOB_SERVER_OF"  # environment variable: the process that has started the server
 _PAUSE_S = 0.1
 _loaded = threading.Event()
 
@@ -22,5 +23,6 @@ def stop() -> None:
     _thread.join()
 
 
-_thread = threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True)
+# The parent may be gone already, so that its number cannot be read any more.
+_thread = threading.Thread(target=_end_with, args=(int(os.environ.get(PARENT, os.getppid())),), daemon=True)
 _thread.start()
