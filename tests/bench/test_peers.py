@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from repro.bench import peers as module
+from repro.bench.batched_peer import jax_batched_step
 from repro.bench.jax_peer import jax_step
 from repro.bench.package_peers import implicit_candidates, phlearn_step, selection_fit, sindy_pi_fit
 from repro.bench.peers import peers
@@ -23,6 +24,16 @@ def test_jax_agrees_with_our_engine(equation):
     case = lagrangian_case(t2, (6, 5), 2, 40)
     for ours, other in zip(torch_step(case, equation)(), jax_step(case, equation)(), strict=True):
         np.testing.assert_allclose(other, ours, rtol=0, atol=1e-9 * np.abs(ours).max())
+
+
+@pytest.mark.extras
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.skipif(find_spec("jax") is None, reason="needs the extra `peers`")
+@pytest.mark.parametrize(("precision", "close"), [("float64", 1e-9), ("float32", 1e-4)])
+def test_the_batched_form_in_jax_agrees_with_our_engine(precision, close):
+    case = lagrangian_case(t2, (6, 5), 1, 40)
+    for ours, other in zip(torch_step(case, "inverse")(), jax_batched_step(case, precision)(), strict=True):
+        np.testing.assert_allclose(other, ours, rtol=0, atol=close * np.abs(ours).max())
 
 
 @pytest.mark.extras
@@ -52,10 +63,11 @@ def test_phlearn_gives_a_gradient_of_every_weight_that_matters():
 def test_a_peer_that_is_not_installed_is_left_out(monkeypatch):
     monkeypatch.setattr(module, "_version", lambda package: None)
     assert list(peers(SCALES["smoke"])) == []
+    assert all("torch.compile" in comparison.other for comparison in peers(SCALES["paper"]))
 
 
 def test_the_protocol_names_the_version_of_the_peer(monkeypatch):
     monkeypatch.setattr(module, "_version", lambda package: "9.8.7" if package == "jax" else None)
-    found = list(peers(SCALES["quick"]))
+    found = [comparison for comparison in peers(SCALES["quick"]) if "torch" not in comparison.other]
     assert {comparison.members for comparison in found} == {1, 10}
-    assert all("JAX 9.8.7" in comparison.protocol for comparison in found)
+    assert all("JAX 9.8.7" in comparison.protocol + comparison.other for comparison in found)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import torch
 
+from repro.bench.batched_peer import torch_compiled_step
 from repro.bench.naive import engineered_features, naive_step, t2_features
 from repro.bench.training_case import TrainingCase, lagrangian_case, native_step, torch_step, triangular_case
 from repro.codegen.c_library import has_compiler
@@ -89,3 +90,17 @@ def test_a_large_free_form_network_has_no_compiled_code():
     weights = torch.from_numpy(model.initial([np.random.default_rng(0)]))
     with pytest.raises(UserError, match="no compiled code"):
         native_step(TrainingCase(model, weights, case.dataset), "forward")
+
+
+@needs_compiler
+def test_single_precision_comes_close():
+    case = lagrangian_case(t2, (6, 5), 2, 40)
+    for ours, other in zip(native_step(case, "inverse", "float32")(), native_step(case, "inverse")(), strict=True):
+        np.testing.assert_allclose(ours, other, rtol=0, atol=1e-5 * np.abs(other).max())
+
+
+@needs_compiler
+def test_the_batched_form_agrees_before_it_is_compiled(monkeypatch):
+    monkeypatch.setattr(torch, "compile", lambda function: function)
+    case = lagrangian_case(t2, (6, 5), 1, 40)
+    agree(native_step(case, "inverse"), torch_compiled_step(case, "float64"))

@@ -7,7 +7,7 @@ from functools import partial
 from repro.bench.naive import naive_step, t2_features
 from repro.bench.pairing import PairedComparison, Pairs, with_memory
 from repro.bench.scale import BenchScale, Hidden
-from repro.bench.training_case import Equation, Step, TrainingCase, lagrangian_case, native_step, torch_step
+from repro.bench.training_case import Equation, Precision, Step, TrainingCase, lagrangian_case, native_step, torch_step
 from repro.codegen.c_library import has_compiler
 from repro.models.bases import t2
 
@@ -32,11 +32,12 @@ def in_torch(equation: Equation) -> Contender:
     return Contender(f"{equation}, torch", partial(torch_step, equation=equation))
 
 
-def fastest(equation: Equation) -> Contender:
+def fastest(equation: Equation, precision: Precision = "float64") -> Contender:
     """This project: compiled, where there is a compiler."""
     if not has_compiler():
         return in_torch(equation)
-    return Contender(f"{equation}, compiled", partial(native_step, equation=equation))
+    label = f"{equation}, compiled" + (", float32" if precision == "float32" else "")
+    return Contender(label, partial(native_step, equation=equation, precision=precision))
 
 
 def by_hessian(equation: Equation) -> Contender:

@@ -13,14 +13,20 @@ from repro.bench.naive import feed_forward, network_on_basis
 from repro.bench.training_case import Equation, Step, TrainingCase
 
 
-def jax_step(case: TrainingCase, equation: Equation) -> Step:
-    """Loss and gradient of an ensemble on T2/V1, float64, jit and vmap: forward by the Hessian, inverse without one."""
-    # one thread, as all other contenders; read when JAX is first imported
+def single_threaded_jax() -> Any:
+    """The package, with one thread as all other contenders, and with float64."""
+    # read when JAX is first imported
     os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")
     import jax
-    import jax.numpy as jnp
 
     jax.config.update("jax_enable_x64", True)
+    return jax
+
+
+def jax_step(case: TrainingCase, equation: Equation) -> Step:
+    """Loss and gradient of an ensemble on T2/V1, float64, jit and vmap: forward by the Hessian, inverse without one."""
+    jax = single_threaded_jax()
+    jnp = jax.numpy
     model, network = network_on_basis(case)
     ends = np.cumsum([np.prod(shape) for shape in network.shapes])
 

@@ -3,6 +3,7 @@
 import contextlib
 import io
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import torch
@@ -21,6 +22,7 @@ def selection_fit(samples: int) -> Callable[[], np.ndarray]:
     model = Lagrangian(library, 2)
     start = torch.zeros(1, model.n_parameters, dtype=torch.float64)
     problem = TrainingCase(model, start, pendulum([0], samples)).problem("inverse")
+    problem = replace(problem, tasks=[task.ready() for task in problem.tasks])
 
     def fit() -> np.ndarray:
         return Selection(threshold=0.02).fit(problem, start, silent, NoCheckpoint()).parameters[0].numpy()

@@ -1,18 +1,22 @@
 """Public peers on the same data and machine, each through its own package; those not installed are left out."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 
+from repro.bench.batched_peer import jax_batched_step, torch_compiled_step
 from repro.bench.contender import PREPARED, STEP, Contender, compared, fastest, t2_case
 from repro.bench.control import control
 from repro.bench.jax_peer import jax_step
 from repro.bench.package_peers import phlearn_step, selection_fit, sindy_pi_fit
 from repro.bench.pairing import PairedComparison, Pairs, with_memory
 from repro.bench.scale import PAPER_HIDDEN, BenchScale
+from repro.bench.training_case import Precision, Step
+from repro.codegen.c_library import has_compiler
 
+BATCHED = "; batched, one tangent forward and one pass back written out, derivatives of the features prepared for both"
 JAX = "; JAX {version}, jit and vmap over samples and members, XLA with one thread"
-PHLEARN = "; phlearn {version}: a pseudo-Hamiltonian network of equal width in float32, loss on the rates of the state"
+PHLEARN = "; phlearn {version}: a pseudo-Hamiltonian network of equal width, loss on the rates of the state"
 PYSINDY = (
     "processor time of finding the single pendulum's equation from {batch} samples, candidates prepared beforehand; "
     "one thread; in turn, {{pairs}} pairs; pysindy {version}: both accelerations, l1 weight 1e-4, which leaves an "
@@ -22,7 +26,9 @@ WIDE = (64, 64)
 
 
 def peers(scale: BenchScale) -> Iterator[PairedComparison]:
-    """Comparisons with the installed packages."""
+    """Comparisons with torch.compile and with the installed packages."""
+    if scale.compile_torch and has_compiler():
+        yield from _batched(scale, "torch.compile", torch_compiled_step)
     for package, compare in PEERS.items():
         if installed := _version(package):
             yield from compare(scale, installed)
@@ -44,11 +50,23 @@ def _jax(scale: BenchScale, version: str) -> Iterator[PairedComparison]:
         for other in ways:
             text = protocol + JAX.format(version=version)
             yield compared(scale, "peers", hidden, case, (fastest("inverse"), other), text, members)
+    yield from _batched(scale, f"JAX {version}, jit", jax_batched_step)
+
+
+def _batched(scale: BenchScale, label: str, step: Callable[..., Step]) -> Iterator[PairedComparison]:
+    """One network in both precisions against the strongest form that a framework can be given."""
+    precisions: tuple[Precision, ...] = ("float64", "float32")
+    for hidden in (scale.sizes[0], scale.sizes[-1]):
+        for precision in precisions:
+            other = Contender(f"{label}, batched, {precision}", partial(step, precision=precision))
+            protocol = STEP.format(batch=scale.batch).replace("float64", precision) + BATCHED
+            pair = fastest("inverse", precision), other
+            yield compared(scale, "peers", hidden, t2_case(hidden, 1, scale.batch), pair, protocol)
 
 
 def _phlearn(scale: BenchScale, version: str) -> Iterator[PairedComparison]:
-    pair = fastest("inverse"), Contender("phlearn, network for H", phlearn_step)
-    protocol = STEP.format(batch=scale.batch) + PREPARED + PHLEARN.format(version=version)
+    pair = fastest("inverse", "float32"), Contender("phlearn, network for H", phlearn_step)
+    protocol = STEP.format(batch=scale.batch).replace("float64", "float32") + PREPARED + PHLEARN.format(version=version)
     yield compared(scale, "peers", WIDE, t2_case(WIDE, 1, scale.batch), pair, protocol)
 
 

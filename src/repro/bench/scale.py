@@ -21,6 +21,7 @@ class BenchScale:
     streamed       numbers of samples of the least squares beyond memory
     many           numbers of members side by side, with `many_batch` samples each
     control_steps  of a swing-up
+    compile_torch  compare with torch.compile, which takes tens of seconds to start
     large          networks that take minutes on a full batch: compared with rivals on `large_batch` samples
     """
 
@@ -33,6 +34,7 @@ class BenchScale:
     many: Sequence[int]
     control_steps: int
     batch: int = 2048
+    compile_torch: bool = False
     large: Sequence[Hidden] = ()
     large_batch: int = 256
     many_batch: int = 256
@@ -69,6 +71,7 @@ SCALES = {
         streamed=[1_000, 10_000, 100_000, 1_000_000, 10_000_000],
         many=[10, 100, 1_000],
         control_steps=60,
+        compile_torch=True,
         large=[(500, 500)],
     ),
 }

@@ -25,6 +25,7 @@ from repro.models.structured import Structured
 
 Step = Callable[[], tuple[np.ndarray, np.ndarray]]  # loss (member,), gradient (member, n_parameters)
 Equation = Literal["inverse", "forward"]
+Precision = Literal["float64", "float32"]
 PENDULUM = "sip"
 EPISODE_STEPS = 100
 
@@ -93,12 +94,12 @@ def torch_step(case: TrainingCase, equation: Equation) -> Step:
     return differentiated(case.problem(equation).loss, case.parameters)
 
 
-def native_step(case: TrainingCase, equation: Equation) -> Step:
+def native_step(case: TrainingCase, equation: Equation, precision: Precision = "float64") -> Step:
     """Compiled C, member by member. Raises UserError for a model without compiled code."""
-    compiled = native(case.problem(equation))
+    compiled = native(case.problem(equation), getattr(np, precision))
     if compiled is None:
         raise UserError("no compiled code for this model: it needs a C compiler, and a kernel or a small model")
-    weights = list(case.parameters.numpy())
+    weights = list(case.parameters.numpy().astype(precision))
 
     def step() -> tuple[np.ndarray, np.ndarray]:
         losses, gradients = zip(*(compiled.loss_and_gradient(m, w) for m, w in enumerate(weights)), strict=True)

@@ -39,6 +39,10 @@ class TrainingTask:
         arrays = self.model.prepare(*(self.measured[name].double().numpy() for name in ("q", "qd", "qdd", "tau")))
         return {name: torch.from_numpy(array).to(self.measured["qd"].dtype) for name, array in arrays.items()}
 
+    def ready(self) -> "TrainingTask":
+        """The same task, whose parts need not compute again what the model needs of the data."""
+        return replace(self, known=self.prepared)
+
     @property
     def points(self) -> Prepared:
         """What the model needs, nodes in the place of samples where there are any."""
@@ -62,7 +66,7 @@ class TrainingTask:
         """The same task in another floating-point type; what the model needs is computed before it is rounded."""
         if dtype == self.measured["qd"].dtype:
             return self
-        return replace(self, known=self.prepared).changed(lambda tensor: tensor.to(dtype))
+        return self.ready().changed(lambda tensor: tensor.to(dtype))
 
     def changed(self, change: Callable[[Tensor], Tensor]) -> "TrainingTask":
         """The same task with every tensor changed."""
@@ -115,8 +119,7 @@ class TrainingProblem:
         """Loss (member,); `index` (member, batch) picks a mini-batch of the first task, the others are used whole."""
         total: Tensor = torch.zeros(len(parameters), dtype=parameters.dtype)
         for number, task in enumerate(self.tasks):
-            known = replace(task, known=task.prepared)
-            part = known if number or index is None else known.select(index)
+            part = task if number or index is None else task.ready().select(index)
             terms = self.model.evaluate(parameters, part.points, part.objective.mass)
             total = total + part.rows(terms).square().sum((1, 2))
         if self.l1 is not None:

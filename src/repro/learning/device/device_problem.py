@@ -1,7 +1,7 @@
 """A fitting problem whose data lie on a device, where its loss is computed."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -56,8 +56,7 @@ class DeviceProblem(TrainingProblem):
         """The problem with its tensors moved, in this floating-point type."""
         same = problem.cast(dtype)
         l1 = None if same.l1 is None else same.l1.to(device)
-        prepared = [replace(task, known=task.prepared) for task in same.tasks]
-        tasks = [task.changed(lambda tensor: tensor.to(device)) for task in prepared]
+        tasks = [task.ready().changed(lambda tensor: tensor.to(device)) for task in same.tasks]
         return cls(problem.model, tasks, problem.seeds, l1, problem.watches, device=device)
 
     @property
