@@ -117,6 +117,12 @@ def test_objectives_are_paired_member_by_member(store):
     assert len(row.runs) == 2
 
 
+def test_changes_of_the_claims_name_their_commit_and_reason(tables):
+    rows = tables["changes"].rows
+    assert {row.data["id"] for row in rows} >= {"C11a", "C11b", "C11c", "C13a"}
+    assert all(len(row.data["commit"]) >= 7 and row.data["reason"] for row in rows)
+
+
 def test_what_failed_is_a_table_of_its_own(tables):
     (row,) = tables["failures"].rows
     assert row.cells[2:] == ("failed", "MemoryError: no room")

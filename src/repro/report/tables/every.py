@@ -2,6 +2,7 @@
 
 from repro.claims.verdicts import Verdict
 from repro.report.paper import Paper
+from repro.report.tables.changes import change_table
 from repro.report.tables.failures import failures_table
 from repro.report.tables.models import plain_tables
 from repro.report.tables.table import Table
@@ -16,6 +17,6 @@ def all_tables(results: Results, verdicts: list[Verdict], paper: Paper) -> list[
     others = [
         *(query.make(results) for query in paper.tables),
         *plain_tables(results, named),
-        *(timing_table(results), failures_table(results)),
+        *(timing_table(results), failures_table(results), change_table([verdict.claim for verdict in verdicts])),
     ]
     return [verdict_table(verdicts), *(table for table in others if table.rows)]
