@@ -27,8 +27,6 @@ def data() -> Dataset:
         ("mae_qdd", [np.inf], "the acceleration is predicted no better"),
         ("min_eig_M", [1e-9], ""),
         ("min_eig_M", [0.1, -0.02], "not positive definite: least eigenvalue -0.02 (1 of 2 members)"),
-        ("cost_per_dof", [1.1], ""),
-        ("cost_per_dof", [81.0], "cost_per_dof is 81"),
     ],
 )
 def test_a_doubt_is_one_line(name: str, values: list[float], said: str) -> None:

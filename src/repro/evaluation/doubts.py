@@ -7,11 +7,9 @@ import numpy as np
 from repro.data.dataset import Dataset
 from repro.evaluation.metrics import MetricValues
 
-COST = (0.5, 2.0)  # cost per degree of freedom that noise explains
-
 
 def doubts(metrics: Sequence[MetricValues], data: Dataset) -> Iterator[str]:
-    """One line each: no better than the mean, M not positive definite, a cost that noise cannot explain.
+    """One line each: no better than the mean of the training part, M not positive definite.
 
     metrics: of the fit to `data`, one value per member.
     """
@@ -30,9 +28,6 @@ def doubts(metrics: Sequence[MetricValues], data: Dataset) -> Iterator[str]:
     least = of_test.get("min_eig_M")
     if least is not None and (indefinite := int(np.sum(least <= 0))):
         yield f"the mass matrix is not positive definite: least eigenvalue {least.min():.3g}{_of(indefinite, least)}"
-    cost = next((metric.values for metric in metrics if metric.name == "cost_per_dof"), None)
-    if cost is not None and (far := int(np.sum(~((cost > COST[0]) & (cost < COST[1]))))):
-        yield (f"cost_per_dof is {np.median(cost):.3g}{_of(far, cost)}: where model and noise are right it is near 1")
 
 
 def mean_predictor(data: Dataset, name: str) -> np.ndarray:
