@@ -169,3 +169,19 @@ def test_the_loss_has_the_gradient_of_the_filter() -> None:
         step = np.eye(4)[number] * 1e-4 * at
         slope = (profile(at + step)[0] - profile(at - step)[0]) / (2 * step[number])
         assert slope == pytest.approx(gradient[number], rel=2e-3, abs=1.0)
+
+
+def test_friction_and_the_zero_of_an_encoder_are_found() -> None:
+    system = load("sip", damping=[0.3, 0.002])
+    data = random_force(
+        system, seeds=[1], samples=3000, episode_steps=100, reset="random", measured="positions", labels="smoothed",
+        q_noise=1e-3, sample_step=0.02, encoder_zero=0.02, wrapped=True,
+    ).train  # fmt: skip
+    model = Damped(Lagrangian(t1, 2), "diagonal")
+    start = np.append(TRUE, [0.2, 0.004])
+    without = fit_path(model, data, 0, start, PathOptions(), silent)
+    found = fit_path(model, data, 0, start, PathOptions(zeros="angles"), silent)
+    assert without.cost_per_dof > 10
+    assert found.cost_per_dof == pytest.approx(1, abs=0.1)
+    assert found.zeros[0] == pytest.approx(0.02, abs=4 * found.zero_errors[0])
+    np.testing.assert_allclose(found.parameters[4:], [0.3, 0.002], rtol=0.03)

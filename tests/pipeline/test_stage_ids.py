@@ -15,14 +15,14 @@ CASES = {
 IDS = {
     "closed form": [
         "sip-episodes1000-f158d6e121",
-        "sip-lagrangian-t1-inverse-least-squares-312cf34ec9",
-        "sip-lagrangian-t1-inverse-least-squares-23f43ceac2",
+        "sip-lagrangian-t1-inverse-least-squares-28aab1a176",
+        "sip-lagrangian-t1-inverse-least-squares-aec312168c",
     ],
     "pretrained": [
         "dip-long-5c2563e426",
         "dip-free-cfe7fa2133",
-        "dip-lagrangian-fxf-inverse-adam-pretrain-b6a11891d7",
-        "dip-lagrangian-fxf-inverse-adam-pretrain-f54e3e10fc",
+        "dip-lagrangian-fxf-inverse-adam-pretrain-2828a98320",
+        "dip-lagrangian-fxf-inverse-adam-pretrain-04d2b9e070",
     ],
     "driven": [
         "sip-episodes1000-5db4e73935",

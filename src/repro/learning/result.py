@@ -11,13 +11,15 @@ Curve = list[tuple[int, str, np.ndarray]]  # (step, name, one value per member)
 
 
 class Notes(TypedDict, total=False):
-    """What a fit reports beside its weights: of `PathFit` cost_per_dof and noise, of `DeviceAdam` what follows."""
+    """What a fit reports beside its weights: of `PathFit` cost_per_dof to zero_errors, of `DeviceAdam` what follows."""
 
     epochs: int
     rank: list[int]
     gauge_columns: list[str]
     cost_per_dof: list[float]
     noise: list[list[float]]
+    zeros: list[list[float]]
+    zero_errors: list[list[float]]
     device: str
     not_captured: str | None
 

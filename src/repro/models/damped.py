@@ -1,4 +1,4 @@
-"""A learned Lagrangian beside viscous friction that is linear in its coefficients: closed-form Rayleigh damping."""
+"""A learned Lagrangian beside friction that is linear in its coefficients: viscous, dry, and constant forces."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from repro.mechanics.coordinate import joint_rates
+from repro.mechanics.system import SLIDING
 from repro.models.model import EnergyExpressions, Model, Prepared
 from repro.models.model_options import Damping
 from repro.models.position import PositionFeatures, cart_with_links
@@ -16,24 +17,29 @@ from repro.models.terms import Terms
 
 
 class Damped(Model):
-    """tau = d/dt(dL/dqd) - dL/dq + C qd with a constant C = sum_k c_k E_k.
+    """tau = d/dt(dL/dqd) - dL/dq + C qd + ... with a constant C = sum_k c_k E_k.
 
     `diagonal`: one coefficient per joint, on relative rates, so that E_k = e e' with e qd the rate of joint k, see
     `joint_rates`; `full`: one coefficient per entry of C; `general`: C need not be symmetric, as between a current and
-    a rotor, which exchange power without loss. No sign is imposed. positions: a cart with links by default.
-    parameters: [those of the model | c].
+    a rotor, which exchange power without loss. `coulomb`: beside the diagonal ones a dry friction per joint,
+    e' v / sqrt(v^2 + SLIDING^2) for the rate v = e qd; `offset`: beside these a constant force per coordinate. No sign
+    is imposed. positions: a cart with links by default. parameters: [those of the model | c | dry | constant].
     """
 
     def __init__(self, model: Model, damping: Damping, positions: PositionFeatures | None = None) -> None:
         self.model, self.n_q = model, model.n_q
         jointed = (positions or cart_with_links(model.n_q)).jointed
-        self.shapes = diagonal(model.n_q, jointed) if damping == "diagonal" else full(model.n_q)
+        self.shapes = full(model.n_q) if damping == "full" else diagonal(model.n_q, jointed)
         if damping == "general":
             self.shapes = np.eye(model.n_q**2).reshape(-1, model.n_q, model.n_q)
-        self.names = tuple(f"c{index}" for index in range(len(self.shapes)))
+        self.rates = joint_rates(model.n_q, jointed) if damping in ("coulomb", "offset") else np.zeros((0, model.n_q))
+        self.constant = np.eye(model.n_q) if damping == "offset" else np.zeros((model.n_q, 0))
+        counts = {"c": len(self.shapes), "dry": len(self.rates), "offset": self.constant.shape[1]}
+        self.names = tuple(f"{name}{index}" for name, count in counts.items() for index in range(count))
+        self.linear_in_weights = model.linear_in_weights
         self.inverse, self.energetic, self.transforms = model.inverse, model.energetic, model.transforms
         self.model_slice = slice(0, model.n_parameters)
-        self.damping_slice = slice(model.n_parameters, model.n_parameters + len(self.shapes))
+        self.damping_slice = slice(model.n_parameters, model.n_parameters + len(self.names))
 
     @property
     def n_parameters(self) -> int:
@@ -42,20 +48,26 @@ class Damped(Model):
 
     @property
     def coefficient_names(self) -> tuple[str, ...]:
-        """Names of the model's coefficients, then c0, c1, ..."""
+        """Names of the model's coefficients, then c0, c1, ..., dry0, ..., offset0, ..."""
         return (*self.model.coefficient_names, *self.names)
 
     def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
         """The model's start, without friction."""
         start = self.model.initial(generators)
-        return np.concatenate([start, np.zeros((len(start), len(self.shapes)))], axis=1)
+        return np.concatenate([start, np.zeros((len(start), len(self.names)))], axis=1)
 
     def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
-        """What the model needs, and the columns E_k qd (..., n_q, n_coefficients)."""
-        return self.model.prepare(q, qd, qdd, tau) | {"damping": np.einsum("kcd,...d->...ck", self.shapes, qd)}
+        """What the model needs, and the columns of friction (..., n_q, n_coefficients)."""
+        columns = np.einsum("kcd,...d->...ck", self.shapes, qd)
+        if len(self.names) > len(self.shapes):
+            rate = qd @ self.rates.T
+            dry = self.rates.T * (rate / np.sqrt(rate**2 + SLIDING**2))[..., None, :]
+            constant = np.broadcast_to(self.constant, (*qd.shape, self.constant.shape[1]))
+            columns = np.concatenate([columns, dry, constant], axis=-1)
+        return self.model.prepare(q, qd, qdd, tau) | {"damping": columns}
 
     def outputs(self, parameters: Tensor, prepared: Prepared, mass: bool) -> list[Tensor]:
-        """The model's outputs, and the friction C qd (member, sample, n_q)."""
+        """The model's outputs, and the friction (member, sample, n_q)."""
         outputs = self.model.outputs(parameters[:, self.model_slice], prepared, mass)
         friction = torch.einsum("mnck,mk->mnc", prepared["damping"], parameters[:, self.damping_slice])
         return [*outputs, friction]
@@ -75,10 +87,17 @@ class Damped(Model):
         return self.model.energies(q, qd, parameters[self.model_slice])
 
     def friction(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
-        """C qd."""
-        coefficients = casadi.vertsplit(parameters[self.damping_slice])
+        """C qd, and what else there is."""
+        own, viscous = parameters[self.damping_slice], len(self.shapes)
+        coefficients = casadi.vertsplit(own[:viscous])
         matrix = sum(c * casadi.DM(shape) for c, shape in zip(coefficients, self.shapes, strict=True))
-        return matrix @ qd
+        force = matrix @ qd
+        if len(self.names) > viscous:
+            rates, dry = casadi.DM(self.rates), own[viscous : viscous + len(self.rates)]
+            rate = rates @ qd
+            force += rates.T @ (dry * rate / casadi.sqrt(rate**2 + SLIDING**2))
+            force += casadi.DM(self.constant) @ own[viscous + len(self.rates) :]
+        return force
 
     def transformed_momentum(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
         """The model's p_tran, eq. (8)."""

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from repro.mechanics.system import System
 
 Activation = Literal["softplus", "tanh"]
-Damping = Literal["none", "diagonal", "full", "general"]
+Damping = Literal["none", "diagonal", "full", "general", "coulomb", "offset"]
 Factor = Literal["wide", "triangular"]
 Initialisation = Literal["inertia", "glorot"]
 Rod = Literal["part", "rigid_body", "mass"]

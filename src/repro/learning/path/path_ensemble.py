@@ -25,6 +25,9 @@ def fit_paths(model: Model, dataset: Dataset, options: PathOptions, start: Fitte
     curves = merge_curves([dict(enumerate(each.losses)) for each in fits], "path_loss")
     offset = start.curves[-1][0] if start.curves else 0
     own = Notes(cost_per_dof=[each.cost_per_dof for each in fits], noise=[each.noise.tolist() for each in fits])
+    if options.zeros != "none":
+        own["zeros"] = [each.zeros.tolist() for each in fits]
+        own["zero_errors"] = [each.zero_errors.tolist() for each in fits]
     return replace(
         start,
         parameters=torch.from_numpy(np.stack([each.parameters for each in fits])),

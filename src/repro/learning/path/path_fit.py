@@ -6,6 +6,7 @@ most likely one there. The loss at a linearisation is the profile of the whole l
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from repro.learning.path.step_model import StepModel
 from repro.learning.path.windows import Windows
 from repro.learning.result import Progress
 from repro.models.model import Model
+from repro.models.zeroed import Zeroed
 
 TURN = 0.08  # rad that an angle turns within a sub-step
 LONGEST = 0.01  # s of a sub-step
@@ -31,7 +33,7 @@ class PathFit:
     """The weights, their information matrix (n_parameters, n_parameters), and how well the recording is explained.
 
     cost_per_dof: 1 where model and noise are right; noise: standard deviations (n_y,) of the sensors; losses: one after
-    each iteration.
+    each iteration; zeros: of the encoders of the angles in rad, and their standard errors.
     """
 
     parameters: np.ndarray
@@ -40,6 +42,8 @@ class PathFit:
     noise: np.ndarray
     losses: Sequence[float]
     status: str
+    zeros: np.ndarray
+    zero_errors: np.ndarray
 
 
 class MemberPath:
@@ -128,6 +132,10 @@ def fit_path(
     model: Model, dataset: Dataset, member: int, start: np.ndarray, options: PathOptions, progress: Progress
 ) -> PathFit:
     """Fit one member from the weights `start` (n_parameters,), which should explain the motion roughly."""
+    own = len(start)
+    if options.zeros == "angles":
+        model = _with_zeros(model, dataset.angles)
+        start = np.append(start, np.zeros(model.n_parameters - own))
     path = MemberPath(model, dataset, member, options)
     stages = stages_of(model, options)
     losses: list[float] = []
@@ -144,7 +152,23 @@ def fit_path(
     noise = path.residual_noise() if options.noise == "estimated" else np.sqrt(path.windows.variance)
     status = "ok" if np.isfinite(losses[-1]) else "diverged at step 0"
     cost = losses[-1] / max(path.windows.count - len(parameters), 1)
-    return PathFit(parameters, products[1:, 1:], cost, noise, losses, status)
+    information, zero_errors = _without_zeros(products[1:, 1:], own)
+    return PathFit(parameters[:own], information, cost, noise, losses, status, parameters[own:], zero_errors)
+
+
+@lru_cache(maxsize=8)
+def _with_zeros(model: Model, angles: tuple[int, ...]) -> Zeroed:
+    # kept, so that what is compiled for one member serves the others
+    return Zeroed(model, angles)
+
+
+def _without_zeros(information: np.ndarray, own: int) -> tuple[np.ndarray, np.ndarray]:
+    """The information of the first weights where the others are not known, and the standard errors of the others."""
+    beside = np.linalg.pinv(information[own:, own:])
+    shared = information[:own, own:]
+    marginal = information[:own, :own] - shared @ beside @ shared.T
+    errors: np.ndarray = np.sqrt(np.linalg.pinv(information, rcond=1e-14).diagonal()[own:])
+    return marginal, errors
 
 
 def stages_of(model: Model, options: PathOptions) -> tuple[float, ...]:

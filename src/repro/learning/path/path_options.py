@@ -14,7 +14,8 @@ class PathOptions(Options):
     data. noise: of the sensors, `given` with the data or `estimated` from the residuals, which takes several rounds.
     process: standard deviations of unknown accelerations (m/s^2, rad/s^2) in successive stages; None: 0, after 1 and
     0.1 where the model is no linear basis. initial: standard deviations of positions (m, rad) and velocities at the
-    start of a window. iterations: of each stage, at most.
+    start of a window. iterations: of each stage, at most. zeros: whether the encoders of `angles` have an unknown zero
+    each, which is estimated too; the weights are then those of the true angles.
     """
 
     window: Positive = 2.0
@@ -23,3 +24,4 @@ class PathOptions(Options):
     process: tuple[NotNegative, ...] | None = None
     initial: tuple[Positive, Positive] = (1.0, 30.0)
     iterations: Count = 60
+    zeros: Literal["none", "angles"] = "none"

@@ -196,6 +196,8 @@ def _uncertainty(fit: Fit, test: Dataset) -> Iterator[MetricValues]:
     yield MetricValues("train", "cost_per_dof", np.array(fit.notes["cost_per_dof"], dtype=float), "1")
     for number, values in enumerate(np.array(fit.notes["noise"]).T):
         yield MetricValues("train", f"sensor_noise[{number}]", values, "m, rad, m/s, rad/s")
+    for number, zeros in enumerate(np.array(fit.notes.get("zeros", [])).T):
+        yield MetricValues("train", f"encoder_zero[{number}]", zeros, "rad")
     yield from uncertainty_metrics(fit.model, fit.parameters.numpy(), fit.information, test, "test")
 
 

@@ -1,0 +1,77 @@
+"""Learning from positions alone: the error against the number of samples and the noise, and the Cramer-Rao bound."""
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from repro.report import style
+from repro.report.figures.figure import Figure, new_canvas
+from repro.report.style import TEXT_WIDTH
+from repro.results.results import Results
+from repro.results.run_setting import RunSetting
+from repro.results.selectors import Where, settings
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+EXPERIMENT = "measured"
+POSITIONS: Where = {"system": "sip", "basis": "t1", "data.sample_step": 0.01, "data.encoder_zero": 0.0}
+METHODS: Mapping[str, Where] = {
+    "Savitzky-Golay, least squares": {"labels": "savitzky_golay"},
+    "momentum balance": {"labels": "smoothed", "objective": "balance"},
+    "path": {"labels": "smoothed", "objective": "path"},
+}
+TYPICAL_NOISE = 0.001  # m, rad
+
+
+def draw(results: Results) -> "Canvas | None":
+    """Draw one line per method over samples, and over noise; the bound is that of the path's Fisher information."""
+    found = {name: settings(results, EXPERIMENT, {**POSITIONS, **where}) for name, where in METHODS.items()}
+    noisy = {name: [s for s in group if s.settings.get("data.q_noise")] for name, group in found.items()}
+    if not any(noisy.values()):
+        return None
+    canvas = new_canvas(TEXT_WIDTH, 2.8)
+    samples, noise = canvas.subplots(1, 2, sharey=True)
+    most = max(_samples(setting) for group in noisy.values() for setting in group)
+    for name, role in zip(METHODS, style.SERIES, strict=False):
+        over_samples = [s for s in noisy[name] if _noise(s) == TYPICAL_NOISE]
+        over_noise = [s for s in noisy[name] if _samples(s) == most]
+        for panel, group, along in ((samples, over_samples, _samples), (noise, over_noise, _noise)):
+            _line(panel, group, along, "mae_qdd", label=name, **role.marked_line_style)
+            if name == "path":
+                _line(panel, group, along, "bound_mae_qdd", label="Cramér-Rao bound", color="black", linestyle="--")
+    for panel, text in ((samples, "samples"), (noise, "noise of positions [m, rad]")):
+        panel.set_xscale("log")
+        panel.set_yscale("log")
+        panel.set_xlabel(text)
+    samples.set_title("MAE q̈ [m/s², rad/s²]")
+    canvas.legend(handles=samples.lines, loc="outside lower center", ncols=4)
+    return canvas
+
+
+def _line(panel: Any, group: list[RunSetting], along: Callable[[RunSetting], float], metric: str, **looks: Any) -> None:
+    points = sorted((along(s), float(np.median(values))) for s in group if (values := s.values(metric)).size)
+    if points:
+        panel.plot(*zip(*points, strict=True), **looks)
+
+
+def _samples(setting: RunSetting) -> float:
+    return float(setting.card["n_train"])
+
+
+def _noise(setting: RunSetting) -> float:
+    return float(setting.settings["data.q_noise"])
+
+
+FIGURES = (
+    Figure(
+        "measured",
+        "Learning from positions alone",
+        "Single pendulum, T1, positions at 100 Hz: medians over the members. The bound is the error that the Fisher "
+        "information of the path fit predicts for any unbiased method.",
+        "Two panels with logarithmic axes: the error of accelerations against samples and against noise, one line per "
+        "method, and the Cramér-Rao bound as a dashed line.",
+        draw,
+    ),
+)
