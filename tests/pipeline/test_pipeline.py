@@ -119,11 +119,11 @@ def test_a_damaged_dataset_is_said_set_aside_and_made_again(tmp_path, capsys):
 
 
 RESUMABLE = {
-    "adam": ["basis=t2", "optimiser.epochs=4000"],
-    "adam in torch": ["basis=t2", "optimiser.epochs=1500", "optimiser.engine=torch"],
-    "lbfgs": ["basis=t2", "optimiser=lbfgs", "optimiser.iterations=800"],
-    "levenberg_marquardt": ["basis=t2", "optimiser=levenberg_marquardt", "optimiser.iterations=800"],
-    "two phases": ["basis=t2", "sequence=pretrain", "optimiser.epochs=2500", "sequence.initial_angles=10"],
+    "adam": ["basis=t2", "optimiser.epochs=20"],
+    "adam in torch": ["basis=t2", "optimiser.epochs=5", "optimiser.engine=torch"],
+    "lbfgs": ["basis=t2", "optimiser=lbfgs", "optimiser.iterations=8"],
+    "levenberg_marquardt": ["basis=t2", "optimiser=levenberg_marquardt", "optimiser.iterations=8"],
+    "two phases": ["basis=t2", "sequence=pretrain", "optimiser.epochs=10", "sequence.initial_angles=5"],
 }
 
 
