@@ -86,7 +86,7 @@ def _dispatch(arguments: Sequence[str]) -> int:
 
         print(version("repro"))
         return 0
-    name, *rest = arguments
+    name, *rest = _with_plugins(arguments)
     try:
         os.getcwd()  # noqa: PTH109 - pathlib loads longer
     except FileNotFoundError:
@@ -100,9 +100,30 @@ def _dispatch(arguments: Sequence[str]) -> int:
     return code
 
 
+def _with_plugins(arguments: Sequence[str]) -> list[str]:
+    """The arguments without `--plugins FOLDER`, which may stand anywhere; its folders are searched from here on."""
+    rest, words = [], iter(arguments)
+    for word in words:
+        if word.split("=")[0] != "--plugins":
+            rest.append(word)
+            continue
+        from repro.plugins.roots import add_root
+
+        folder = word.partition("=")[2] or next(words, "")
+        if not folder:
+            raise UserError("--plugins: name a folder with models/, mechanics/, conf/, experiments/ or paper/ of yours")
+        add_root(folder)
+    if not rest:
+        raise UserError("--plugins FOLDER goes with a command, such as run")
+    return rest
+
+
 def _help() -> str:
     lines = [f"  {name:<11} {text:<50} repro {name} {words}".rstrip() for name, (text, words) in COMMANDS.items()]
-    note = "`repro COMMAND --help` lists its options. Results are in ./outputs, or in the folder $REPRO_OUTPUTS."
+    note = (
+        "`repro COMMAND --help` lists its options. Results are in ./outputs, or in the folder $REPRO_OUTPUTS. "
+        "`--plugins FOLDER` (or $REPRO_PLUGINS) adds systems, models, settings and experiments of your own."
+    )
     return "\n".join(["usage: repro COMMAND ...", "", *lines, "", note])
 
 

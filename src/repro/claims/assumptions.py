@@ -57,5 +57,7 @@ class Assumption(NamedRow):
 
 
 def load_assumptions(path: Path) -> list[Assumption]:
-    """Read and check assumptions.yaml. Raises UserError, one line per mistake."""
+    """Read and check assumptions.yaml; none where there is no such file. Raises UserError, one line per mistake."""
+    if not path.is_file():
+        return []
     return load_rows(path, Assumption, if_repeated="give each row its own id")

@@ -7,11 +7,12 @@ from repro.config.overrides import expand, experiments
 from repro.errors import UserError
 from repro.launch import own_progress
 from repro.launch.pool import start_server
+from repro.plugins.roots import plugin_roots
 from repro.report import drawing
 from repro.sweep.listing import list_jobs
 from repro.sweep.missing import PRELOAD, run_missing
 from repro.sweep.planned_job import plan_jobs
-from repro.tracking.paths import Paths, outputs_root
+from repro.tracking.paths import Paths, outputs_root, project_folder
 from repro.tracking.store import StageFailed
 
 DESCRIPTION = """Run every experiment, then make the report.
@@ -35,7 +36,8 @@ def main(argv: Sequence[str]) -> int:
     jobs = plan_jobs(overrides, paths, on_unknown=lambda: start_server((*PRELOAD, *drawing.PRELOAD)))
     list_jobs(paths, jobs)
     results = run_missing(jobs, paths, options.workers)
-    timed = "experiment" in chosen or _time(paths, scale)
+    own = project_folder() in plugin_roots()  # of the user: its report has no timings of this project
+    timed = own or "experiment" in chosen or _time(paths, scale)
     from repro.report import build, terminal  # after the runs: their start must not wait for it
     from repro.results.staleness import stale_runs
 

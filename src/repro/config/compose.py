@@ -22,7 +22,7 @@ from repro.config.overrides import (
     renamed,
     takes_names,
 )
-from repro.config.places import CONF, ROOT
+from repro.config.places import CONF, settings_roots
 from repro.config.registry import groups
 from repro.config.rules import impossible
 from repro.config.schema import Config
@@ -139,8 +139,9 @@ def _chosen(choices: tuple[str, ...]) -> "DictConfig":
 
     if not GlobalHydra.instance().is_initialized():
         hydra.initialize_config_dir(str(CONF), version_base="1.3")
-    searchpath = f"hydra.searchpath=[{hydra_quoted(f'file://{ROOT}')}]"
-    composed = hydra.compose("config", [searchpath, *WITHOUT_HYDRAS_OWN, *choices])
+    folders = [*settings_roots(), *(root / CONF.name for root in settings_roots()[1:] if (root / CONF.name).is_dir())]
+    searchpath = ",".join(hydra_quoted(f"file://{folder}") for folder in folders)
+    composed = hydra.compose("config", [f"hydra.searchpath=[{searchpath}]", *WITHOUT_HYDRAS_OWN, *choices])
     with open_dict(composed):
         composed.pop("hydra", None)
     return composed

@@ -7,10 +7,11 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from repro.config import registry
-from repro.config.places import EXPERIMENTS, check_checkout
+from repro.config.places import check_checkout, experiment_files
 from repro.config.renamed_keys import refuse_renamed
 from repro.errors import UserError
 from repro.plugins.plugin import nearest
+from repro.tracking.paths import project_folder
 
 if TYPE_CHECKING:
     from hydra.core.override_parser.types import Override
@@ -28,12 +29,13 @@ SAME_SETTING = ("scale", "seeds", "record")
 
 
 def experiments(reproduced_at: str = "") -> list[str]:
-    """Names of all experiments, or of those that a reproduction at this scale includes."""
+    """Names of all experiments, or of those beside the paper that a reproduction at this scale includes."""
     check_checkout()
-    names = sorted(path.stem for path in EXPERIMENTS.glob("[!.]*.yaml"))
+    files = experiment_files()
     if not reproduced_at:
-        return names
-    scales = {name: registry.read_settings(EXPERIMENTS / f"{name}.yaml").get(REPRODUCED_AT) for name in names}
+        return [*files]
+    names = [name for name, path in files.items() if path.parent.parent == project_folder()]
+    scales = {name: registry.read_settings(experiment_files()[name]).get(REPRODUCED_AT) for name in names}
     return [name for name in names if reproduced_at in (scales[name] or [reproduced_at])]
 
 
@@ -107,7 +109,7 @@ def _sweep_lines(overrides: Sequence[str]) -> list[list[str]]:
     name = experiment_of(overrides)
     if not name:
         return [[]]
-    return [str(line).split() for line in registry.read_settings(EXPERIMENTS / f"{name}.yaml").get("sweep") or [""]]
+    return [str(line).split() for line in registry.read_settings(experiment_files()[name]).get("sweep") or [""]]
 
 
 def _product(overrides: Sequence[str]) -> Iterable[tuple[str, ...]]:

@@ -6,12 +6,30 @@ from functools import cache
 from pathlib import Path
 
 from repro.errors import UserError
+from repro.plugins.roots import plugin_roots
 
 SOURCE = Path(__file__).resolve().parents[1]
 ROOT = SOURCE.parents[1]
 CONF, EXPERIMENTS = ROOT / "conf", ROOT / "experiments"
 READERS = ("config", "pipeline")  # rooms whose code makes stages of the settings
 DECLARERS = ("plugins", "mechanics", "models", "data", "learning", "control")
+
+
+def settings_roots() -> tuple[Path, ...]:
+    """Folders that may hold conf/ and experiments/: the checkout, then the user's plugins."""
+    return (ROOT, *plugin_roots())
+
+
+def experiment_files() -> dict[str, Path]:
+    """The file of every experiment by its name, sorted; the project's where a name is there twice."""
+    files = [path for root in reversed(settings_roots()) for path in (root / EXPERIMENTS.name).glob("[!._]*.yaml")]
+    return dict(sorted((path.stem, path) for path in files))
+
+
+def option_file(group: str, option: str) -> Path:
+    """The file of an option, the project's first."""
+    places = [root / CONF.name / group / f"{option}.yaml" for root in settings_roots()]
+    return next((path for path in places if path.is_file()), places[0])
 
 
 def check_checkout() -> None:
@@ -26,18 +44,19 @@ def digest(experiment: str = "") -> str:
     The options' defaults that models and optimisers declare are part of their code, which every stage names itself.
     """
     files = [
-        *sorted(CONF.rglob("*.yaml")),
+        *(path for root in settings_roots() for path in sorted((root / CONF.name).rglob("*.yaml"))),
         *(path for room in READERS for path in sorted((SOURCE / room).rglob("*.py"))),
     ]
-    if experiment and (EXPERIMENTS / f"{experiment}.yaml").is_file():
-        files.append(EXPERIMENTS / f"{experiment}.yaml")
+    if path := experiment_files().get(experiment):
+        files.append(path)
     return _summed(files)
 
 
 @cache
 def code_digest() -> str:
     """SHA-256 of the code that says which options models, optimisers and systems have, and what they accept."""
-    files = [path for room in DECLARERS for path in sorted((SOURCE / room).rglob("*.py"))]
+    folders = (SOURCE, *plugin_roots())
+    files = [path for room in DECLARERS for folder in folders for path in sorted((folder / room).rglob("*.py"))]
     return _summed(files)
 
 
@@ -45,5 +64,6 @@ def _summed(files: Iterable[Path]) -> str:
     summed = hashlib.sha256()
     for path in files:
         content = path.read_bytes()
-        summed.update(f"{path.relative_to(ROOT)} {len(content)}\n".encode() + content)
+        name = path.relative_to(ROOT) if path.is_relative_to(ROOT) else path
+        summed.update(f"{name} {len(content)}\n".encode() + content)
     return summed.hexdigest()

@@ -4,7 +4,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from repro.config.places import CONF, EXPERIMENTS, check_checkout
+from repro.config.places import CONF, check_checkout, experiment_files, option_file, settings_roots
 from repro.errors import UserError
 from repro.tracking.yaml_file import read_yaml
 
@@ -13,14 +13,18 @@ from repro.tracking.yaml_file import read_yaml
 def groups() -> dict[str, list[str]]:
     """Every group with its options. A file whose name begins with _ is a base of others, no option."""
     check_checkout()
-    folders = (path for path in sorted(CONF.iterdir()) if path.is_dir())
-    return {path.name: [option.stem for option in _files(path)] for path in folders}
+    names = sorted(path.name for path in CONF.iterdir() if path.is_dir())
+    folders = {name: [root / CONF.name / name for root in settings_roots()] for name in names}
+    return {
+        name: list(dict.fromkeys(option.stem for folder in places for option in _files(folder)))
+        for name, places in folders.items()
+    }
 
 
 @cache
 def settings(group: str, option: str) -> dict[str, Any]:
     """The keys of an option with their values, those of its base included; UserError for a file that is no YAML."""
-    own = read_settings(CONF / group / f"{option}.yaml")
+    own = read_settings(option_file(group, option))
     merged: dict[str, Any] = {}
     for layer in own.get("defaults", ["_self_"]):
         merged = _merged(merged, own if layer == "_self_" else settings(group, layer))
@@ -38,10 +42,8 @@ def read_settings(path: Path) -> dict[str, Any]:
 
 def choices_text() -> str:
     """One line per option: `group=option` and the first comment of its file."""
-    lines = [
-        (f"{group}={name}", _comment(CONF / group / f"{name}.yaml")) for group in groups() for name in groups()[group]
-    ]
-    lines += [(f"experiment={path.stem}", _comment(path)) for path in _files(EXPERIMENTS)]
+    lines = [(f"{group}={name}", _comment(option_file(group, name))) for group in groups() for name in groups()[group]]
+    lines += [(f"experiment={name}", _comment(path)) for name, path in experiment_files().items()]
     for line in _plain():
         setting, _, comment = line.partition("#")
         lines.append((setting.strip().replace(": ", "="), comment.strip()))

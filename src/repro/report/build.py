@@ -93,7 +93,8 @@ def render(results: Results, folder: Path) -> list[Verdict]:
     texts = Texts(paper / "report", results, verdicts)
     content = Content(load_paper(paper), results, verdicts, tables, figures, load_sections(texts), assumptions, texts)
     progress.report(0.7, "the PDF is set")
-    write_pdf(content, folder / "figures", paper / "report", folder / "report.pdf")
+    if texts.folder.is_dir():
+        write_pdf(content, folder / "figures", paper / "report", folder / "report.pdf")
     progress.report(0.8, "pages are written")
     write_site(content, folder, paper)
     return verdicts

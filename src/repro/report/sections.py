@@ -36,8 +36,11 @@ class ReportSection:
 def load_sections(texts: Texts) -> list[ReportSection]:
     """Fill the sections in the order of their file names; a part of which nothing is left falls out.
 
-    Raises UserError naming the file for a mistake in a text; a result that is missing reads "not run".
+    A paper without texts has none. Raises UserError naming the file for a mistake in a text; a missing result reads
+    "not run".
     """
+    if not texts.folder.is_dir():
+        return []
     names = texts.names(FOLDER)
     if not names:
         message = f"{texts.folder / FOLDER} holds no sections of the report (*.md)"

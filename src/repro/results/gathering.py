@@ -24,15 +24,18 @@ class Gathering:
 
     @classmethod
     def load(cls, paper: Path) -> Self:
-        """Read as_printed.yaml and motions.yaml in a paper's folder. Raises UserError for a damaged file."""
-        path = paper / "motions.yaml"
+        """Read as_printed.yaml and motions.yaml of a paper, where they exist. Raises UserError for a damaged file."""
+        path, printed = paper / "motions.yaml", paper / "as_printed.yaml"
+        protocols = load_protocols(printed) if printed.is_file() else {}
+        if not path.is_file():
+            return cls(protocols)
         content = read_yaml(path)
         try:
             trajectories, closed_loops = (tuple(map(str, content[key])) for key in ("trajectories", "closed_loops"))
         except (KeyError, TypeError) as error:
             message = f"{path} must hold the lists `trajectories` and `closed_loops` of names of experiments: {error}"
             raise UserError(message) from error
-        return cls(load_protocols(paper / "as_printed.yaml"), trajectories, closed_loops)
+        return cls(protocols, trajectories, closed_loops)
 
 
 NO_PAPER = Gathering()

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from repro.errors import UserError
+from repro.plugins.roots import plugin_roots
 
 RUN_FILE = "run.json"
 HOLDER_FILE = "holder.json"
@@ -108,9 +109,13 @@ def source_cache() -> Path:
 
 
 def project_folder() -> Path:
-    """Return the checkout that holds paper/ and README.md. Raises UserError where the package lies outside of one."""
+    """The folder that holds paper/: the first one of the user's plugins that has one, else the checkout.
+
+    UserError where the package lies outside of a checkout.
+    """
     folder = Path(__file__).resolve().parents[3]
-    if not (folder / "paper" / "claims.yaml").is_file():
+    places = [place for place in (*plugin_roots(), folder) if (place / "paper" / "claims.yaml").is_file()]
+    if not places:
         message = f"paper/claims.yaml is not in {folder}: the report needs the project's checkout (pip install -e .)"
         raise UserError(message)
-    return folder
+    return places[0]
