@@ -7,6 +7,7 @@ from statistics import median
 
 from repro.config.described_system import true_system
 from repro.config.schema import Config
+from repro.models.model_options import ModelOptions
 from repro.pipeline.plan import Pipeline
 from repro.tracking import index
 from repro.tracking.index import Entry
@@ -58,7 +59,7 @@ def expected_mib(pipeline: Pipeline, measured: MeasuredStages) -> float:
     if config.sequence.kind.uses_free_motion:
         samples += config.sequence.initial_angles**2 * config.sequence.steps
     coordinates = true_system(config).n_q
-    widest = max(getattr(config.model, "hidden", ()), default=0)
+    widest = max(_hidden(config.model), default=0)
     return (
         LIBRARIES_MIB + (len(config.members) * samples * coordinates * BYTES_A_SAMPLE + widest * BYTES_A_UNIT) / 1024**2
     )
@@ -84,7 +85,7 @@ def _fit_seconds(config: Config) -> float:
     if optimiser.unit is None:
         return OVERHEAD + handled
     if optimiser.unit == "epochs":
-        units = sum(getattr(config.model, "hidden", ())) or 1
+        units = sum(_hidden(config.model)) or 1
         return OVERHEAD + members * optimiser.length * samples * units * SAMPLE_AND_UNIT
     phases = 1 + len(config.curriculum.episodes)
     return OVERHEAD + members * phases * optimiser.length * ITERATION
@@ -100,3 +101,9 @@ def _key(stage: Stage | Entry) -> tuple[str, str, str]:
     """Kind, name, and the scale that the command line names; empty for the default."""
     match = re.search(r"\bscale=(\w+)", stage.command)
     return stage.kind, stage.name, match[1] if match else ""
+
+
+def _hidden(model: ModelOptions) -> tuple[int, ...]:
+    """Units of each hidden layer; a model of the user may name them otherwise, or give a single number."""
+    hidden = getattr(model, "hidden", ())
+    return hidden if isinstance(hidden, tuple) else ()
