@@ -57,7 +57,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
         "pipeline",
         "sweep",
     ),
-    "cli": ("commands",),
+    "cli": ("commands", "plugins"),
     "__main__": ("cli",),
     "__init__": ("tracking", "library", "pipeline"),
 }
