@@ -33,6 +33,7 @@ MODELS = {
     "structured deep": lambda: Structured(2, np.array([0.9, 5.0]), hidden=(3, 9), activation="softplus", skip=False),
     "transformed": lambda: Lagrangian(t1, 2, momentum_hidden=(2,)),
     "blackbox": lambda: BlackBox(2, hidden=(3,)),
+    "blackbox, large": lambda: BlackBox(2, hidden=(24, 12)),
 }
 INVERSE, FORWARD = Objective("inverse"), Objective("forward")
 ANCHOR = Objective(None, energy_weight=0.7, energy_form="sum")
@@ -52,6 +53,7 @@ CASES = {
     "structured deep, energy as sum": ("structured deep", [ANCHOR]),
     "momentum transform": ("transformed", [Objective("inverse", momentum_weight=0.3)]),
     "black box": ("blackbox", [FORWARD]),
+    "black box, large": ("blackbox, large", [FORWARD]),
     "energy as sum, alone": ("t2", [ANCHOR]),
     "joint with the Legendre energy": ("t2", [INVERSE, Objective("inverse", energy_weight=0.4)]),
 }
@@ -197,13 +199,14 @@ KERNELS = {
     "t1": (generated_kernel, Lagrangian(t1, 2)),
     "t2": (network_kernel, Lagrangian(t2, 2, hidden=(150, 40))),
     "structured": (position_kernel, Structured(2, np.array([0.9, 5.0]), hidden=(150,))),
+    "black box": (position_kernel, BlackBox(2, hidden=(150,))),
 }
 
 
 @pytest.mark.parametrize("name", KERNELS)
 def test_each_kind_of_model_has_its_kernel(name, data):
     wanted, model = KERNELS[name]
-    problem = _problem(model, [INVERSE], data, None)
+    problem = _problem(model, [FORWARD if name == "black box" else INVERSE], data, None)
     kernels = {make: make(problem) for make in (network_kernel, position_kernel, generated_kernel)}
     assert kernels[wanted] is not None
     assert native(problem) is not None
@@ -212,4 +215,4 @@ def test_each_kind_of_model_has_its_kernel(name, data):
 
 
 def test_large_models_without_a_kernel_stay_with_torch(data):
-    assert native(_problem(BlackBox(2, hidden=(150,)), [FORWARD], data, None)) is None
+    assert native(_problem(Lagrangian(t2, 2, hidden=(150,), momentum_hidden=(2,)), [INVERSE], data, None)) is None

@@ -31,6 +31,7 @@ class BlackBox(Model):
         self.n_q = n_q
         self.features = FeatureMap((positions or cart_with_links(n_q)).inertia, n_q)
         self.network = Network(2 * n_q + len(self.features), tuple(hidden), n_q, activation)
+        self.network_slice = slice(0, self.network.n_parameters)
 
     @property
     def n_parameters(self) -> int:

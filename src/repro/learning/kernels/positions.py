@@ -1,7 +1,8 @@
-"""Models whose network sees positions alone: the network in block products, its physics as generated code.
+"""Models whose rows hold no second derivative of their network: it in block products, its physics as generated code.
 
-Their rows hold the network's outputs and the first derivatives of these with respect to q. So the generated physics
-treats the outputs as y + Y (q' - q), differentiates, and puts q' = q in the end.
+The network of a structured mass matrix sees positions alone, and the rows hold its outputs and their first derivatives
+with respect to q. So the generated physics treats the outputs as y + Y (q' - q), differentiates, and puts q' = q in the
+end. The outputs of a black box are the accelerations themselves.
 """
 
 import copy
@@ -13,21 +14,25 @@ import numpy as np
 
 from repro.codegen.c_source import c_source
 from repro.codegen.lanes import FUNCTIONS, vectorised
-from repro.learning.kernels.generated import entries, pack, widths
+from repro.learning.kernels.generated import MOST_PARAMETERS, entries, pack, widths
 from repro.learning.kernels.kernel import Kernel, defines, listed
 from repro.learning.objective import Objective
 from repro.learning.symbolic import COLUMNS, residual, symbols
 from repro.learning.training_problem import TrainingProblem, TrainingTask
+from repro.models.blackbox import BlackBox
 from repro.models.structured import Structured
 
 
 def position_kernel(problem: TrainingProblem) -> Kernel | None:
-    """The kernel of a problem with a structured mass matrix, or None."""
+    """The kernel of a problem with a structured mass matrix or a large black box, or None."""
     model = problem.model
-    if not isinstance(model, Structured) or any(task.objective.momentum_weight for task in problem.tasks):
+    if not isinstance(model, Structured | BlackBox) or any(task.objective.momentum_weight for task in problem.tasks):
         return None
+    if isinstance(model, BlackBox) and model.n_parameters <= MOST_PARAMETERS:
+        return None  # straight-line code is quicker
     jets = [_jets(task) for task in problem.tasks]
-    moving = tuple(c for c in range(model.n_q) if any(of_task[:, :, :, 1 + c].any() for of_task in jets))
+    slopes = range(jets[0].shape[-1] - 1)
+    moving = tuple(c for c in slopes if any(of_task[..., 1 + c].any() for of_task in jets))
     shared = [c_source(__file__, name) for name in ("matrix_products", "activations")]
     source = [_constants(model, moving), *shared, FUNCTIONS]
     source += [_physics(model, task.objective, moving, number) for number, task in enumerate(problem.tasks)]
@@ -47,7 +52,7 @@ class _Outputs:
         return self.values
 
 
-def _constants(model: Structured, moving: tuple[int, ...]) -> str:
+def _constants(model: Structured | BlackBox, moving: tuple[int, ...]) -> str:
     network = model.network
     own = _own(model)
     constants = {
@@ -66,14 +71,14 @@ def _constants(model: Structured, moving: tuple[int, ...]) -> str:
     return f"{defines(constants)}static const int own[] = {{{listed(own)}}};\n"
 
 
-def _own(model: Structured) -> list[int]:
+def _own(model: Structured | BlackBox) -> list[int]:
     """The parameters outside the network."""
     inside = range(*model.network_slice.indices(model.n_parameters))
     return [index for index in range(model.n_parameters) if index not in inside]
 
 
 @lru_cache(maxsize=32)
-def _statements(model: Structured, objective: Objective, moving: tuple[int, ...]) -> tuple[list[str], int]:
+def _statements(model: Structured | BlackBox, objective: Objective, moving: tuple[int, ...]) -> tuple[list[str], int]:
     s, n_out = symbols(model), model.network.n_out
     outputs, here = casadi.SX.sym("outputs", 1 + len(moving), n_out), casadi.SX.sym("here", model.n_q)
     step = s.q - here
@@ -91,7 +96,7 @@ def _statements(model: Structured, objective: Objective, moving: tuple[int, ...]
     return vectorised(function, "out", (*COLUMNS, "outputs", "parameters"))
 
 
-def _physics(model: Structured, objective: Objective, moving: tuple[int, ...], number: int) -> str:
+def _physics(model: Structured | BlackBox, objective: Objective, moving: tuple[int, ...], number: int) -> str:
     lines, n_work = _statements(model, objective, moving)
     columns = enumerate(entries(model.n_q))
     return c_source(
@@ -107,7 +112,8 @@ def _physics(model: Structured, objective: Objective, moving: tuple[int, ...], n
 
 def _jets(task: TrainingTask) -> np.ndarray:
     """Of the network's inputs (member, sample, unit, quantity): value, and derivatives with respect to q."""
-    members = [task.member(member).prepared["position"][0] for member in range(len(task.measured["q"]))]
+    name = "position" if isinstance(task.model, Structured) else "inputs"
+    members = [task.member(member).prepared[name][0] for member in range(len(task.measured["q"]))]
     return np.stack([jets[:, [0, *range(2, jets.shape[1])]].double().transpose(1, 2).numpy() for jets in members])
 
 
