@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 ALWAYS = ("system", "model", "setting")
 # Named where they differ within an experiment.
 IF_VARIED = (
-    *("basis", "hidden", "objective", "optimiser", "energies", "task", "intervals", "seconds", "mismatch"),
-    *("mismatch_kind", "noise", "disturbance", "delay", "friction"),
+    *("basis", "hidden", "objective", "optimiser", "energies", "task", "intervals", "horizon_s"),
+    *("seconds", "mismatch", "mismatch_kind", "noise", "disturbance", "delay", "friction"),
 )
-KEY_TITLES = {"task": "start", "seconds": "length [s]", "mismatch_kind": "of"}
+KEY_TITLES = {"task": "start", "horizon_s": "horizon [s]", "seconds": "length [s]", "mismatch_kind": "of"}
 MEASURED = (
     *("loops", "success", "contacts", "clearance [m]", "erect from [s]", "offset [m]", "median [ms]", "p95 [ms]"),
     *("p99 [ms]", "iterations", "second try", "old plan", "no force", "killed"),
