@@ -22,7 +22,7 @@ def without_accelerations(config: Config) -> Iterator[str]:
         yield f"{choice}: needs a momentum balance of its own; use model.structure=canonical"
     if objective.kind is not Equation.PATH:
         return
-    if isinstance(data, RandomForce) and data.labels != "smoothed":
+    if data.labels != "smoothed":
         yield f"{choice}: fits what sensors recorded, from a smoothed path; use data.labels=smoothed, not {data.labels}"
     if config.optimiser.selects:
         yield f"{choice}: keeps every term; use optimiser=least_squares, not {config.optimiser.name}"

@@ -16,7 +16,7 @@ from repro.tracking import progress
 from repro.tracking.load import Run
 from repro.tracking.plain_data import Json
 
-FAR = 0.1  # of the cost per degree of freedom from 1, that is worth a notice
+FAR = 0.2  # of the cost per degree of freedom from 1, that is worth a notice
 
 
 def make(folder: Path, options: FitOptions, upstream: Mapping[str, Run]) -> Json:

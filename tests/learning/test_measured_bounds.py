@@ -1,0 +1,92 @@
+"""Fits from what sensors record reach the Cramer-Rao bound, and their standard errors cover the truth."""
+
+import numpy as np
+import pytest
+import torch
+
+from repro.data.dataset import Dataset
+from repro.data.random_force import random_force
+from repro.evaluation.predictions import predict
+from repro.evaluation.uncertainty import Uncertainty, expected_errors
+from repro.learning.balance import balance_task
+from repro.learning.least_squares import LeastSquares
+from repro.learning.objective import Objective
+from repro.learning.objective_options import Equation
+from repro.learning.path.path_fit import PathFit, fit_path
+from repro.learning.path.path_options import PathOptions
+from repro.learning.result import NoCheckpoint, silent
+from repro.learning.training_problem import TrainingProblem
+from repro.mechanics.system import load
+from repro.models.bases import fxf, t1
+from repro.models.lagrangian import Lagrangian
+
+STATES = {"measured": "states", "q_noise": 1e-3, "qd_noise": 1e-2, "episode_steps": 50}
+ENCODERS = {
+    "measured": "positions", "quantisation": (1e-4, 2 * np.pi / 4096), "sample_step": 0.01, "episode_steps": 200
+}  # fmt: skip
+POSITIONS = {"measured": "positions", "q_noise": 1e-3, "sample_step": 0.01, "episode_steps": 200}
+FORCES = STATES | {"force_noise": 0.1}
+SEEDS = range(300, 304)
+BARS = [
+    ("sip", STATES, 1e-3),
+    ("sip", ENCODERS, 3e-4),
+    ("sip", POSITIONS, 1.5e-3),
+    ("sip", FORCES, 0.01),
+    ("dip", STATES, 5e-3),
+    ("dip", ENCODERS, 3e-3),
+    ("dip", POSITIONS, 8e-3),
+    ("dip", FORCES, 0.015),
+]
+
+
+def _fitted(system: str, sensors: dict[str, object], seed: int, samples: int) -> tuple[Lagrangian, Dataset, PathFit]:
+    whole = samples + samples // 2
+    data = random_force(
+        load(system), seeds=[seed], samples=whole, train_fraction=samples / whole, reset="random", labels="smoothed",
+        **sensors,
+    )  # type: ignore[arg-type]  # fmt: skip
+    basis, n_q = (t1, 2) if system == "sip" else (fxf, 3)
+    model = Lagrangian(basis, n_q)
+    task = balance_task(model, data.train, Objective(Equation.BALANCE), 0.2)
+    start = LeastSquares(cutoff=1e-5).fit(
+        TrainingProblem(model, [task], [seed]), torch.zeros(1, model.n_parameters), silent, NoCheckpoint()
+    )
+    weights = start.parameters[0].double().numpy()
+    return model, data, fit_path(model, data.train, 0, weights, PathOptions(), silent)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("system", "sensors", "bar"), BARS)
+def test_every_fit_is_accurate_and_at_the_bound(system: str, sensors: dict[str, object], bar: float) -> None:
+    errors, bounds = [], []
+    for seed in SEEDS:
+        model, data, found = _fitted(system, sensors, seed, 8000)
+        test = data.test
+        terms = predict(model, torch.from_numpy(found.parameters)[None], test.q, test.qd, test.qdd, test.tau)
+        errors.append(np.abs(terms.acceleration - test.qdd).mean())
+        known = Uncertainty.of(found.information)
+        bounds.append(expected_errors(model, found.parameters, known, 0, test)[1])
+        assert found.cost_per_dof == pytest.approx(1, abs=0.05)
+    assert max(errors) < bar
+    assert 0.5 < np.median(errors) / np.median(bounds) < 2
+
+
+@pytest.mark.slow
+def test_intervals_cover_the_truth() -> None:
+    true = np.array([0.4, 0.025, 0.1, 0.98])
+    inside = []
+    for seed in range(400, 500):
+        _, _, found = _fitted("sip", POSITIONS, seed, 2000)
+        inside.append(np.abs(found.parameters - true) < 1.96 * Uncertainty.of(found.information).standard_errors)
+    assert 0.9 <= np.mean(inside) <= 0.99
+
+
+def test_what_is_not_determined_is_named() -> None:
+    information = np.diag([4.0, 9.0, 0.0, 1.0])
+    information[:2, :2] += 6.0
+    known, seen = Uncertainty.of(information), [0, 1, 3]
+    assert np.isinf(known.standard_errors[2])
+    inverse = np.linalg.inv(information[np.ix_(seen, seen)])
+    np.testing.assert_allclose(known.standard_errors[seen] ** 2, inverse.diagonal())
+    assert known.identified(("a", "b", "c", "d"), 3).words == ("c",)
+    np.testing.assert_allclose(known.least_known[2:], 0, atol=1e-12)
