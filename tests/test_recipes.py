@@ -112,6 +112,15 @@ def a_system(project: Project, told: str) -> None:
     assert "tethered" in told
 
 
+def a_mechanism(project: Project, told: str) -> None:
+    learned = load_runs(root=project.outputs, system="crane", model="structured")
+    skill = learned[(learned["split"] == "test") & (learned["metric"] == "skill_tau")]["value"]
+    assert len(skill) == 2
+    assert skill.min() > 0.9
+    assert list((project.outputs / "recordings").glob("crane-structured*/recording.rrd"))
+    assert list((project.outputs / "recordings").glob("crane-truth*/recording.rrd"))
+
+
 def a_basis(project: Project, told: str) -> None:
     assert "rank 6 of 6 terms" in told
     assert metrics(project, basis="shifted")["mae_tau"] < 1e-8
@@ -147,6 +156,7 @@ LAGRANGIAN_SETTINGS = "conf/model/lagrangian.yaml"
 
 OUTCOMES: dict[str, Callable[[Project, str], None]] = {
     "A system": a_system,
+    "A mechanism of any kind": a_mechanism,
     "A basis": a_basis,
     "A model": a_model,
     "An optimiser": an_optimiser,
