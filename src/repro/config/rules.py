@@ -197,6 +197,8 @@ def _chain(config: Config) -> Iterator[str]:
 
 
 def _closed_loop(config: Config) -> Iterator[str]:
+    from repro.mechanics.chain import Chain
+
     control, task = config.control, config.task
     if not isinstance(control, ControllerOptions) or [*_system(config)]:
         return
@@ -210,6 +212,12 @@ def _closed_loop(config: Config) -> Iterator[str]:
         yield f"{choice}: drives {control.drives}; {_inputs(system)}; use {_suited_to(control)}"
     yield from control.problems(system)
     yield from task.problems(system)
+    if config.model.from_true_system and not isinstance(system, Chain):
+        exact = f"model={config.model.kind}: has no coefficients for system={system.name}"
+        if task.mismatch and task.mismatch_kind == "coefficients":
+            yield f"task.mismatch = {task.mismatch}: {exact}; use task.mismatch_kind=physical"
+        if control.adapts:
+            yield f"control.adaptive = True: {exact}; use a fitted model, such as model=structured"
     if task.delay >= control.time_step:
         yield f"task.delay = {task.delay}: must be shorter than control.time_step = {control.time_step}"
     if len(task.damping) not in (0, system.n_q):

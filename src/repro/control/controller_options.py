@@ -39,6 +39,11 @@ class ControllerOptions(ControlOptions):
         """The limit of every input."""
         return tuple(input_limits(system)) if self.force_limit is None else (self.force_limit,) * len(system.inputs)
 
+    @property
+    def adapts(self) -> bool:
+        """Whether it re-identifies the weights of the model."""
+        return False
+
     def fits(self, system: System) -> bool:
         """Whether it can drive a system."""
         return True

@@ -70,6 +70,11 @@ class Options(ControllerOptions):
     noise: Positive = 2e-3
     drift: Positive = 2e-4
 
+    @property
+    def adapts(self) -> bool:
+        """Whether it re-identifies the weights of the model."""
+        return self.adaptive
+
     def problem(self, disc: Disc | None, system: System) -> OptimalControlProblem:
         """Problem (9) for a system, with a disc to avoid or without."""
         obstacle = None
