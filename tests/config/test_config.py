@@ -105,6 +105,9 @@ COMBINATIONS = {
     "system=link model=truth control=sip task=swing_up task.end=rest": "task.start = 'hanging': system=link rests at",
     "system=rod model=truth control=sip control.stage_cost.position={z:1}": "cost.position.z: system=rod has x, y",
     "model=truth control=sip task.tolerance.phi=0.1": "task.tolerance.phi: system=sip has coordinates x, theta",
+    "system=acrobot model=truth control=swing_up task=swing_up task.mismatch=0.1": (
+        "task.mismatch = 0.1: model=truth: has no coefficients for system=acrobot; use task.mismatch_kind=physical"
+    ),
     "model=truth control=sip task.delay=0.04": "must be shorter than control.time_step = 0.04",
     "model=truth control=sip task.damping=[0.1]": "task.damping = [0.1]: needs 2 numbers, or none",
 }

@@ -13,7 +13,7 @@ from repro.control.task import Task
 from repro.data.random_force import random_force
 from repro.errors import UserError
 from repro.mechanics.system import load
-from repro.models.truth import Truth
+from repro.models.truth import Truth, true_model
 from repro.pipeline.stages import close_loops as control
 from repro.pipeline.stages import record_loop as loop_recording
 from repro.plugins.plugin import plugin, plugin_names
@@ -77,14 +77,18 @@ def test_every_system_and_controller_make_a_step_or_are_refused_in_one_line(syst
     try:
         config = changed(("model=truth",), **groups)
     except UserError as refused:
-        assert str(refused).startswith((f"control = {setting!r}: drives a cart with one link ", "model=truth: "))
-        assert system in str(refused) and len(str(refused).splitlines()) == 1
+        driven = f"control = {setting!r}: drives a cart with one link "
+        assert str(refused).startswith(
+            "control.adaptive = True: model=truth: has no " if "adaptive" in setting else driven
+        )
+        assert f"system={system}" in str(refused) and len(str(refused).splitlines()) == 1
         return
-    model, options = Truth(plant), config.control
+    model, options = true_model(plant, damped=False), config.control
+    (weights,) = model.initial([np.random.default_rng(0)])
     samples = np.random.default_rng(0).normal(size=(3, 50, plant.n_q))
     (start, _), *_ = config.task.starts(plant, 1)
     with plugin(CONTROLLERS, options.kind).build(options, PredictiveModel(model, plant), None, samples) as make:
-        step = make(model.coefficients, start.goal).decide(start.state)
+        step = make(weights, start.goal).decide(start.state)
     assert step.u.shape == (len(plant.inputs),) and np.all(np.abs(step.u) <= options.limits(plant))
 
 
