@@ -81,19 +81,20 @@ def in_gauge(terms: Terms, rest: RestStates, qd: np.ndarray, gauge: Gauge) -> Te
 
 def _gradient_part(system: System, q: np.ndarray, field: np.ndarray) -> np.ndarray:
     """The gradient dF/dq, F linear plus trigonometric in the angles, closest to a field; q, field: (sample, n_q)."""
-    gradients = [np.broadcast_to(np.eye(system.n_q)[c], q.shape) for c in range(system.n_q)]
     angles = list(system.angles)
+    # along a translation F is linear: its gradient there is the mean
+    closest = np.broadcast_to(field.mean(axis=0), field.shape).copy()
+    gradients = [np.broadcast_to(direction, (len(q), len(angles))) for direction in np.eye(len(angles))]
     for harmonics in product(range(-HARMONICS, HARMONICS + 1), repeat=len(angles)):
         leading = next((h for h in harmonics if h), 0)
         if leading <= 0:  # cos and sin of the mirrored combination are the same functions
             continue
         phase = q[:, angles] @ np.array(harmonics)
-        direction = np.zeros(system.n_q)
-        direction[angles] = harmonics
-        gradients += [np.outer(-np.sin(phase), direction), np.outer(np.cos(phase), direction)]
-    columns = np.stack([gradient.ravel() for gradient in (*gradients, field)], axis=1)
-    triangle = qr(columns, mode="r", check_finite=False)[0][: columns.shape[1]]  # as good, and far fewer rows
-    cutoff = len(columns) * np.finfo(float).eps
-    solution, *_ = np.linalg.lstsq(triangle[:, :-1], triangle[:, -1], rcond=cutoff)
-    closest: np.ndarray = columns[:, :-1] @ solution
-    return closest.reshape(field.shape)
+        gradients += [np.outer(-np.sin(phase), harmonics), np.outer(np.cos(phase), harmonics)]
+    if angles:
+        columns = np.array([gradient.ravel() for gradient in (*gradients, field[:, angles])]).T
+        triangle = qr(columns, mode="r", check_finite=False)[0][: columns.shape[1]]  # as good, and far fewer rows
+        cutoff = len(columns) * np.finfo(float).eps
+        solution, *_ = np.linalg.lstsq(triangle[:, :-1], triangle[:, -1], rcond=cutoff)
+        closest[:, angles] = (columns[:, :-1] @ solution).reshape(len(q), -1)
+    return closest
