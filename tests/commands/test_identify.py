@@ -45,3 +45,12 @@ def test_what_is_no_linear_regression_is_refused(identify, overrides, tmp_path):
     code, text = identify(*overrides)
     assert code == 2 and "identify is for model=lagrangian with a linear basis" in text
     assert not any(tmp_path.iterdir())
+
+
+def test_a_path_fit_says_how_well_each_coefficient_is_known(identify):
+    sensors = ("data.measured=positions", "data.labels=smoothed", "data.q_noise=0.001", "data.episode_steps=50")
+    code, said = identify("basis=t1", "optimiser=least_squares", "objective=path", "data.reset=random", *sensors)
+    assert code == 0
+    assert "cost per degree of freedom" in said
+    assert "+-" in said
+    assert "1 % takes" in said

@@ -3,13 +3,22 @@
 from collections.abc import Sequence
 from functools import partial
 
+import numpy as np
+
 from repro.commands.arguments import command_parser
 from repro.config.compose import compose
 from repro.config.rules import linear
 from repro.errors import UserError
 from repro.evaluation.identifiability import Identifiability
+from repro.evaluation.uncertainty import Uncertainty, expected_errors, in_words
 from repro.launch import own_progress
 from repro.learning.objective_options import Equation
+from repro.learning.result import Fitted
+from repro.library.ensemble import fit_ensemble
+from repro.library.phases import TrainingData
+from repro.models.damped import without_damping
+from repro.models.lagrangian import Lagrangian
+from repro.models.model import Model
 from repro.pipeline.plan import Pipeline
 from repro.pipeline.stages import data
 from repro.pipeline.stages.examine import identified
@@ -20,13 +29,17 @@ from repro.tracking.load import Run
 from repro.tracking.paths import outputs_root
 from repro.tracking.store import Store
 
+ONE_PERCENT = 0.01
+
 EXAMPLES = """examples:
   repro identify system=dip basis=fxf sequence=pretrain_only        what force-free motion of known energy determines
   repro identify system=dip basis=fxf_gauge sequence=joint sequence.energy_form=sum
   repro identify basis=library data.episode_steps=100
   repro identify basis=t1 data=file data.path=my.csv             of a recording of your own
+  repro identify basis=t1 objective=path data.labels=smoothed data.measured=positions data.q_noise=0.001
 Settings are those of `repro run`; each phase of the sequence is examined, for the first seed unless seeds= is set.
-A combination consists of terms of T, unless V is named.
+A combination consists of terms of T, unless V is named. With objective=path a fit is made: standard errors, what is
+known least, and the seconds of such data that make the worst known coefficient accurate to 1 %.
 """
 
 
@@ -39,9 +52,10 @@ def main(argv: Sequence[str]) -> int:
     if not any(override.startswith("seeds=") for override in overrides):
         overrides.append("seeds=1")
     with own_progress.shown("identify"):
-        examined = _examined(overrides)
+        examined, lines = _examined(overrides)
     for phase, members in examined.items():
         print(report(phase, members))
+    print("\n".join(lines), end="\n" if lines else "")
     return 0
 
 
@@ -60,12 +74,15 @@ def report(phase: str, members: Sequence[Identifiability]) -> str:
     return "\n".join([*lines, *(f"    {words}" for words in one.words)])
 
 
-def _examined(overrides: Sequence[str]) -> dict[str, list[Identifiability]]:
+def _examined(overrides: Sequence[str]) -> tuple[dict[str, list[Identifiability]], list[str]]:
     composed = compose(overrides)
     config = composed.config
-    if not linear(config) or config.objective.kind is not Equation.INVERSE:
+    kind = config.objective.kind
+    if not linear(config) or not (kind is Equation.INVERSE or kind.begins_with_balance):
         chosen = f"model={config.model.kind}, basis={config.basis.name}, objective={config.objective.kind}"
-        raise UserError(f"identify is for model=lagrangian with a linear basis and objective=inverse, not {chosen}")
+        raise UserError(
+            f"identify is for model=lagrangian with a linear basis and objective=inverse, balance or path, not {chosen}"
+        )
     pipeline, store = Pipeline.of(config, composed.command), Store(outputs_root())
     upstream = {}
     for number, (role, stage) in enumerate(pipeline.data_stages.items(), start=1):
@@ -74,7 +91,37 @@ def _examined(overrides: Sequence[str]) -> dict[str, list[Identifiability]]:
     options = pipeline.fit_options
     progress.report(0.5, "rank and null directions")
     model = model_of(options, upstream)
-    return identified(model, config.objective, config.sequence, training_data(options, upstream))
+    given = training_data(options, upstream)
+    lines = []
+    if kind is Equation.PATH:
+        progress.report(0.6, "path fit")
+        lines = accuracy(model, fit_ensemble(model, options.training, given)[0], given)
+    return identified(model, config.objective, config.sequence, given), lines
+
+
+def accuracy(model: Model, fitted: Fitted, given: TrainingData) -> list[str]:
+    """What a path fit of the first member says: coefficients with standard errors, and seconds of data for 1 %."""
+    assert fitted.information is not None
+    data, weights, information = given.forced[-1], fitted.parameters[0].numpy(), fitted.information[0].numpy()
+    learned = without_damping(model)
+    n_kinetic = len(learned.kinetic_features) if isinstance(learned, Lagrangian) else 0
+    known = Uncertainty.of(information)
+    words = in_words(model, weights, information, n_kinetic)
+    tau, qdd = expected_errors(model, weights, known, 0, data.test)
+    share = np.abs(known.standard_errors / weights)
+    finite = np.flatnonzero(np.isfinite(share))
+    lines = [f"path fit: cost per degree of freedom {fitted.notes['cost_per_dof'][0]:.3f}, 1 is expected"]
+    lines += [f"  {name}: {text}" for name, text in words.items()]
+    lines.append(f"  expected errors: MAE tau {tau:.2g}, MAE qdd {qdd:.2g}")
+    if len(finite):
+        worst = finite[share[finite].argmax()]
+        seconds = data.n_train * data.time_step
+        needed = seconds * (share[worst] / ONE_PERCENT) ** 2
+        name = model.coefficient_names[worst]
+        lines.append(
+            f"  {name} is known to {share[worst]:.2g} of itself after {seconds:.3g} s; 1 % takes {needed:.2g} s"
+        )
+    return lines
 
 
 def _value(one: Identifiability, order: int) -> str:
