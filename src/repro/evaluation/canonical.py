@@ -14,7 +14,6 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
-from scipy.linalg import qr
 from torch import Tensor
 
 from repro.codegen.array_evaluation import evaluate
@@ -93,7 +92,7 @@ def _gradient_part(system: System, q: np.ndarray, field: np.ndarray) -> np.ndarr
         gradients += [np.outer(-np.sin(phase), harmonics), np.outer(np.cos(phase), harmonics)]
     if angles:
         columns = np.array([gradient.ravel() for gradient in (*gradients, field[:, angles])]).T
-        triangle = qr(columns, mode="r", check_finite=False)[0][: columns.shape[1]]  # as good, and far fewer rows
+        triangle = np.asarray(np.linalg.qr(columns, mode="r"))  # as good, and far fewer rows
         cutoff = len(columns) * np.finfo(float).eps
         solution, *_ = np.linalg.lstsq(triangle[:, :-1], triangle[:, -1], rcond=cutoff)
         closest[:, angles] = (columns[:, :-1] @ solution).reshape(len(q), -1)

@@ -76,7 +76,7 @@ def _triangle(blocks: Iterable[np.ndarray]) -> np.ndarray:
     triangle: np.ndarray | None = None
     for block in blocks:
         rows = block if triangle is None else np.vstack([triangle, block])
-        triangle = qr(rows, mode="r", overwrite_a=True, check_finite=False)[0][: rows.shape[1]]
+        triangle = np.asarray(np.linalg.qr(rows, mode="r"))
     if triangle is None:
         raise ValueError("least squares of no rows at all")
     return triangle
