@@ -60,11 +60,12 @@ class InputArrow:
 
 @dataclass(frozen=True)
 class Turn:
-    """Input number `input` as an arc of this radius about `at`, from its top, clockwise where it is positive."""
+    """Input number `input` as an arc about `at`, from its top; a positive one turns `clockwise` or not."""
 
     at: Point
     radius: float
     input: int = 0
+    clockwise: bool = True
 
 
 Shape = Segment | Circle | Block | Spring | InputArrow | Turn

@@ -14,7 +14,7 @@ class DrawnShape:
 
     points  (steps, 2, 2), both ends of a link or a spring; (steps, 1, 2), the centre or the foot of any other
     turn    (steps,) rad, how a block is turned, or the direction of an arrow, counter-clockwise from the right
-    size    half the width and height of a block; radius of a disc or of the arc of a torque
+    size    half the width and height of a block; radius of a disc; radius of an arc, and 1 for clockwise or -1
     input   number of the input that an arrow or an arc shows
     """
 

@@ -44,7 +44,7 @@ def log_inputs(
             columns = rr.Arrows2D.columns(vectors=to_view(vectors), origins=to_view(foot))
         else:
             style = rr.LineStrips2D.from_fields(radii=0.025 * scale, colors=palette.FORCE, draw_order=30)
-            strips = to_view(foot[:, None] + shape.size[0] * _arc(share))
+            strips = to_view(foot[:, None] + shape.size[0] * _arc(shape.size[1] * share))
             columns = rr.LineStrips2D.columns(strips=list(strips))
         recording.log(entity, style, static=True)
         recording.send_columns(entity, [time], columns)

@@ -57,4 +57,9 @@ class BallAndBeam(System):
         along, size = (m.cos(q[1]), m.sin(q[1])), 2 * self.r1
         left, right = ([sign * self.L * part for part in along] for sign in (-1, 1))
         ball = (q[0] * along[0] - size * along[1], q[0] * along[1] + size * along[0])
-        return [Circle((0.0, 0.0), 0.02), Segment(left, right), Circle(ball, size), Turn((0.0, 0.0), 0.1)]
+        return [
+            Circle((0.0, 0.0), 0.02),
+            Segment(left, right),
+            Circle(ball, size),
+            Turn((0.0, 0.0), 0.1, clockwise=False),
+        ]

@@ -53,7 +53,7 @@ def _drawn(shape: Shape, steps: int) -> DrawnShape:
             right, up = _points((steps,), shape.along)[:, 0].T
             return DrawnShape("arrow", _points((steps,), shape.at), np.arctan2(up, right), input=shape.input)
         case Turn():
-            size = (shape.radius, shape.radius)
+            size = (shape.radius, 1.0 if shape.clockwise else -1.0)
             return DrawnShape("turn", _points((steps,), shape.at), size=size, input=shape.input)
         case _:
             assert_never(shape)
