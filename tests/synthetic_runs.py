@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 from synthetic_store import SyntheticStore
 
+NOT_DRAWN = {"measured"}  # figures of experiments that have no runs here
 REGIMES = {"episodes": 0.25, "long": 2.5}
 
 

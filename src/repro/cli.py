@@ -120,11 +120,11 @@ def _with_plugins(arguments: Sequence[str]) -> list[str]:
 
 def _help() -> str:
     lines = [f"  {name:<11} {text:<50} repro {name} {words}".rstrip() for name, (text, words) in COMMANDS.items()]
-    note = (
-        "`repro COMMAND --help` lists its options. Results are in ./outputs, or in the folder $REPRO_OUTPUTS. "
-        "`--plugins FOLDER` (or $REPRO_PLUGINS) adds systems, models, settings and experiments of your own."
+    notes = (
+        "`repro COMMAND --help` lists its options. Results are in ./outputs, or in the folder $REPRO_OUTPUTS.",
+        "`--plugins FOLDER` (or $REPRO_PLUGINS) adds systems, models, settings and experiments of your own.",
     )
-    return "\n".join(["usage: repro COMMAND ...", "", *lines, "", note])
+    return "\n".join(["usage: repro COMMAND ...", "", *lines, "", *notes])
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@ import time
 from dataclasses import replace
 
 import pytest
+from synthetic_runs import NOT_DRAWN
 
 from repro.claims.assumptions import load_assumptions
 from repro.claims.claims import load_claims
@@ -22,7 +23,7 @@ from repro.results.results import Results, typed
 from repro.results.table_schema import TABLES
 
 PAPER = paper_folder()
-FIGURES = load_figures(PAPER)
+FIGURES = tuple(figure for figure in load_figures(PAPER) if figure.name not in NOT_DRAWN)
 SOURCE = PAPER / "report"
 
 

@@ -58,6 +58,8 @@ def _candidates(value: object) -> list[object]:
     if isinstance(value, list):
         shifted = [each + 0.5 if isinstance(each, float) else each for each in value]
         return [candidate for candidate in (shifted, [*value, 3], [*value, "other"], [3]) if candidate != value]
+    if value == {}:
+        return [{"x": 0.5}]
     return [3, 0.5, [3], True, "other"]
 
 

@@ -55,7 +55,7 @@ def test_a_sweep_runs_once_and_a_failing_job_costs_itself_alone(outputs, tmp_pat
     assert len(made) == 1
 
     assert cli.main([*sweep, "--failed", "--dry-run"]) == 0
-    assert "1 jobs, 1 to run" in capsys.readouterr().out
+    assert "1 job, 1 to run" in capsys.readouterr().out
 
     broken.write_text("\n".join(rows).replace("0.0,0,", "0.0,1,", 1))
     assert cli.main(sweep) == 0
@@ -68,7 +68,7 @@ def test_a_finished_sweep_runs_nothing(outputs, capsys):
     assert len(before) == 3
     assert cli.main(["run", "-m", *QUICK]) == 0
     assert cli.main(["run", "-m", "--dry-run", *QUICK]) == 0
-    assert "1 jobs, 0 to run" in capsys.readouterr().out
+    assert "1 job, 0 to run" in capsys.readouterr().out
     assert stamps(outputs) == before
 
 

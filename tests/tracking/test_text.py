@@ -23,5 +23,6 @@ def test_a_table_shows_the_columns_that_fit_and_names_the_others(width, shown):
         assert lines[-1] == f"not shown, for lack of width: {', '.join(HEADER[shown:])}"
 
 
-def test_what_is_no_terminal_has_no_width(capsys):
+def test_what_is_no_terminal_has_no_width(capsys, monkeypatch):
+    monkeypatch.delenv("COLUMNS", raising=False)
     assert terminal_width() is None

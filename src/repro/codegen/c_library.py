@@ -16,23 +16,29 @@ class CompilerError(Exception):
     """No C compiler is there, or it refused the source."""
 
 
+NO_COMPILER = "no C compiler (cc, gcc or clang) was found"
+
+
 @lru_cache(maxsize=1)
-def compiler() -> str:
-    """Path of the C compiler: $CC, cc, gcc or clang; CompilerError where there is none."""
+def found_compiler() -> str | None:
+    """Path of the C compiler: $CC, cc, gcc or clang; None, with one notice, where there is none."""
     for name in (os.environ.get("CC"), "cc", "gcc", "clang"):
         if name and (path := shutil.which(name)):
             return path
-    message = "no C compiler (cc, gcc or clang) was found"
-    logging.getLogger("repro").warning("%s: everything works, more slowly", message)
-    raise CompilerError(message)
+    logging.getLogger("repro").warning("%s: everything works, more slowly", NO_COMPILER)
+    return None
+
+
+def compiler() -> str:
+    """Path of the C compiler; CompilerError where there is none."""
+    if (path := found_compiler()) is None:
+        raise CompilerError(NO_COMPILER)
+    return path
 
 
 def has_compiler() -> bool:
     """Whether generated C can be compiled here."""
-    try:
-        return bool(compiler())
-    except CompilerError:
-        return False
+    return found_compiler() is not None
 
 
 def load_library(source: str, flags: Sequence[str]) -> ctypes.CDLL:

@@ -84,7 +84,9 @@ def write_whole(
         stream = rr.RecordingStream(APPLICATION, recording_id=recording.run)
         stream.save(temporary, default_blueprint=window)
         stream.send_recording_name(recording.title)
-        entries = {key: _property(value) for key, value in flattened(recording.card).items()}
+        # a value that is absent has no type, and rerun holds every name to one type
+        present = {key: value for key, value in flattened(recording.card).items() if value is not None}
+        entries = {key: _property(value) for key, value in present.items()}
         stream.send_property("run", rr.AnyValues(**{"title": recording.title, **entries}))
         text = card_page(recording.title, recording.card)
         stream.log(CARD, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
