@@ -17,9 +17,9 @@ CLAIM = re.compile(r"C\d+[a-z]?")
 def names_of_the_paper() -> set[str]:
     """Experiments, but for those whose name is a module too, and systems."""
     modules = {path.stem for path in SOURCE.rglob("*.py")}
-    experiments = {path.stem for path in (ROOT / "experiments").glob("*.yaml")} - modules - WORDS
+    experiments = {path.stem for path in (ROOT / "experiments").glob("*.yaml")} - modules
     systems = {path.stem for path in (ROOT / "conf" / "system").glob("*.yaml")}
-    return experiments | systems
+    return (experiments | systems) - WORDS
 
 
 def literals(path) -> list[tuple[int, str]]:
