@@ -6,10 +6,9 @@ from functools import cache
 from pathlib import Path
 
 from repro.errors import UserError
-from repro.plugins.roots import plugin_roots
+from repro.plugins.roots import PROJECT, SOURCE, plugin_roots
 
-SOURCE = Path(__file__).resolve().parents[1]
-ROOT = SOURCE.parents[1]
+ROOT = PROJECT
 CONF, EXPERIMENTS = ROOT / "conf", ROOT / "experiments"
 READERS = ("config", "pipeline")  # rooms whose code makes stages of the settings
 DECLARERS = ("plugins", "mechanics", "models", "data", "learning", "control")

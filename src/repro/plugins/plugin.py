@@ -4,14 +4,11 @@ import difflib
 from collections.abc import Iterable
 from functools import cache
 from importlib import import_module
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from repro.errors import UserError
-from repro.plugins.roots import plugin_roots
-
-SOURCE = Path(__file__).resolve().parents[1]
+from repro.plugins.roots import SOURCE, plugin_roots
 
 
 def plugin(folder: str, name: str) -> ModuleType:

@@ -13,6 +13,9 @@ from pathlib import Path
 
 from repro.errors import UserError
 
+SOURCE = Path(__file__).resolve().parents[1]
+# The folder with conf/, experiments/ and paper/: the checkout; within the package where it was installed from a wheel.
+PROJECT = SOURCE.parents[1] if (SOURCE.parents[1] / "conf" / "config.yaml").is_file() else SOURCE / "project"
 VARIABLE = "REPRO_PLUGINS"  # folders, separated as in PATH; processes that are started inherit it
 ENTRY_POINTS = "repro.plugins"  # group in a package's metadata; each entry names a package whose folder holds plugins
 

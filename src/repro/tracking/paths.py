@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from repro.errors import UserError
-from repro.plugins.roots import plugin_roots
+from repro.plugins.roots import PROJECT, plugin_roots
 
 RUN_FILE = "run.json"
 HOLDER_FILE = "holder.json"
@@ -109,13 +109,12 @@ def source_cache() -> Path:
 
 
 def project_folder() -> Path:
-    """The folder that holds paper/: the first one of the user's plugins that has one, else the checkout.
+    """The folder that holds paper/: the first one of the user's plugins that has one, else that of this project.
 
-    UserError where the package lies outside of a checkout.
+    UserError where there is none.
     """
-    folder = Path(__file__).resolve().parents[3]
-    places = [place for place in (*plugin_roots(), folder) if (place / "paper" / "claims.yaml").is_file()]
+    places = [place for place in (*plugin_roots(), PROJECT) if (place / "paper" / "claims.yaml").is_file()]
     if not places:
-        message = f"paper/claims.yaml is not in {folder}: the report needs the project's checkout (pip install -e .)"
+        message = f"paper/claims.yaml is not in {PROJECT}: the report needs the project's checkout (pip install -e .)"
         raise UserError(message)
     return places[0]
