@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shlex
 import subprocess
 import sys
 import time
@@ -100,7 +101,7 @@ def test_troubles_end_calmly(monkeypatch, capsys, trouble, code, expected):
 
 
 def test_a_closed_pipe_is_no_error(store, records):
-    program = f"{sys.executable} -m repro.cli runs --json | head -c 1"
+    program = f"{shlex.quote(sys.executable)} -m repro.cli runs --json | head -c 1"
     done = subprocess.run(["bash", "-o", "pipefail", "-c", program], capture_output=True, text=True, check=False)
     assert done.returncode == 0
     assert done.stderr == ""

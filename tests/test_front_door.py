@@ -1,6 +1,7 @@
 """What a user meets where the machine, the shell or the store is not as it should be: one line, the right exit code."""
 
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -33,7 +34,7 @@ TINY = ["basis=t1", "optimiser=least_squares", "scale=smoke", "seeds=1", "record
 
 def shell(line: str, folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
     """A line of bash in which `repro` is this project's."""
-    program = line.replace("repro ", f"{sys.executable} -m repro ")
+    program = line.replace("repro ", f"{shlex.quote(sys.executable)} -m repro ")
     return subprocess.run(
         ["bash", "-o", "pipefail", "-c", program],
         cwd=folder, capture_output=True, text=True, check=False, timeout=120,
