@@ -18,7 +18,6 @@ os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM
 from repro.tracking import code
 
 if TYPE_CHECKING:
-    from driven_systems import ElbowPendulum, TwoRotors
     from synthetic_store import SyntheticStore
 
 
@@ -69,19 +68,3 @@ def quick_store(tmp_path: Path) -> SyntheticStore:
     from synthetic_store import SyntheticStore
 
     return SyntheticStore(tmp_path / "outputs", "quick")
-
-
-@pytest.fixture(scope="session")
-def two_rotors() -> TwoRotors:
-    """Two inputs whose directions depend on an angle."""
-    from driven_systems import TwoRotors  # loads CasADi
-
-    return TwoRotors()
-
-
-@pytest.fixture(scope="session")
-def elbow_pendulum() -> ElbowPendulum:
-    """One input that acts on two coordinates."""
-    from driven_systems import ElbowPendulum
-
-    return ElbowPendulum()

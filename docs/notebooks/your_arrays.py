@@ -14,8 +14,8 @@ q, qd, qdd, tau = recorded.q[0], recorded.qd[0], recorded.qdd[0], recorded.tau[0
 q.shape
 
 # %% [markdown]
-# Names, which coordinates are angles, and which are cyclic (neither energy depends on them) are all that a structured
-# model is told of the mechanism.
+# Besides the samples a structured model needs the names of the coordinates, which of them are angles, and which are
+# cyclic (neither energy depends on them).
 
 # %%
 data = repro.dataset(

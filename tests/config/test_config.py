@@ -48,7 +48,7 @@ MISTAKES = {
     "experiment=sip_basis": "jobs: add -m to run them all",
     "hydra/launcher=slurm": "hydra/launcher=slurm: allowed are submitit_slurm, submitit_local, ray",
     "hydra.verbose=true": "a failed job's log and trace are in `repro show ID`",
-    "hydra.sweep.dir=/tmp/x": "REPRO_OUTPUTS=/some/folder chooses another place",
+    "hydra.sweep.dir=elsewhere": "REPRO_OUTPUTS=/some/folder chooses another place",
     "hydra/job_logging=none": "settings of Hydra itself go with hydra/launcher=",
     "basis=T1": "did you mean t1?",
     "system=SIP": "did you mean sip?",

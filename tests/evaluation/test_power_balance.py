@@ -32,15 +32,16 @@ def test_what_is_not_stored_is_dissipated():
 
 
 @pytest.mark.parametrize("steps", [20, 40])
-def test_inputs_that_turn_with_a_body_supply_what_is_stored(two_rotors, steps):
+def test_inputs_that_turn_with_a_body_supply_what_is_stored(steps):
     """No damping: the error of Simpson's rule on a step is of fifth order in its length."""
     time = np.linspace(0.0, 1.0, steps + 1)
     u = np.repeat(np.random.default_rng(1).uniform(-2, 2, (1, 20, 2)), steps // 20, axis=1)
-    dynamics = dynamics_of(two_rotors)
-    motion = under_inputs(dynamics.acceleration, two_rotors)
+    quadrotor = load("quadrotor")
+    dynamics = dynamics_of(quadrotor)
+    motion = under_inputs(dynamics.acceleration, quadrotor)
     states = simulate(motion, np.zeros((1, 6)), u, 1.0 / steps)[0]
     energy = evaluate(dynamics.hamiltonian, states[:, :3], states[:, 3:])[:, 0]
     held = np.append(u[0], u[0, -1:], axis=0)
-    balance = power_balance(two_rotors, states, held, energy, time)
+    balance = power_balance(quadrotor, states, held, energy, time)
     assert np.abs(balance["supplied"]).max() > 1.0
     assert np.abs(balance["dissipated"]).max() < 2e-3 * (20 / steps) ** 3

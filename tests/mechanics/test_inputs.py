@@ -3,7 +3,6 @@
 import casadi as ca
 import numpy as np
 import pytest
-from driven_systems import ElbowPendulum, TwoRotors
 
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.inputs import (
@@ -18,7 +17,8 @@ from repro.mechanics.inputs import (
 from repro.mechanics.simulate import simulate
 from repro.mechanics.system import load, names
 
-SYSTEMS = [load(name) for name in names()] + [TwoRotors(), ElbowPendulum()]
+SYSTEMS = [load(name) for name in names()]
+QUADROTOR = load("quadrotor")
 every_system = pytest.mark.parametrize("system", SYSTEMS, ids=lambda system: system.name)
 
 
@@ -71,10 +71,10 @@ def test_a_motion_under_constant_directions_is_the_motion_under_their_force_to_t
     )
 
 
-def test_engines_hold_the_inputs_while_their_force_turns(two_rotors):
+def test_engines_hold_the_inputs_while_their_force_turns():
     """One thrust of half the weight on each side keeps a level body where it is; on a tilted one it does not."""
-    motion = under_inputs(dynamics_of(two_rotors).acceleration, two_rotors)
-    thrust = np.full((1, 30, 2), two_rotors.mass * two_rotors.g / 2)
+    motion = under_inputs(dynamics_of(QUADROTOR).acceleration, QUADROTOR)
+    thrust = np.full((1, 30, 2), QUADROTOR.m1 * QUADROTOR.g / 2)
     level = simulate(motion, np.zeros((1, 6)), thrust, 0.04)
     np.testing.assert_allclose(level, 0, atol=1e-12)
     turning = np.array([[0.0, 0.0, 0.1, 0.0, 0.0, 2.0]])
@@ -87,8 +87,8 @@ def test_engines_hold_the_inputs_while_their_force_turns(two_rotors):
     np.testing.assert_allclose(one[0, :, 0], expected, atol=1e-6)
 
 
-def test_matrix_expressions_take_the_map(two_rotors):
+def test_matrix_expressions_take_the_map():
     q = ca.MX.sym("q", 3)
-    matrix = ca.Function("map", [q], [input_map(two_rotors)(q)])
+    matrix = ca.Function("map", [q], [input_map(QUADROTOR)(q)])
     at = np.array([0.3, -0.2, 0.7])
-    np.testing.assert_array_equal(np.asarray(matrix(at)), input_matrix(two_rotors, at))
+    np.testing.assert_array_equal(np.asarray(matrix(at)), input_matrix(QUADROTOR, at))

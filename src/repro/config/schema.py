@@ -22,7 +22,7 @@ LARGEST_SEED = 2**32  # what the generators of all libraries take
 
 
 class SystemSection(Section):
-    """The true system (conf/system); further keys are constants of the system, which knows their names."""
+    """The true system (conf/system); further keys are constants that the system declares."""
 
     model_config = ConfigDict(extra="allow", frozen=True)
     __pydantic_extra__: dict[str, int | float]

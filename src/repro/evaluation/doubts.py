@@ -1,4 +1,4 @@
-"""What speaks against a fitted model without knowledge of the true system, in words."""
+"""Signs of a poor fit that need no knowledge of the true system, one line each."""
 
 from collections.abc import Iterator, Sequence
 

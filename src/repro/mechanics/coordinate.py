@@ -1,4 +1,4 @@
-"""A generalised coordinate and what it means: all that a model is told of a mechanism besides its samples."""
+"""A generalised coordinate: name, unit, and the properties that a model uses besides the samples."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -25,8 +25,8 @@ def simulate(
     initial: (batch, 2 n_q) = [q, qd]; u: (batch, steps, n_u), inputs or generalised forces; parameters: (n_p,), or
     (batch, n_p) for one set each.
     Returns states (batch, steps + 1, 2 n_q); row k is the state at the start of step k.
-    Without `substeps` each step has as many as the speed of `angles` (positions of coordinates; all by default) asks
-    for, see `SubstepRule`. A trajectory that is no longer finite, or too fast to be followed, is NaN from there on.
+    Without `substeps` each step has as many as the speed of `angles` (positions of coordinates; all by default) needs,
+    see `SubstepRule`. A trajectory that is no longer finite, or too fast to be followed, is NaN from there on.
     ValueError for shapes that do not fit, UserError for an engine that is unknown or not there.
     """
     n_q, n_u = acceleration.numel_out(0), acceleration.numel_in(2)

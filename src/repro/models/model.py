@@ -67,7 +67,7 @@ class Model(ABC):
 
     @abstractmethod
     def outputs(self, parameters: Tensor, prepared: Prepared, mass: bool) -> list[Tensor]:
-        """What the weights act on; `mass` asks for all that the mass matrix needs."""
+        """What the weights act on; `mass`: with all that the mass matrix needs."""
 
     @abstractmethod
     def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:

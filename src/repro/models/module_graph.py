@@ -25,7 +25,10 @@ def symbolic(module: nn.Module, method: str, inputs: list[casadi.SX], weights: M
         graph = fx.GraphModule(module, _Tracer(method).trace(module))
     except Exception as error:  # tracing runs the user's code, which may fail in any way on a symbol
         raise NotSymbolicError(f"{type(module).__name__} cannot be traced ({error})") from error
-    return _Symbolic(graph, weights).run(*columns)
+    try:
+        return _Symbolic(graph, weights).run(*columns)
+    except NotSymbolicError as error:  # torch.fx adds a trace of its own to the message
+        raise NotSymbolicError(str(error).partition("\n")[0]) from None
 
 
 class _Tracer(fx.Tracer):
@@ -65,9 +68,12 @@ class _Symbolic(fx.Interpreter):
             return product if layer.bias is None else product + self.weights[f"{target}.bias"]
         if isinstance(layer, nn.Softplus):
             return _softplus(x, layer.beta)
+        if getattr(layer, "approximate", "none") != "none":
+            raise NotSymbolicError(f"{layer} has no symbolic form, only the exact {type(layer).__name__}")
         return self._translated(type(layer).__name__.lower(), layer)(x)
 
     def call_function(self, target: Any, args: Any, kwargs: Any) -> Any:
+        kwargs = {key: value for key, value in kwargs.items() if key != "inplace"}  # arrays of expressions are new
         return self._translated(target.__name__, target)(*args, **kwargs)
 
     def call_method(self, target: Any, args: Any, kwargs: Any) -> Any:

@@ -73,7 +73,7 @@ class ModuleModel(Model):
             else:
                 self.acceleration(q, qd, tau, parameters)
         except NotSymbolicError as error:
-            return str(error).partition("\n")[0]
+            return str(error)
         return None
 
     def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:

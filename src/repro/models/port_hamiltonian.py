@@ -22,7 +22,7 @@ class PortHamiltonian(ExpressionModel):
     is bounded below wherever the model's own M >= 0 and V is bounded.
 
     With `momentum_hidden` the momentum has a network of its own, p = M_hat(q) qd as in eq. (8), and so has the port
-    form: H = qd' p / 2 + V. What eq. (12) asks for is then the loss of L (7a), Omega_tran, and both rows of (12b).
+    form: H = qd' p / 2 + V. The objective of eq. (12) is then the loss of L (7a), Omega_tran, and both rows of (12b).
     parameters: [those of the energy | J | R | M_hat].
     """
 

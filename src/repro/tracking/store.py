@@ -18,7 +18,7 @@ from repro.tracking.record import Damage, Failure, Record, StageOutcome, StoredF
 from repro.tracking.source_reader import READER
 from repro.tracking.stage import Stage
 
-NOTICES = "notices"  # the key of a summary that has what the user was told while the stage was made
+NOTICES = "notices"  # the key of a summary that has the notices shown while the stage was made
 
 
 class StageFailed(Exception):  # noqa: N818 - the outcome of a stage, known by this name everywhere
