@@ -1,4 +1,5 @@
 import json
+import re
 import time
 from dataclasses import replace
 
@@ -11,16 +12,15 @@ from repro.claims.verdicts import judge_all
 from repro.report.content import Content
 from repro.report.paper import load_figures, load_paper, paper_folder
 from repro.report.pdf.document import document
-from repro.report.pdf.page_table import page_table
 from repro.report.pdf.prose import blocks
 from repro.report.pdf.typeset import typeset
 from repro.report.placeholders import Texts
 from repro.report.sections import load_sections
 from repro.report.tables.cost import cost_fact, cost_table
 from repro.report.tables.every import all_tables
-from repro.report.tables.table import Row, Table
 from repro.results.results import Results, typed
 from repro.results.table_schema import TABLES
+from repro.tracking.yaml_file import read_yaml
 
 PAPER = paper_folder()
 FIGURES = tuple(figure for figure in load_figures(PAPER) if figure.name not in NOT_DRAWN)
@@ -53,33 +53,50 @@ def test_the_same_content_gives_the_same_bytes(built, body):
 def test_nothing_run_still_makes_a_paper(nothing, tmp_path):
     body = document(content_of(nothing))
     assert typeset(body, tmp_path, SOURCE).startswith(b"%PDF")
-    assert body["counts"] == [("not run", len(body["claims"]["rows"]))] or {"not run"} < {n for n, _ in body["counts"]}
-
-
-def test_what_no_section_names_stands_among_the_others(nothing):
-    content = content_of(nothing)
-    left = replace(content, sections=content.sections[:1])
-    others = document(left)["sections"][-1]
-    assert others["title"] == "Other experiments"
-    assert [claim["name"] for claim in others["claims"]] == [verdict.claim.name for verdict in content.verdicts]
+    assert not body["claims"]
+    assert "not run" in {name for name, _ in body["counts"]}
 
 
 def test_no_placeholder_is_left(body):
-    text = json.dumps([body["sections"], *(body[name] for name in ("abstract", "limits", "cost", "replay"))])
+    text = json.dumps(
+        [
+            body["sections"],
+            *(body[name] for name in ("abstract", "introduction", "discussion", "limits", "cost", "replay")),
+        ]
+    )
     assert not any(mark in text for mark in ("{{", "{%", "}}", "%}"))
 
 
-def test_tables_and_figures_are_numbered_in_reading_order(body):
-    figures = [entry["number"] for section in body["sections"] for entry in section["figures"]]
-    figures += [entry["number"] for entry in body["trials"]]
-    assert figures == list(range(1, len(FIGURES) + 1))
-    tables = [entry["number"] for section in body["sections"] for entry in section["tables"]]
-    assert tables == sorted(tables)
-    everything = [body["claims"]["number"], *tables, body["answers"]["number"], body["runs"]["number"]]
-    everything += [
-        entry["number"] for entry in (body["sensitivity"], body["failures"], body["costs"], *body["appendix"]) if entry
+def test_every_claim_stands_in_the_paper_or_among_those_not_run(body):
+    named = [row["name"] for row in body["claims"]] + body["not_run"]
+    assert sorted(named) == sorted(claim.name for claim in load_claims(PAPER / "claims.yaml"))
+
+
+def test_only_assumptions_that_move_a_claim_are_printed(body):
+    assert all(row["moves"] for row in body["assumptions"])
+    printed = {row["id"] for row in body["assumptions"]} | set(body["other_assumptions"])
+    assert printed == {row.id for row in load_assumptions(PAPER / "assumptions.yaml")}
+
+
+def test_every_citation_is_in_the_bibliography_and_every_entry_is_complete(body):
+    entries = read_yaml(SOURCE / "references.yaml")
+    cited = set(re.findall(r"@(\w+)", "".join(path.read_text() for path in (SOURCE / "texts").glob("*.md"))))
+    assert cited <= set(entries)
+    assert len(entries) >= 30
+    assert all({"type", "title", "author", "date"} <= set(entry) for entry in entries.values())
+
+
+def test_a_citation_is_a_span_of_its_own():
+    assert blocks("A [@b2020 @c2021].") == [
+        {
+            "kind": "paragraph",
+            "spans": [
+                {"text": "A ", "style": "plain"},
+                {"text": "b2020 c2021", "style": "citation"},
+                {"text": ".", "style": "plain"},
+            ],
+        }
     ]
-    assert sorted(everything) == list(range(1, len(everything) + 1))
 
 
 def test_prose_keeps_emphasis_code_and_lists():
@@ -97,39 +114,6 @@ def test_prose_keeps_emphasis_code_and_lists():
         },
         {"kind": "list", "items": [[{"text": "e", "style": "plain"}], [{"text": "f", "style": "strong"}]]},
     ]
-
-
-def table(titles, *rows):
-    return Table("t", "T", "C", tuple(titles), tuple(Row(cells=row, data={}) for row in rows))
-
-
-def test_what_names_a_row_becomes_one_column_and_what_all_share_is_said_once():
-    titles = ("basis", "hidden", "noise", "tau noise", "epochs", "MAE τ", "skill τ", "members")
-    first = ("T2/V1", "1x10", "false", "0", "1000", "0.131 [0.105, 0.191]", "0.9", "10")
-    second = ("T1/V1", "", "true", "0.1", "0", "0.2", "0.8", "10")
-    shown = page_table(table(titles, first, second))
-    assert shown["titles"] == ["setting", "MAE τ"]
-    assert [row[0]["main"] for row in shown["rows"]] == ["T2/V1, 1x10, epochs 1000", "T1/V1, noise, tau noise 0.1"]
-    assert shown["rows"][0][1] == {"main": "0.131", "below": "[0.105, 0.191]"}
-    assert shown["shared"] == "members 10"
-
-
-def test_a_table_of_many_columns_turns_its_page():
-    wide = [f"column {number}" for number in range(14)]
-    first = tuple(f"{number}.123456e-10" for number in range(14))
-    second = tuple(f"{number}.654321e-10" for number in range(14))
-    assert page_table(table(wide, first, second))["landscape"]
-    assert not page_table(table(wide[:4], first[:4], second[:4]))["landscape"]
-
-
-def test_text_gets_the_room_that_numbers_leave():
-    """Numbers have 0, a width that typst finds; the longer of two texts gets more."""
-    first = ("a short text, of some words", "1.5 [1.2, 1.9]", "a long text " * 20)
-    second = ("another text, of some words", "2.5 [2.2, 2.9]", "another long text " * 20)
-    name, number, text = page_table(table(("what", "ratio", "protocol"), first, second))["widths"]
-    assert number == 0
-    assert 20 < name < text
-    assert name + text < 128  # characters on a page
 
 
 def test_a_shared_stage_is_paid_once(nothing):

@@ -141,7 +141,7 @@ def test_a_mistake_in_a_text_names_file_and_line(mistake, nothing, fill):
 def test_a_section_without_its_head_is_an_error(tmp_path, nothing):
     place = tmp_path / "sections" / "01-lost.md"
     place.parent.mkdir()
-    place.write_text("## Asked\n\nWhat?\n")
+    place.write_text("## Question\n\nWhat?\n")
     with pytest.raises(UserError, match="must begin with title"):
         load_sections(Texts(tmp_path, nothing, []))
     head = "---\ntitle: A\nfigures: []\ntables: []\nclaims: []\n---\n"

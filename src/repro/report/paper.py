@@ -39,7 +39,10 @@ class Animation:
 
 @checked(frozen=True)
 class Paper:
-    """The contents of report.yaml; `systems` are the names of systems in the titles of runs, `headlines` claims."""
+    """The contents of report.yaml.
+
+    `systems` are names in the titles of runs, `headlines` claims, `front_figures` figures before the sections.
+    """
 
     title: str
     subtitle: str
@@ -48,6 +51,7 @@ class Paper:
     systems: Mapping[str, str] = field(default_factory=dict)
     tables: tuple[Query, ...] = ()
     headlines: tuple[str, ...] = ()
+    front_figures: tuple[str, ...] = ()
     front_tables: tuple[FrontTable, ...] = ()
     animations: tuple[Animation, ...] = ()
 

@@ -9,7 +9,7 @@ from repro.errors import UserError
 from repro.report.placeholders import Texts
 
 FOLDER = "sections"
-HEADINGS = ("Asked", "Done", "Found", "Against expectation")
+HEADINGS = ("Question", "Method", "Result", "Discussion")
 LISTS = ("figures", "tables", "claims")
 
 

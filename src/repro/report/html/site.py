@@ -64,7 +64,11 @@ def write_site(content: Content, folder: Path, paper: Path) -> None:
 
 def _front(content: Content) -> dict[str, Any]:
     counted = Counter(verdict.verdict for verdict in content.verdicts)
-    used_figures = {SENSITIVITY, *(name for section in content.sections for name in section.figures)}
+    used_figures = {
+        SENSITIVITY,
+        *content.paper.front_figures,
+        *(name for section in content.sections for name in section.figures),
+    }
     used_tables = {SENSITIVITY, *(name for section in content.sections for name in section.tables)}
     figures = {figure.name: figure for figure in content.figures}
     tables = {table.name: table for table in content.tables[1:]}
@@ -73,6 +77,7 @@ def _front(content: Content) -> dict[str, Any]:
         "headline": headline(content.verdicts),
         "cure": cure,
         "reading": READING,
+        "front_figures": [figures[name] for name in content.paper.front_figures if name in figures],
         "sections": [_section(section, figures, tables) for section in content.sections],
         "other_figures": [figure for name, figure in figures.items() if name not in used_figures],
         "other_tables": [table for name, table in tables.items() if name not in used_tables],

@@ -1,5 +1,9 @@
-"""Markdown of the report's texts as plain values that the typesetter walks: paragraphs, lists, emphasis, code."""
+"""Markdown of the report's texts as plain values that the typesetter walks: paragraphs, lists, emphasis, code.
 
+[@key @key] cites entries of references.yaml; it is allowed in the texts that are shown in the PDF alone.
+"""
+
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -8,6 +12,7 @@ from repro.report.writing import commonmark
 if TYPE_CHECKING:
     from markdown_it.token import Token
 
+CITATION = re.compile(r"\[((?:@\w+ ?)+)\]")
 STYLES = {"strong_open": "strong", "em_open": "emphasis", "strong_close": "plain", "em_close": "plain"}
 
 
@@ -42,5 +47,15 @@ def _spans(tokens: Sequence["Token"]) -> list[dict[str, str]]:
         elif token.type in ("softbreak", "hardbreak"):
             spans.append({"text": " ", "style": style})
         elif token.content:
-            spans.append({"text": token.content, "style": style})
+            spans += _cited(token.content, style)
     return spans
+
+
+def _cited(text: str, style: str) -> list[dict[str, str]]:
+    # re.split alternates what lies between the citations with the citations.
+    parts = enumerate(CITATION.split(text))
+    return [
+        {"text": part.replace("@", "").strip(), "style": "citation"} if place % 2 else {"text": part, "style": style}
+        for place, part in parts
+        if part
+    ]
