@@ -41,8 +41,8 @@ LAYERS = ("hidden", "momentum_hidden")
 # What the synthetic paper prints, and the motions that the figures of the project show.
 PAPER = Gathering(
     protocols={"synthetic": {"synthetic.as_printed": True}},
-    trajectories_of=("sip_regimes", "ph_passivity"),
-    closed_loops_of=("sip_control", "dip_control"),
+    trajectories=("sip_regimes", "ph_passivity"),
+    closed_loops=("sip_control", "dip_control"),
 )
 
 

@@ -13,7 +13,7 @@ from repro.bench.scale import SCALES
 from repro.bench.stored_bench import CHECKPOINT, FILE, MeasuredRows, run, stage
 from repro.commands import bench as command
 from repro.results.gather import gather
-from repro.results.table_schema import BENCH
+from repro.results.table_schema import TABLES
 from repro.tracking.store import Store
 
 # torch.func loads its rules for forward mode with a function that torch itself deprecates
@@ -41,10 +41,10 @@ def measured(monkeypatch):
 
 def test_the_stored_table_has_the_columns_of_the_report(tmp_path, measured):
     rows = pd.read_parquet(tmp_path / "bench" / run(tmp_path, "smoke") / FILE)
-    assert list(rows) == [column for column in BENCH if column not in ("run", "command")]
+    assert list(rows) == [column for column in TABLES["bench"] if column not in ("run", "command")]
     for column in rows:
         checks = {str: pd.api.types.is_string_dtype, int: pd.api.types.is_integer_dtype}
-        assert checks.get(BENCH[column], pd.api.types.is_float_dtype)(rows[column])
+        assert checks.get(TABLES["bench"][column], pd.api.types.is_float_dtype)(rows[column])
     first = rows.iloc[0]
     assert (first.ratio_q25, first.ratio_median, first.ratio_q75) == (2.0, 3.0, 4.0)
     assert (first.ours_ms, first.other_ms, first.threads, first.protocol) == (1.0, 3.0, 1, "3 pairs")

@@ -7,14 +7,14 @@ import pytest
 from repro.config.compose import compose
 from repro.config.schema import Config, scaled
 from repro.pipeline.card import used_settings
-from repro.results.as_printed import is_as_printed, load_protocols
+from repro.results.gathering import Gathering
 
-PROTOCOLS = load_protocols(Path(__file__).parents[2] / "paper" / "as_printed.yaml")
+PAPER = Gathering.load(Path(__file__).parents[2] / "paper")
 WIDE = "model.hidden=[500,500]"
 
 
 def _as_printed(config: Config) -> bool:
-    return is_as_printed(used_settings(scaled(config)), PROTOCOLS)
+    return PAPER.is_as_printed(used_settings(scaled(config)))
 
 
 @pytest.mark.parametrize(

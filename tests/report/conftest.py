@@ -49,5 +49,5 @@ def few_results(results: Results) -> Results:
 @pytest.fixture
 def pages_only(monkeypatch: pytest.MonkeyPatch) -> None:
     """A report without figures and PDF."""
-    monkeypatch.setattr("repro.report.build.draw_all", lambda results, folder: [])
+    monkeypatch.setattr("repro.report.build.draw_all", lambda *arguments: [])
     monkeypatch.setattr("repro.report.build.write_pdf", lambda *arguments: None)

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from itertools import combinations
 from typing import Any
 
-import pandas as pd
 import pytest
 
 from repro.config.places import CONF
@@ -82,7 +81,7 @@ def _changed(raw: Mapping[str, Any], key: str, value: object) -> Config:
 def _setting(card: RunCard) -> RunSetting:
     config, changed = json.dumps(dict(card.settings)), " ".join(card.changed)
     row = {**card.run_columns(), "as_printed": False, "config": config, "changed": changed}
-    return RunSetting(row, (row,), pd.DataFrame())
+    return RunSetting(row, (row,))
 
 
 def _forgotten(raw: Mapping[str, Any], group: str) -> Iterator[str]:

@@ -19,7 +19,12 @@ if TYPE_CHECKING:
 
 METRIC = "metric="
 NOT_NEEDED = ("curves", "trajectories", "closed_loops", "identifiability")
-TABLES = ("runs", "metrics", "control")
+# By table: the columns by which a claim finds a run, which are the same in all rows of one run.
+FOUND_BY: Mapping[str, Sequence[str]] = {
+    "runs": ["setting", "config", "changed", *CARD],
+    "metrics": ["setting"],
+    "control": [*LOOP_CARD],
+}
 
 
 @dataclass(frozen=True)
@@ -84,7 +89,9 @@ class _Substitution:
 
     def __init__(self, results: Results) -> None:
         self.results = results
-        self.tables: dict[str, pd.DataFrame] = {name: getattr(results, name) for name in TABLES}
+        self.tables: dict[str, pd.DataFrame] = {name: getattr(results, name) for name in FOUND_BY}
+        # The card stands in the runs, from which settings take it.
+        self.tables["metrics"] = results.metrics.drop(columns=[*CARD])
         self.places = {name: table.groupby(["experiment", "run"]).indices for name, table in self.tables.items()}
         self.verdicts: dict[tuple[str, str, tuple[tuple[str, str], ...]], Verdict] = {}
         self.substituted: dict[tuple[object, ...], Results] = {}
@@ -97,18 +104,14 @@ class _Substitution:
             extra = sorted(selected & {*self.tables["control"]})
             place = (experiment, *substitutes.items(), *extra)
             if place not in self.substituted:  # shared by the claims on these runs
-                self.substituted[place] = self._results(experiment, substitutes, extra)
+                found_by = {**FOUND_BY, "control": [*FOUND_BY["control"], *extra]}
+                tables = {
+                    name: self._substituted(name, experiment, substitutes, columns)
+                    for name, columns in found_by.items()
+                }
+                self.substituted[place] = replace(self.results, **tables)  # type: ignore[arg-type]
             self.verdicts[key] = judge(claim, self.substituted[place])
         return self.verdicts[key]
-
-    def _results(self, experiment: str, substitutes: Mapping[str, str], extra: Sequence[str]) -> Results:
-        columns = {
-            "runs": ["setting", "config", "changed", *CARD],
-            "metrics": ["setting", *CARD],
-            "control": [*LOOP_CARD, *extra],
-        }
-        tables = {name: self._substituted(name, experiment, substitutes, columns[name]) for name in TABLES}
-        return replace(self.results, **tables)  # type: ignore[arg-type]
 
     def _substituted(
         self, name: str, experiment: str, substitutes: Mapping[str, str], columns: Sequence[str]
@@ -121,16 +124,10 @@ class _Substitution:
 
     def _as_ours(self, name: str, experiment: str, ours: str, other: str, columns: Sequence[str]) -> "pd.DataFrame":
         """The rows of the other run with the columns by which a claim finds ours, where ours has one value there."""
-        rows, example = self._rows(name, experiment, other), self._rows(name, experiment, ours)
+        table, places = self.tables[name], self.places[name]
+        rows, example = (table.iloc[places.get((experiment, run), [])] for run in (other, ours))
         if rows.empty or example.empty or ours == other:
             return rows
-        fixed = [column for column in dict.fromkeys(columns) if column in example and _is_one_value(example[column])]
+        fixed = [c for c in columns if c in FOUND_BY[name] or example[c].nunique(dropna=False) == 1]
         first = example[fixed].iloc[[0] * len(rows)].set_axis(rows.index)
         return rows.drop(columns=fixed).join(first)
-
-    def _rows(self, name: str, experiment: str, run: str) -> "pd.DataFrame":
-        return self.tables[name].iloc[self.places[name].get((experiment, run), [])]
-
-
-def _is_one_value(column: "pd.Series") -> bool:
-    return len(column.drop_duplicates()) == 1

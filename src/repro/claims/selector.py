@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator
 
-from repro.results.table_schema import BENCH, CARD, CONTROL
+from repro.results.table_schema import CARD, TABLES
 
 Value = bool | int | float | str
 Selector = dict[str, Value | list[Value]]
@@ -23,5 +23,5 @@ def _columns_of(columns: Collection[str], settings: bool = True) -> Callable[[Se
 
 
 CardSelector = Annotated[Selector, AfterValidator(_columns_of(CARD))]
-LoopSelector = Annotated[Selector, AfterValidator(_columns_of(CONTROL))]
-BenchSelector = Annotated[Selector, AfterValidator(_columns_of(BENCH, settings=False))]
+LoopSelector = Annotated[Selector, AfterValidator(_columns_of(TABLES["control"]))]
+BenchSelector = Annotated[Selector, AfterValidator(_columns_of(TABLES["bench"], settings=False))]

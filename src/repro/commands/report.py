@@ -11,7 +11,7 @@ from repro.launch import own_progress
 from repro.recording.viewer import find_recording
 from repro.report import build, terminal
 from repro.results.results import Results
-from repro.results.staleness import stale_runs
+from repro.results.stored import stale_runs
 from repro.tracking.paths import Paths, outputs_root, project_folder
 
 EXAMPLES = """examples:

@@ -39,7 +39,7 @@ def main(argv: Sequence[str]) -> int:
     own = project_folder() in plugin_roots()  # of the user: its report has no timings of this project
     timed = own or "experiment" in chosen or _time(paths, scale)
     from repro.report import build, terminal  # after the runs: their start must not wait for it
-    from repro.results.staleness import stale_runs
+    from repro.results.stored import stale_runs
 
     with own_progress.shown("report"):
         summary = build.build(paths.root, scale, stale=stale_runs(paths.root))

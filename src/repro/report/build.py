@@ -82,14 +82,15 @@ def render(results: Results, folder: Path) -> list[Verdict]:
     progress.report(0.1, f"{len(claims)} claims are judged")
     verdicts = judge_all(claims, results)
     tables = all_tables(results, verdicts, load_paper(paper))
+    effects = assumption_effects(results.sensitivity, claims) if results.sensitivity is not None else []
     if results.sensitivity is not None:
-        tables.append(sensitivity_table(assumptions, assumption_effects(results.sensitivity, claims)))
+        tables.append(sensitivity_table(assumptions, effects))
         write_text(folder / "results" / "sensitivity.csv", tables[-1].csv())
     for table in tables:
         table.save(folder / "tables")
     write_text(folder / "results" / "claims.csv", tables[0].csv())
     progress.report(0.2, "figures are drawn")
-    figures = draw_all(results, folder / "figures")
+    figures = draw_all(results, effects, folder / "figures")
     texts = Texts(paper / "report", results, verdicts)
     content = Content(load_paper(paper), results, verdicts, tables, figures, load_sections(texts), assumptions, texts)
     progress.report(0.7, "the PDF is set")

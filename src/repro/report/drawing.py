@@ -1,11 +1,14 @@
 """Draws every figure of the report, a share on each core."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
+from repro.claims.assumption_effects import AssumptionEffect
 from repro.launch.jobs import Event, Job, reason
 from repro.launch.pool import run_jobs
 from repro.report.figures.figure import Figure
+from repro.report.figures.sensitivity import sensitivity_figure
 from repro.report.paper import load_figures, paper_folder
 from repro.results.results import Results
 from repro.tracking import progress
@@ -15,16 +18,14 @@ from repro.tracking.cores import allowed_cores
 PRELOAD = (__name__, "pandas", "matplotlib.backends.backend_agg", "matplotlib.backends.backend_pdf")
 
 
-def draw_all(results: Results, folder: Path) -> list[Figure]:
-    """Write every figure that the results can fill, as PDF and PNG; return those written."""
-    figures = load_figures(paper_folder())
+def draw_all(results: Results, effects: Sequence[AssumptionEffect], folder: Path) -> list[Figure]:
+    """Write every figure that results and effects can fill, as PDF and PNG; return those written."""
+    figures = [*load_figures(paper_folder()), sensitivity_figure(effects)]
     names = [figure.name for figure in figures]
     cores = min(allowed_cores(), len(names))
     # The results travel once to each share: they weigh more than any figure.
-    jobs = [
-        Job(f"figures {n + 1}", f"{__name__}:draw", {"names": names[n::cores], "results": results, "folder": folder})
-        for n in range(cores)
-    ]
+    given = {"results": replace(results, sensitivity=None), "effects": effects, "folder": folder}
+    jobs = [Job(f"figures {n + 1}", f"{__name__}:draw", {"names": names[n::cores], **given}) for n in range(cores)]
 
     def shown(event: Event) -> None:
         if event.fraction is not None:
@@ -38,9 +39,10 @@ def draw_all(results: Results, folder: Path) -> list[Figure]:
     return [figure for figure in figures if figure.name in written]
 
 
-def draw(names: Sequence[str], results: Results, folder: Path) -> list[str]:
+def draw(names: Sequence[str], results: Results, effects: Sequence[AssumptionEffect], folder: Path) -> list[str]:
     """Write some of the figures; return the names of those for which there was something to show."""
-    chosen = [figure for figure in load_figures(paper_folder()) if figure.name in names]
+    figures = [*load_figures(paper_folder()), sensitivity_figure(effects)]
+    chosen = [figure for figure in figures if figure.name in names]
     saved = []
     for number, figure in enumerate(chosen):
         progress.report(number / len(chosen), figure.name)

@@ -12,7 +12,6 @@ from pydantic.dataclasses import dataclass as checked
 
 from repro.errors import UserError
 from repro.report.figures.figure import Figure
-from repro.report.figures.sensitivity import SENSITIVITY
 from repro.report.figures.timing import TIMING
 from repro.report.tables.closed_loops import LoopTable
 from repro.report.tables.front import FrontTable
@@ -23,7 +22,6 @@ from repro.tracking.paths import project_folder
 from repro.tracking.yaml_file import read_yaml
 
 FILE = "report.yaml"
-STANDARD = (TIMING, SENSITIVITY)  # figures of any paper
 Query = Annotated[ModelTable | PairedTable | IdentifiabilityTable | LoopTable, Field(discriminator="kind")]
 
 
@@ -84,7 +82,7 @@ def load_figures(folder: Path) -> tuple[Figure, ...]:
     Raises UserError for a file that defines no FIGURES, or a name that two figures have.
     """
     figures = [figure for path in sorted((folder / "draw").glob("*.py")) for figure in _figures_of(path)]
-    figures += STANDARD
+    figures.append(TIMING)
     names = [figure.name for figure in figures]
     if repeated := {name for name in names if names.count(name) > 1}:
         message = f"{folder / 'draw'}: several figures are named {', '.join(sorted(repeated))}"

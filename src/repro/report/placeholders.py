@@ -30,7 +30,7 @@ from repro.report.tables.verdicts import cure
 from repro.results.results import Results
 from repro.results.selectors import AmbiguousError, NotRunError, loops_of_one_setting, one_setting, paired_values
 from repro.results.statistics import paired_ratio
-from repro.results.table_schema import CARD, CONTROL
+from repro.results.table_schema import CARD, TABLES
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -103,7 +103,7 @@ class Texts:
 
     def _loops(self, experiment: str, **where: Any) -> str:
         def read() -> str:
-            loops = loops_of_one_setting(self._results, experiment, _checked(where, CONTROL))
+            loops = loops_of_one_setting(self._results, experiment, _checked(where, TABLES["control"]))
             return f"{int(loops['success'].sum())} of {len(loops)}" if len(loops) else NOT_RUN
 
         return _or_not_run(read)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 TEXT_WIDTH = 7.0  # inches
+RESOLUTION = 200  # of a figure as PNG, dots per inch
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,6 @@ SETTINGS: Any = {
     "legend.fontsize": 8,
     "figure.constrained_layout.use": True,
     "figure.dpi": 100,
-    "savefig.dpi": 200,
     "pdf.fonttype": 42,
 }
 

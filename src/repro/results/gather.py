@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from repro.errors import UserError
-from repro.results.as_printed import is_as_printed
 from repro.results.gathering import NO_PAPER, Gathering
 from repro.results.results import Results, typed
-from repro.results.run_stages import StageRow, stages_of
+from repro.results.run_stages import stages_of
 from repro.results.stored import StoredRun, read_json, stored_benches, stored_runs
 from repro.results.table_schema import Cell
 from repro.tracking.plain_data import digest
@@ -37,38 +36,33 @@ def gather(outputs: Path, scale: str, *, stale: Collection[str] = (), paper: Gat
 
 def gather_runs(runs: Sequence[StoredRun], benches: Sequence[Path], paper: Gathering = NO_PAPER) -> Results:
     """Read the tables of these runs and benches. Raises UserError naming a damaged file."""
-    import pandas as pd
-
     cards = {(run.id, run.experiment): _card(run, paper) for run in runs}
     finished = [run for run in runs if run.outcome == "ok"]
-    curves = [_thinned(_table(run, "curves")) for run in _distinct(finished)]
-    moved = _distinct([run for run in finished if run.experiment in paper.trajectories_of])
-    driven = _distinct([run for run in finished if run.experiment in paper.closed_loops_of])
+    distinct = [*{run.id: run for run in finished}.values()]  # once, though several experiments list it
+    moved = {run.id: run for run in finished if run.experiment in paper.trajectories}.values()
+    driven = {run.id: run for run in finished if run.experiment in paper.closed_loops}.values()
+    known: dict[str, Record | None] = {}
+    rows = {
+        "metrics": [_table(run, "metrics").assign(**cards[run.id, run.experiment]) for run in finished],
+        "curves": [_thinned(_table(run, "curves")) for run in distinct],
+        "trajectories": [_first_points(_table(run, "trajectories")) for run in moved],
+        "identifiability": [_table(run, "identifiability") for run in distinct],
+        "control": [_loops(run) for run in finished],
+        "closed_loops": [_first_loop(_table(run, "closed_loops")) for run in driven],
+        "bench": [_bench(folder) for folder in benches],
+    }
     return Results(
-        metrics=typed("metrics", _together([_metrics(run, cards[run.id, run.experiment]) for run in finished])),
         runs=typed("runs", [_run_row(run, cards[run.id, run.experiment]) for run in runs]),
-        curves=typed("curves", _together(curves)),
-        trajectories=typed("trajectories", _together([_first_points(_table(run, "trajectories")) for run in moved])),
-        identifiability=typed(
-            "identifiability", _together([_table(run, "identifiability") for run in _distinct(finished)])
-        ),
-        control=typed("control", _together([_loops(run) for run in finished])),
-        closed_loops=typed("closed_loops", _together([_first_loop(run) for run in driven])),
-        stages=typed("stages", _stages(finished)),
-        bench=typed("bench", _together([_bench(folder) for folder in benches]) if benches else pd.DataFrame()),
+        stages=typed("stages", [row for run in distinct for row in stages_of(run, known)]),
+        **{name: typed(name, _together(tables)) for name, tables in rows.items()},  # type: ignore[arg-type]
     )
-
-
-def _distinct(runs: Sequence[StoredRun]) -> list[StoredRun]:
-    """Each run once, though several experiments list it."""
-    return [*{run.id: run for run in runs}.values()]
 
 
 def _card(run: StoredRun, paper: Gathering) -> dict[str, Cell]:
     """The columns that place and describe a run."""
     try:
         card = run.card
-        described = {**card.run_columns(), "as_printed": is_as_printed(card.settings, paper.protocols)}
+        described = {**card.run_columns(), "as_printed": paper.is_as_printed(card.settings)}
     except (TypeError, ValueError, KeyError, AttributeError) as error:
         message = f"{run.folder / 'run.json'} has a run card of the wrong type ({error}); delete the folder, run again"
         raise UserError(message) from error
@@ -81,24 +75,14 @@ def _card(run: StoredRun, paper: Gathering) -> dict[str, Cell]:
     }
 
 
-def _metrics(run: StoredRun, card: Mapping[str, Cell]) -> "pd.DataFrame":
-    return _table(run, "metrics").assign(**card)
-
-
 def _loops(run: StoredRun) -> "pd.DataFrame":
     """Closed loops with what the card says of their model, controller and task."""
     place = {"experiment": run.experiment, "scale": run.scale}
     return _table(run, "control").assign(**place, **run.card.loop_columns())
 
 
-def _first_loop(run: StoredRun) -> "pd.DataFrame":
-    loops = _table(run, "closed_loops")
+def _first_loop(loops: "pd.DataFrame") -> "pd.DataFrame":
     return loops if loops.empty else loops[loops["loop"] == loops["loop"].min()]
-
-
-def _stages(runs: Sequence[StoredRun]) -> list[StageRow]:
-    known: dict[str, Record | None] = {}
-    return [row for run in _distinct(runs) for row in stages_of(run, known)]
 
 
 def _run_row(run: StoredRun, card: Mapping[str, Cell]) -> dict[str, object]:
@@ -142,11 +126,9 @@ def _read(path: Path) -> "pd.DataFrame":
 
 def _thinned(curves: "pd.DataFrame") -> "pd.DataFrame":
     """Each quantity at steps of its own: not all are recorded equally often."""
-    import pandas as pd
-
     if curves.empty:
         return curves
-    return pd.concat([_at_some_steps(one) for _, one in curves.groupby("name", sort=False)])
+    return _together([_at_some_steps(one) for _, one in curves.groupby("name", sort=False)])
 
 
 def _at_some_steps(curve: "pd.DataFrame") -> "pd.DataFrame":

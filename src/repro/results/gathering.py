@@ -1,41 +1,52 @@
 """What a paper's folder says of its results: the protocols as printed, and whose motions are kept."""
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import field
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
+
+from pydantic import TypeAdapter, ValidationError
+from pydantic.dataclasses import dataclass as checked
 
 from repro.errors import UserError
-from repro.results.as_printed import Protocols, load_protocols
+from repro.results.columns import Settings
 from repro.tracking.yaml_file import read_yaml
 
+FILES = ("as_printed.yaml", "motions.yaml")
 
-@dataclass(frozen=True)
+
+@checked(frozen=True)
 class Gathering:
     """How runs are gathered for one paper.
 
-    protocols        what counts as printed
-    trajectories_of  experiments whose trajectories are kept
-    closed_loops_of  experiments of whose closed loops the first of each run is kept
+    protocols     what counts as printed: name -> dotted key -> value
+    trajectories  experiments whose trajectories are kept
+    closed_loops  experiments of whose closed loops the first of each run is kept
     """
 
-    protocols: Protocols = field(default_factory=dict)
-    trajectories_of: tuple[str, ...] = ()
-    closed_loops_of: tuple[str, ...] = ()
+    protocols: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    trajectories: tuple[str, ...] = ()
+    closed_loops: tuple[str, ...] = ()
 
     @classmethod
     def load(cls, paper: Path) -> Self:
         """Read as_printed.yaml and motions.yaml of a paper, where they exist. Raises UserError for a damaged file."""
-        path, printed = paper / "motions.yaml", paper / "as_printed.yaml"
-        protocols = load_protocols(printed) if printed.is_file() else {}
-        if not path.is_file():
-            return cls(protocols)
-        content = read_yaml(path)
+        content: dict[str, Any] = {}
         try:
-            trajectories, closed_loops = (tuple(map(str, content[key])) for key in ("trajectories", "closed_loops"))
-        except (KeyError, TypeError) as error:
-            message = f"{path} must hold the lists `trajectories` and `closed_loops` of names of experiments: {error}"
+            for name in FILES:
+                content |= read_yaml(paper / name) if (paper / name).is_file() else {}
+            return TypeAdapter(cls).validate_python(content)
+        except (TypeError, ValueError, ValidationError) as error:
+            message = f"{' and '.join(FILES)} in {paper} must hold mappings and lists of names: {error}"
             raise UserError(message) from error
-        return cls(protocols, trajectories, closed_loops)
+
+    def is_as_printed(self, settings: Settings) -> bool:
+        """Whether a run of these settings, at its scale, follows a protocol; what that does not name is free."""
+        missing = object()
+        return any(
+            all(settings.get(key, missing) == value for key, value in printed.items())
+            for printed in self.protocols.values()
+        )
 
 
 NO_PAPER = Gathering()

@@ -1,21 +1,19 @@
 """The gathered tables: everything that verdicts, tables and figures are made from."""
 
+import json
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, fields
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from repro.errors import UserError
-from repro.results.run_setting import RunSetting
-from repro.results.table_schema import CARD, PANDAS_TYPES, TABLES, plain
+from repro.results.run_setting import Measured, RunSetting
+from repro.results.table_schema import CARD, PANDAS_TYPES, TABLES, records
 from repro.tracking.files import replacing
 
 if TYPE_CHECKING:
     import pandas as pd
-
-
-KEYS = ["setting", "experiment"]
 
 
 @dataclass(frozen=True)
@@ -42,14 +40,26 @@ class Results:
     @cached_property
     def settings(self) -> tuple[RunSetting, ...]:
         """Every setting of every experiment that has finished runs, in the order of the runs."""
-        runs = self.runs[(self.runs["setting"] != "") & (self.runs["outcome"] == "ok")]
-        places = self.metrics.groupby(KEYS, sort=False).indices
-        found = []
-        for key, group in runs.groupby(KEYS, sort=False):
-            rows = tuple({str(name): plain(value) for name, value in row.items()} for row in group.to_dict("records"))
-            card = {column: rows[0][column] for column in CARD}
-            found.append(RunSetting(card, rows, self.metrics.iloc[places.get(key, [])]))
-        return tuple(found)
+        measured: dict[tuple[str, str], tuple[Measured, dict[str, str]]] = {}
+        columns = ("setting", "experiment", "metric", "split", "unit", "run", "member", "value")
+        for setting, place, name, split, unit, run, member, value in zip(
+            *(self.metrics[column].tolist() for column in columns), strict=True
+        ):
+            values, units = measured.setdefault((setting, place), ({}, {}))
+            values.setdefault((name, split), {})[run, member] = value
+            units.setdefault(name, unit)
+        grouped: dict[tuple[str, str], list[dict[str, Any]]] = {}
+        for row in records(self.runs[(self.runs["setting"] != "") & (self.runs["outcome"] == "ok")]):
+            grouped.setdefault((row["setting"], row["experiment"]), []).append(row)
+        return tuple(
+            RunSetting({column: rows[0][column] for column in CARD}, tuple(rows), *measured.get(key, ({}, {})))
+            for key, rows in grouped.items()
+        )
+
+    @cached_property
+    def configs(self) -> Mapping[str, Mapping[str, Any]]:
+        """The settings of each run by dotted key."""
+        return {run: json.loads(text or "{}") for run, text in zip(self.runs["run"], self.runs["config"], strict=True)}
 
     def __getstate__(self) -> dict[str, object]:
         # What is derived from the tables need not travel with them.

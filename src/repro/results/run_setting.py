@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,30 +14,33 @@ from repro.results.run_card import options
 from repro.results.statistics import Estimate, estimate, share
 from repro.results.table_schema import as_text
 
-if TYPE_CHECKING:
-    import pandas as pd
+Measured = dict[tuple[str, str], dict[tuple[str, int], float]]
 
 
 @dataclass(frozen=True)
 class RunSetting:
-    """One setting with its pooled members: `card` holds the card columns, `runs` its finished rows of the runs table.
+    """One setting with its pooled members; a member that diverged counts, a run that failed (no memory, time) does not.
 
-    A member that diverged is a result, and counts; a run that failed (no memory, no time) does not.
+    card      the card columns
+    runs      its finished rows of the runs table
+    measured  (metric, split) -> (run, seed) -> value
+    units     metric -> unit
     """
 
     card: Mapping[str, Any]
     runs: tuple[Mapping[str, Any], ...]
-    metrics: "pd.DataFrame" = field(repr=False)
+    measured: Measured = field(default_factory=dict, repr=False)
+    units: Mapping[str, str] = field(default_factory=dict, repr=False)
 
     @cached_property
     def members(self) -> Mapping[int, tuple[str, str]]:
         """Each member once, by its seed: the run that it is taken from and its status there."""
         found: dict[int, tuple[str, str]] = {}
         for run in sorted(self.runs, key=lambda run: run["run"]):
-            statuses = run["member_status"]
-            for place, seed in enumerate(run["seeds"] or self._measured_members(run["run"])):
-                status = statuses[place] if place < len(statuses) else "ok"
-                found.setdefault(int(seed), (run["run"], status))
+            name, statuses = run["run"], run["member_status"]
+            seeds = run["seeds"] or sorted({seed for of in self.measured.values() for own, seed in of if own == name})
+            for place, seed in enumerate(seeds):
+                found.setdefault(int(seed), (name, statuses[place] if place < len(statuses) else "ok"))
         return dict(sorted(found.items()))
 
     @property
@@ -93,15 +96,11 @@ class RunSetting:
         """Return the members' values, (member,) by seed; nan for a failed one, empty where none was measured."""
         if metric == "diverged":
             return np.array([float(status != "ok") for _, status in self.members.values()])
-        column = self._by_split.get(metric_named(metric).split, {}).get(metric.partition("@")[0])
+        column = self.measured.get((metric.partition("@")[0], metric_named(metric).split))
         if column is None:
             return np.full(self.n if self.failed == self.n else 0, np.nan)
-        return np.array(
-            [
-                column.get((run, seed), np.nan) if status == "ok" else np.nan
-                for seed, (run, status) in self.members.items()
-            ]
-        )
+        found = [(column.get((run, seed)), status) for seed, (run, status) in self.members.items()]
+        return np.array([np.nan if value is None or status != "ok" else value for value, status in found])
 
     def estimate(self, metric: str) -> Estimate:
         """Summarise one metric over the members, by the metric's own scale."""
@@ -112,17 +111,4 @@ class RunSetting:
 
     def unit(self, metric: str) -> str:
         """Return the unit that was stored with a metric."""
-        units = self.metrics.loc[self.metrics["metric"] == metric.partition("@")[0], "unit"]
-        return str(units.iloc[0]) if len(units) else ""
-
-    @cached_property
-    def _by_split(self) -> dict[str, dict[str, dict[tuple[str, int], float]]]:
-        tables: dict[str, dict[str, dict[tuple[str, int], float]]] = {}
-        columns = self.metrics[["split", "metric", "run", "member", "value"]]
-        for split, metric, run, member, value in columns.itertuples(index=False):
-            tables.setdefault(split, {}).setdefault(metric, {})[(run, int(member))] = float(value)
-        return tables
-
-    def _measured_members(self, run: str) -> list[int]:
-        members = self.metrics.loc[self.metrics["run"] == run, "member"]
-        return sorted(int(member) for member in members.unique())
+        return self.units.get(metric.partition("@")[0], "")

@@ -2,17 +2,15 @@
 
 import json
 from collections.abc import Iterator
-from pathlib import Path
 
 from repro.results.stored import StoredRun, read_json, record_of
 from repro.tracking.paths import RUN_FILE, Paths
 from repro.tracking.record import Record
 
 UPSTREAM_KINDS = ("data", "fits", "control")
-StageRow = dict[str, object]
 
 
-def stages_of(run: StoredRun, known: dict[str, Record | None]) -> list[StageRow]:
+def stages_of(run: StoredRun, known: dict[str, Record | None]) -> list[dict[str, object]]:
     """Return one row per stage of a finished run, upstream first; `known` holds what several runs share.
 
     Raises UserError naming a damaged file.
@@ -27,20 +25,16 @@ def _upstream(record: Record, paths: Paths, known: dict[str, Record | None]) -> 
     """Walk what a stage was made from, sources first; a stage that is no longer stored is left out."""
     for name, id in record.identity.upstream.items():
         if id not in known:
-            folder = _folder(paths, id)
-            known[id] = None if folder is None else record_of(folder, read_json(folder / RUN_FILE))
+            folders = [paths.folder(kind, id) for kind in UPSTREAM_KINDS]
+            stored = [folder for folder in folders if (folder / RUN_FILE).is_file()]
+            known[id] = record_of(stored[0], read_json(stored[0] / RUN_FILE)) if stored else None
         source = known[id]
         if source is not None:
             yield from _upstream(source, paths, known)
             yield name, source
 
 
-def _folder(paths: Paths, id: str) -> Path | None:
-    folders = (paths.folder(kind, id) for kind in UPSTREAM_KINDS)
-    return next((folder for folder in folders if (folder / RUN_FILE).is_file()), None)
-
-
-def _row(run: str, name: str, record: Record) -> StageRow:
+def _row(run: str, name: str, record: Record) -> dict[str, object]:
     origin, machine = record.provenance, record.provenance.machine
     return {
         "run": run,

@@ -1,6 +1,5 @@
 """From a selector to the settings it means; which settings may be compared; the anchors of a test set."""
 
-import json
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -11,7 +10,7 @@ from repro.results.columns import LOOP
 from repro.results.results import Results
 from repro.results.run_card import OPTIONS, spelled
 from repro.results.run_setting import RunSetting
-from repro.results.table_schema import CARD, LOOP_CARD, TEST_SET, as_text, plain
+from repro.results.table_schema import CARD, LOOP_CARD, TEST_SET, as_text, cell_text, records
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,10 +55,11 @@ def agrees(text: Callable[[str], str], where: Where) -> bool:
 def find_loops(results: Results, experiment: str, where: Where) -> "pd.DataFrame":
     """The closed loops of an experiment that agree with `where`: columns of `control`, or dotted keys."""
     chosen = results.control[results.control["experiment"] == experiment]
-    configs: Mapping[str, str] = dict(zip(results.runs["run"], results.runs["config"], strict=True))
+    configs = results.configs if any("." in name for name in where) else {}
     for name, value in where.items():
-        cells = [json.loads(configs[run]).get(name) for run in chosen["run"]] if "." in name else chosen[name]
-        chosen = chosen[np.array([as_text(plain(cell)) in _texts(value) for cell in cells], dtype=bool)]
+        cells = [configs[run].get(name) for run in chosen["run"]] if "." in name else chosen[name].tolist()
+        wanted = _texts(value)
+        chosen = chosen[np.array([cell_text(cell) in wanted for cell in cells], dtype=bool)]
     return chosen
 
 
@@ -70,23 +70,18 @@ def loops_of_one_setting(results: Results, experiment: str, where: Where) -> "pd
     """
     loops = find_loops(results, experiment, where)
     named = {name for name, value in where.items() if isinstance(value, list)}
-    if differing := _columns_in_which_differ(loops, named) or _keys_in_which_differ(results, loops, named):
+    texts = {column: sorted(set(map(cell_text, loops[column]))) for column in LOOP_CARD if column not in named}
+    differing = [
+        f"{column} ({', '.join(found)})" for column, found in texts.items() if column != OPTIONS and len(found) > 1
+    ]
+    if differing := differing or _keys_in_which_differ(results, loops, named):
         raise AmbiguousError(f"closed loops of {experiment} with {_spelled(where)} differ in {'; '.join(differing)}")
     return loops
 
 
-def _columns_in_which_differ(loops: "pd.DataFrame", named: Collection[str]) -> list[str]:
-    texts = {column: sorted({as_text(plain(cell)) for cell in loops[column]}) for column in LOOP_CARD}
-    apart = {*named, OPTIONS}
-    return [
-        f"{column} ({', '.join(found)})" for column, found in texts.items() if column not in apart and len(found) > 1
-    ]
-
-
 def _keys_in_which_differ(results: Results, loops: "pd.DataFrame", named: Collection[str]) -> list[str]:
     """Settings that no column shows, in which the runs of these loops differ, those drawn from loop to loop aside."""
-    chosen = results.runs[results.runs["run"].isin(set(loops["run"]))]
-    configs: list[dict[str, object]] = [json.loads(config or "{}") for config in chosen["config"]]
+    configs = [results.configs.get(run, {}) for run in loops["run"].unique()]
     aside = {*named, *(key for name in named if name in LOOP for key in LOOP[name].keys)}
     keys = {key for config in configs for key in config if key not in aside and key.rpartition(".")[2] not in DRAWN}
     return [key for key in sorted(keys) if len({as_text(config.get(key)) for config in configs}) > 1]
@@ -117,8 +112,8 @@ def like_for_like(results: Results, experiment: str, where: Where, against: Wher
     pairs = [(a, b) for a in ours for b in others if alike(a, b, named={*where, *against})]
     if not pairs:
         raise NotRunError(f"{experiment} has no like-for-like pair: the settings differ in {_varying(ours + others)}")
-    longest = max(_budget(a) for a, _ in pairs)
-    pairs = [(a, b) for a, b in pairs if _budget(a) == longest]
+    longest = max(a.card["epochs"] or 0 for a, _ in pairs)
+    pairs = [(a, b) for a, b in pairs if (a.card["epochs"] or 0) == longest]
     if len(pairs) > 1:
         choices = _varying([a for a, _ in pairs])
         raise AmbiguousError(f"{experiment} has several like-for-like pairs: name one of {choices}")
@@ -196,16 +191,10 @@ def _texts(wanted: object) -> set[str]:
 def _why_not_run(results: Results, experiment: str, where: Where) -> str:
     runs = results.runs
     unfinished = runs[(runs["experiment"] == experiment) & (runs["setting"] != "") & (runs["outcome"] != "ok")]
-    for cells in unfinished.to_dict("records"):
-        row = {str(name): plain(value) for name, value in cells.items()}
-        described = RunSetting(row, (row,), results.metrics)
-        if agrees(described.text, where):
+    for row in records(unfinished):
+        if agrees(RunSetting(row, (row,)).text, where):
             return f"{row['run']} {row['outcome']}: {row['error']}"
     return f"no run of {experiment} with {_spelled(where)}"
-
-
-def _budget(setting: RunSetting) -> int:
-    return setting.card["epochs"] or 0
 
 
 def _uncleanness(setting: RunSetting) -> tuple[bool, float, float, int]:

@@ -1,14 +1,14 @@
 """What the store holds, read light: run.json and the experiments' lists, no table library."""
 
 import json
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 from repro.errors import UserError
 from repro.results.run_card import RunCard
-from repro.tracking.paths import RUN_FILE
+from repro.tracking.paths import RUN_FILE, Paths
 from repro.tracking.plain_data import Json
 from repro.tracking.record import Record
 
@@ -66,18 +66,15 @@ def stored_runs(outputs: Path, scale: str, stale: Collection[str] = ()) -> list[
     Raises UserError for a damaged file.
     """
     return [
-        _stored(outputs, job, path.stem, scale, stale)
-        for path in sorted((outputs / "experiments" / scale).glob("[!.]*.json"))
-        for job in jobs_of(path)
+        _stored(outputs, job, experiment, scale, stale)
+        for experiment, job in _listed(outputs, scale)
         if not (outputs / "bench" / str(job.get("run"))).is_dir()
     ]
 
 
 def stored_benches(outputs: Path, scale: str) -> list[Path]:
     """List the bench folders of a scale's experiments; every bench folder where no experiment lists any."""
-    listed = {
-        str(job.get("run")) for path in (outputs / "experiments" / scale).glob("[!.]*.json") for job in jobs_of(path)
-    }
+    listed = {str(job.get("run")) for _, job in _listed(outputs, scale)}
     finished = [
         path.parent
         for path in sorted((outputs / "bench").glob("*/run.json"))
@@ -86,13 +83,13 @@ def stored_benches(outputs: Path, scale: str) -> list[Path]:
     return [folder for folder in finished if folder.name in listed] or finished
 
 
-def jobs_of(path: Path) -> list[Json]:
-    """Read the jobs that an experiment's list names."""
-    jobs = read_json(path).get("jobs")
-    if not isinstance(jobs, list):
-        message = f"{path} has no list of jobs; delete it and run the experiment again"
-        raise UserError(message)
-    return jobs
+def _listed(outputs: Path, scale: str) -> Iterator[tuple[str, Json]]:
+    """The jobs that the lists of a scale's experiments name, each with its experiment."""
+    for path in sorted((outputs / "experiments" / scale).glob("[!.]*.json")):
+        jobs = read_json(path).get("jobs")
+        if not isinstance(jobs, list):
+            raise UserError(f"{path} has no list of jobs; delete it and run the experiment again")
+        yield from ((path.stem, job) for job in jobs)
 
 
 def record_of(folder: Path, content: Json) -> Record:
@@ -115,6 +112,13 @@ def read_json(path: Path) -> Json:
         message = f"{path} holds no JSON object; delete its folder and run again"
         raise UserError(message)
     return content
+
+
+def stale_runs(outputs: Path) -> set[str]:
+    """Survey the store, and return the ids of the runs that are older than the code that would make them now."""
+    from repro.tracking.survey import survey
+
+    return {item.id for item in survey(Paths(outputs)) if item.state == "stale"}
 
 
 def _stored(outputs: Path, job: Json, experiment: str, scale: str, stale: Collection[str]) -> StoredRun:

@@ -8,7 +8,7 @@ import numpy as np
 
 from repro.results.results import Results
 from repro.results.selectors import Where, find_loops
-from repro.results.table_schema import plain
+from repro.results.table_schema import records
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,7 @@ def find_loop(results: Results, experiment: str, choices: Sequence[Where]) -> St
         for run in dict.fromkeys(loops["run"]):
             stored = results.closed_loops[results.closed_loops["run"] == run]
             if len(stored):
-                facts = {str(k): plain(v) for k, v in loops[loops["run"] == run].iloc[0].items()}
-                return _loop(facts, stored)
+                return _loop(records(loops[loops["run"] == run])[0], stored)
     return None
 
 

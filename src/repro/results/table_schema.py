@@ -2,139 +2,75 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from repro.results.columns import LOOP, RUN
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 Cell = str | int | float | None  # a value in a table
+Columns = Mapping[str, type]
+
+
+def _of(kind: type, names: str) -> dict[str, type]:
+    return dict.fromkeys(names.split(), kind)
+
 
 # What was run (see `columns`), and whether it is a protocol as the paper prints it.
-CARD: Mapping[str, type] = {**{name: column.kind for name, column in RUN.items()}, "as_printed": bool}
-LOOP_CARD: Mapping[str, type] = {name: column.kind for name, column in LOOP.items()}
+CARD: Columns = {**{name: column.kind for name, column in RUN.items()}, "as_printed": bool}
+LOOP_CARD: Columns = {name: column.kind for name, column in LOOP.items()}
 
 # What the test set depends on: two settings that agree here were judged on the same data.
 TEST_SET = ("system", "reading", "regime", "episode_steps", "reset", "damping")
 
-PLACE: Mapping[str, type] = {"run": str, "experiment": str, "scale": str, "setting": str}
-
-METRICS: Mapping[str, type] = {
-    **PLACE,
-    **CARD,
-    "member": int,
-    "split": str,
-    "metric": str,
-    "value": float,
-    "unit": str,
+PLACE = _of(str, "run experiment scale setting")
+# Of `runs`: `config` holds the settings of the run by dotted key, as JSON; `changed` the keys of those that are not the
+# usual ones, with blanks between them. `control` has one row per closed loop; `stages` one per stage of a run, upstream
+# first, with `libraries` and `config` as JSON.
+TABLES: Mapping[str, Columns] = {
+    "metrics": {**PLACE, **CARD, "member": int, **_of(str, "split metric"), "value": float, "unit": str},
+    "runs": {
+        **PLACE,
+        **CARD,
+        **_of(str, "config changed outcome error"),
+        "stale": bool,
+        **_of(list, "seeds member_status"),
+        "command": str,
+    },
+    "curves": {"run": str, **_of(int, "member step"), "name": str, "value": float},
+    "trajectories": {"run": str, "member": int, "name": str, **_of(float, "t value")},
+    "bench": {
+        **_of(str, "run name ours other size"),
+        "members": int,
+        **_of(float, "ratio_median ratio_q25 ratio_q75 ours_ms other_ms ours_mib other_mib"),
+        "threads": int,
+        **_of(str, "protocol command"),
+    },
+    "identifiability": {"run": str, "member": int, "phase": str, "order": int, "value": float, "direction": str},
+    "control": {
+        **_of(str, "run experiment scale"),
+        "member": int,
+        **LOOP_CARD,
+        "x_des": float,
+        "start": str,
+        **_of(float, "start_x start_theta start_theta1 start_theta2"),
+        **_of(bool, "success contact"),
+        **_of(float, "clearance_min_m held_from_s steady_error_m"),
+        **_of(float, "solve_ms_median solve_ms_p95 solve_ms_p99 iterations_median"),
+        **_of(int, "fallbacks fallbacks_1 fallbacks_2 fallbacks_3 killed"),
+    },
+    "closed_loops": {"run": str, **_of(int, "loop member"), "x_des": float, "name": str, **_of(float, "t value")},
+    "stages": {
+        **_of(str, "run stage id started"),
+        **_of(float, "wall_s cpu_s peak_memory_mib"),
+        "commit": str,
+        "clean": bool,
+        **_of(str, "python system processor"),
+        "cores": int,
+        **_of(str, "libraries config"),
+    },
 }
-# `config`: the settings of the run by dotted key, as JSON; `changed`: the keys of those that are not the usual ones,
-# with blanks between them.
-RUNS: Mapping[str, type] = {
-    **PLACE,
-    **CARD,
-    "config": str,
-    "changed": str,
-    "outcome": str,
-    "error": str,
-    "stale": bool,
-    "seeds": list,
-    "member_status": list,
-    "command": str,
-}
-CURVES: Mapping[str, type] = {"run": str, "member": int, "step": int, "name": str, "value": float}
-TRAJECTORIES: Mapping[str, type] = {"run": str, "member": int, "name": str, "t": float, "value": float}
-IDENTIFIABILITY: Mapping[str, type] = {
-    "run": str,
-    "member": int,
-    "phase": str,
-    "order": int,
-    "value": float,
-    "direction": str,
-}
-BENCH: Mapping[str, type] = {
-    "run": str,
-    "name": str,
-    "ours": str,
-    "other": str,
-    "size": str,
-    "members": int,
-    "ratio_median": float,
-    "ratio_q25": float,
-    "ratio_q75": float,
-    "ours_ms": float,
-    "other_ms": float,
-    "ours_mib": float,
-    "other_mib": float,
-    "threads": int,
-    "protocol": str,
-    "command": str,
-}
-# One row per closed loop.
-CONTROL: Mapping[str, type] = {
-    "run": str,
-    "experiment": str,
-    "scale": str,
-    "member": int,
-    **LOOP_CARD,
-    "x_des": float,
-    "start": str,
-    "start_x": float,
-    "start_theta": float,
-    "start_theta1": float,
-    "start_theta2": float,
-    "success": bool,
-    "contact": bool,
-    "clearance_min_m": float,
-    "held_from_s": float,
-    "steady_error_m": float,
-    "solve_ms_median": float,
-    "solve_ms_p95": float,
-    "solve_ms_p99": float,
-    "iterations_median": float,
-    "fallbacks": int,
-    "fallbacks_1": int,
-    "fallbacks_2": int,
-    "fallbacks_3": int,
-    "killed": int,
-}
-CLOSED_LOOPS: Mapping[str, type] = {
-    "run": str,
-    "loop": int,
-    "member": int,
-    "x_des": float,
-    "name": str,
-    "t": float,
-    "value": float,
-}
-# One row per stage of a run, upstream first; `libraries` and `config` as JSON.
-STAGES: Mapping[str, type] = {
-    "run": str,
-    "stage": str,
-    "id": str,
-    "started": str,
-    "wall_s": float,
-    "cpu_s": float,
-    "peak_memory_mib": float,
-    "commit": str,
-    "clean": bool,
-    "python": str,
-    "system": str,
-    "processor": str,
-    "cores": int,
-    "libraries": str,
-    "config": str,
-}
-TABLES: Mapping[str, Mapping[str, type]] = {
-    "metrics": METRICS,
-    "runs": RUNS,
-    "curves": CURVES,
-    "trajectories": TRAJECTORIES,
-    "bench": BENCH,
-    "identifiability": IDENTIFIABILITY,
-    "control": CONTROL,
-    "closed_loops": CLOSED_LOOPS,
-    "stages": STAGES,
-}
-
 PANDAS_TYPES: Mapping[type, str] = {str: "str", float: "float64", int: "Int64", bool: "boolean", list: "object"}
 
 
@@ -159,6 +95,16 @@ def plain(value: Any) -> Any:
     if pd.api.types.is_scalar(value) and pd.isna(value):
         return None
     return value.item() if hasattr(value, "item") else value
+
+
+def cell_text(value: object) -> str:
+    """Spell one cell of a table, with nothing for what is missing."""
+    return as_text(plain(value))
+
+
+def records(table: "pd.DataFrame") -> list[dict[str, Any]]:
+    """Return the rows as dictionaries of Python values, None where one is missing."""
+    return [{str(name): plain(value) for name, value in row.items()} for row in table.to_dict("records")]
 
 
 def as_column(kind: type, value: Any) -> Cell:

@@ -26,16 +26,21 @@ class Figure:
 
     def save(self, results: Results, folder: Path) -> bool:
         """Draw and write <name>.pdf and <name>.png, each atomically; return whether there was anything to show."""
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.backends.backend_pdf import FigureCanvasPdf
+
         with style.applied():
             canvas = self.draw(results)
             if canvas is None:
                 return False
-            # Without a date the same results give the same file.
-            for suffix, metadata in {".pdf": {"CreationDate": None}, ".png": {"Software": None}}.items():
-                with replacing(folder / f"{self.name}{suffix}", keep_suffix=True) as temporary:
-                    canvas.savefig(temporary, metadata=metadata)
-                # The first drawing has laid the figure out; laying it out again costs as much as drawing.
-                canvas.set_layout_engine("none")
+            # Without a date the same results give the same file. Figure.savefig would draw each file twice.
+            with replacing(folder / f"{self.name}.pdf") as temporary:
+                FigureCanvasPdf(canvas).print_pdf(temporary, metadata={"CreationDate": None})
+            # The first drawing has laid the figure out; laying it out again costs as much as drawing.
+            canvas.set_layout_engine("none")
+            canvas.set_dpi(style.RESOLUTION)
+            with replacing(folder / f"{self.name}.png") as temporary:
+                FigureCanvasAgg(canvas).print_png(temporary, metadata={"Software": None})
         return True
 
 

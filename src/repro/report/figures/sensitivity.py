@@ -4,12 +4,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from repro.claims.assumption_effects import AssumptionEffect, assumption_effects
-from repro.claims.claims import load_claims
+from repro.claims.assumption_effects import AssumptionEffect
 from repro.report.figures.figure import Figure, legend, new_canvas
 from repro.report.style import TEXT_WIDTH, Role
-from repro.results.results import Results
-from repro.tracking.paths import project_folder
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
@@ -19,11 +16,20 @@ STAYED = Role("#10305c", "-", "o", filled=False)
 DECADES = 6.0  # shown to either side
 
 
-def draw(results: Results) -> "Canvas | None":
-    """Draw one row per assumption: the factor by which each alternative changes the value of each claim."""
-    if results.sensitivity is None:
-        return None
-    factors = _factors(assumption_effects(results.sensitivity, load_claims(project_folder() / "paper" / "claims.yaml")))
+def sensitivity_figure(effects: Sequence[AssumptionEffect]) -> Figure:
+    """Return the figure: one row per assumption, the factors by which its alternatives change the values of claims."""
+    return Figure(
+        "sensitivity",
+        "Which assumptions matter",
+        "One assumption changed at a time, at scale quick with three members: each marker is one alternative and one "
+        "claim. Values that are negative, or a share of zero, have no place here and stand in the table; changes of "
+        "more than six decades are drawn at six.",
+        "One row per assumption: how much another choice changes a claim's number, on a logarithmic axis.",
+        lambda _results: _drawn(_factors(effects)),
+    )
+
+
+def _drawn(factors: Mapping[str, list[tuple[float, bool]]]) -> "Canvas | None":
     if not factors:
         return None
     names = sorted(factors, key=lambda name: max(abs(decades) for decades, _ in factors[name]))
@@ -39,7 +45,7 @@ def draw(results: Results) -> "Canvas | None":
     panel.set_ylim(-0.7, len(names) - 0.3)
     reach = math.ceil(max(abs(decades) for points in factors.values() for decades, _ in points))
     ticks = range(-reach, reach + 1)
-    panel.set_xticks(ticks, [_power(tick) for tick in ticks])
+    panel.set_xticks(ticks, [f"$10^{{{tick}}}$" if tick else "1" for tick in ticks])
     panel.set_xlabel("value by the alternative / value by our choice")
     panel.grid(visible=False, axis="y")
     legend(canvas, panel, {"the verdict moves": MOVED, "it stays": STAYED})
@@ -56,18 +62,3 @@ def _factors(compared: Sequence[AssumptionEffect]) -> Mapping[str, list[tuple[fl
         decades = max(-DECADES, min(DECADES, math.log10(other / ours)))
         factors.setdefault(each.assumption, []).append((decades, each.moved))
     return factors
-
-
-def _power(decades: int) -> str:
-    return "1" if decades == 0 else f"$10^{{{decades}}}$"
-
-
-SENSITIVITY = Figure(
-    "sensitivity",
-    "Which assumptions matter",
-    "One assumption changed at a time, at scale quick with three members: each marker is one alternative and one "
-    "claim. Values that are negative, or a share of zero, have no place here and stand in the table; changes of "
-    "more than six decades are drawn at six.",
-    "One row per assumption: how much another choice changes a claim's number, on a logarithmic axis.",
-    draw,
-)
