@@ -79,8 +79,15 @@ def test_the_command_makes_the_same_configuration(overrides):
     assert compose(job).config == composed.config
 
 
+def test_the_smallest_scale_cuts_the_seeds_of_an_experiment_and_not_those_of_a_command():
+    line = ["model.factor=triangular", "seeds=100", "experiment=dip_neural"]
+    assert compose([*line, "scale=smoke"]).config.members == [0, 1]
+    assert compose([*line, "scale=quick"]).config.members == list(range(100))
+    assert compose(["experiment=dip_neural", "scale=smoke", "seeds=3"]).config.members == [0, 1, 2]
+
+
 def test_what_was_composed_is_read_from_the_cache(tmp_path):
-    jobs = expand(["basis=t1,t2", "scale=smoke"])
+    jobs = expand(["basis=t1,t2", "scale=quick"])
     asked = []
     first = plan(jobs, tmp_path, lambda: asked.append(1))
     assert plan(jobs, tmp_path, lambda: asked.append(2)) == first
@@ -89,7 +96,7 @@ def test_what_was_composed_is_read_from_the_cache(tmp_path):
     stored = json.loads(file.read_text())
     assert stored["settings"] == digest()
     for part, members in (("accepted", 7), ("composed", 9)):
-        stored[part]["basis=t1 scale=smoke"]["seeds"] = members
+        stored[part]["basis=t1 scale=quick"]["seeds"] = members
     file.write_text(json.dumps(stored))
     again = plan(jobs, tmp_path)
     assert again[0].config.members == list(range(7))

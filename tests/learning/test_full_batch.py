@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import torch
 
+from repro.codegen import c_library
 from repro.learning.full_batch import merge_curves
 from repro.learning.lbfgs import LBFGS
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
@@ -84,3 +85,27 @@ def test_curves_of_different_lengths_are_held_at_their_last_value():
     curve = merge_curves([{0: 4.0, 1: 2.0, 2: 1.0}, {0: 8.0}], "loss")
     assert [step for step, _, _ in curve] == [0, 1, 2]
     np.testing.assert_array_equal([values for _, _, values in curve], [[4, 8], [2, 8], [1, 8]])
+
+
+@pytest.mark.parametrize("build", [LevenbergMarquardt, LBFGS])
+def test_a_short_fit_runs_no_compiler_and_a_long_one_ends_at_the_same_weights(
+    build, t2_problem, start, monkeypatch, tmp_path
+):
+    """Few steps by torch, and the same steps by compiled code, chosen where the fit may take many more."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    compiled = []
+    original = c_library._compile
+    monkeypatch.setattr(c_library, "_compile", lambda *arguments: (compiled.append(1), original(*arguments)))
+    parameters = start(t2_problem.model)
+
+    def fit(claimed):
+        optimiser = build(iterations=4)
+        monkeypatch.setattr(build, "evaluations", claimed)
+        return optimiser.fit(t2_problem, parameters, silent, NoCheckpoint()).parameters.numpy()
+
+    short, before = fit(4), len(compiled)
+    long = fit(100_000)
+    assert before == 0
+    if c_library.has_compiler():
+        assert compiled
+    np.testing.assert_allclose(long, short, rtol=1e-6, atol=1e-9)

@@ -22,7 +22,7 @@ REPRODUCED_AT = "reproduced_at"  # the key of an experiment's file that lists sc
 CUT_BY_SCALE = (
     *("data.samples", "curriculum.samples", "optimiser.epochs", "optimiser.iterations", "chain", "whole_chain"),
     *("sequence.initial_angles", "sequence.pretraining_epochs", "energies.horizons"),
-    *("task.seconds", "task.initial_states", "task.x_des"),
+    *("task.seconds", "task.initial_states", "task.x_des", "seeds"),
 )
 # What may be added to a job of an experiment without making it another setting.
 SAME_SETTING = ("scale", "seeds", "record")

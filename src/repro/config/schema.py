@@ -83,6 +83,7 @@ class Scale(Section):
     name: Literal["smoke", "quick", "paper"]
     samples: Annotated[int, Field(ge=10)]
     seeds: Count
+    most_seeds: Count | None
     initial_angles: Annotated[int, Field(ge=2)]
     epochs: Annotated[float, Field(gt=0, le=1)]
     iterations: Annotated[float, Field(gt=0, le=1)]
@@ -161,7 +162,8 @@ class Config(Section):
     def members(self) -> list[int]:
         """The seeds, one per member."""
         count = self.scale.seeds if self.seeds is None else self.seeds
-        return list(range(count)) if isinstance(count, int) else list(count)
+        chosen = list(range(count)) if isinstance(count, int) else list(count)
+        return chosen[: self.scale.most_seeds] if self.cuts("seeds") else chosen
 
 
 def scaled(config: Config) -> Config:

@@ -57,5 +57,5 @@ def _named() -> dict[str, str]:
 def _composed(overrides: tuple[str, ...]) -> Config:
     from repro.config.compose import compose
 
-    # What a scale cuts it cuts of the parts as well, whose settings are no command line.
-    return compose((*overrides, "record=false")).config.model_copy(update={"explicit": []})
+    # What a scale cuts it cuts of the parts as well, whose settings are no command line; their seeds are the whole's.
+    return compose((*overrides, "record=false")).config.model_copy(update={"explicit": ["seeds"]})

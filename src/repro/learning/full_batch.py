@@ -8,6 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from repro.learning.kernels.evaluations import Evaluations
 from repro.learning.members import MemberProblem
 from repro.learning.optimiser import Optimiser
 from repro.learning.optimiser_options import FullBatchOptions
@@ -15,12 +16,18 @@ from repro.learning.result import Checkpoint, Curve, Fitted, Notes, Progress
 from repro.learning.training_problem import TrainingProblem
 
 Solution = tuple[np.ndarray, list[float], str]  # weights (n_parameters,), loss after each iteration, status
+USUAL_MEMBERS = 5  # what is worth compiling must not depend on their number: rounding would then, too
 _Done = tuple[np.ndarray, list[float], str, dict[str, dict[int, float]]]  # a solution and its watched values
 
 
 @dataclass(frozen=True)
 class FullBatch(FullBatchOptions, Optimiser):
     """At most `iterations` on the same `samples` random training samples of each member."""
+
+    @property
+    def evaluations(self) -> int:
+        """About how often the fit of a member evaluates its problem."""
+        return self.iterations
 
     @abstractmethod
     def solve(self, problem: MemberProblem, start: np.ndarray, progress: Progress) -> Solution:
@@ -29,10 +36,11 @@ class FullBatch(FullBatchOptions, Optimiser):
     def fit(self, problem: TrainingProblem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Train from `parameters` (member, n_parameters); the result is float64."""
         reduced = problem.subsample(self.samples)
+        evaluations = Evaluations(USUAL_MEMBERS * self.evaluations, sum(task.samples for task in reduced.tasks))
         state = checkpoint.load()
         done: list[_Done] = list(state) if isinstance(state, list) else []
         for number in range(len(done), problem.members):
-            member = MemberProblem(reduced.member(number))
+            member = MemberProblem(reduced.member(number), evaluations)
             share = _share(progress, number, problem.members)
             solution = self.solve(member, parameters[number].double().numpy(), share)
             done.append((*solution, member.watched))

@@ -23,6 +23,11 @@ class LevenbergMarquardt(Options, FullBatch):
     many random starts are tried for `trial_iterations` each, and the one with the lowest training loss goes on.
     """
 
+    @property
+    def evaluations(self) -> int:
+        """About how often the fit of a member evaluates its problem, from all starts."""
+        return self.iterations + (self.restarts * self.trial_iterations if self.restarts > 1 else 0)
+
     def solve(self, problem: MemberProblem, start: np.ndarray, progress: Progress) -> Solution:
         """Minimise from the weights `start` (n_parameters,), or from the best of several starts."""
         return self._descend(problem, self._scout(problem, start), progress)

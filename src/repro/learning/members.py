@@ -7,6 +7,7 @@ import numpy as np
 import torch
 
 from repro.learning.integrated_rows import IntegratedRows, integrated_rows
+from repro.learning.kernels.evaluations import ENDLESS, Evaluations
 from repro.learning.kernels.generated import NormalEquations, normal_equations
 from repro.learning.native import NativeProblem, can_compile, native
 from repro.learning.training_problem import TrainingProblem
@@ -19,6 +20,7 @@ class MemberProblem:
     """The problem of one member as functions of its weights (n_parameters,)."""
 
     problem: TrainingProblem  # of this member alone
+    evaluations: Evaluations = ENDLESS
     watched: dict[str, dict[int, float]] = field(default_factory=dict)  # name of a watch -> step -> value
 
     def look(self, step: int, parameters: np.ndarray) -> None:
@@ -31,7 +33,7 @@ class MemberProblem:
     @cached_property
     def compiled(self) -> NativeProblem | None:
         """Compiled loss and gradient, where they apply."""
-        return native(self.problem)
+        return native(self.problem, evaluations=self.evaluations)
 
     @cached_property
     def integrated(self) -> IntegratedRows | None:
@@ -41,7 +43,7 @@ class MemberProblem:
     @cached_property
     def compiled_sums(self) -> NormalEquations | None:
         """Compiled normal equations, where they apply."""
-        return normal_equations(self.problem) if can_compile() else None
+        return normal_equations(self.problem, self.evaluations) if can_compile() else None
 
     def loss_and_gradient(self, parameters: np.ndarray) -> tuple[float, np.ndarray]:
         """The loss and its gradient (n_parameters,), 0 at fixed weights; not finite where the model is singular."""

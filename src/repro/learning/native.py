@@ -10,11 +10,14 @@ from repro.codegen.c_library import CompilerError, load_library
 from repro.codegen.c_source import c_source
 from repro.codegen.lanes import FAST
 from repro.learning import kernels
+from repro.learning.kernels.evaluations import ENDLESS, Evaluations
 from repro.learning.kernels.generated import generated_kernel
 from repro.learning.kernels.kernel import Kernel, address
 from repro.learning.kernels.network_kernel import network_kernel
 from repro.learning.kernels.positions import position_kernel
 from repro.learning.training_problem import TrainingProblem
+
+COMPILATION_S = 0.6  # of a loss and its gradient: 0.2 to 1.4 s
 
 
 class NativeProblem:
@@ -61,9 +64,16 @@ class NativeProblem:
         return (ctypes.c_void_p * len(self.data))(*(data[member].ctypes.data for data in self.data))
 
 
-def native(problem: TrainingProblem, real: type[np.floating] = np.float64) -> NativeProblem | None:
-    """The problem in compiled code, or None where there is no compiler or no kernel for model, rows and precision."""
-    if not can_compile() or any(task.share is not None for task in problem.tasks):
+def native(
+    problem: TrainingProblem, real: type[np.floating] = np.float64, evaluations: Evaluations = ENDLESS
+) -> NativeProblem | None:
+    """The problem in compiled code, or None.
+
+    None where there is no compiler, where so many evaluations take torch less time than the compiler, or where there is
+    no kernel for model, rows and precision.
+    """
+    few = evaluations.seconds_saved(problem.model.n_parameters) < COMPILATION_S
+    if few or any(task.share is not None for task in problem.tasks) or not can_compile():
         return None
     kernel = network_kernel(problem)
     if kernel is None and real == np.float64:

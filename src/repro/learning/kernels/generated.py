@@ -13,6 +13,7 @@ import numpy as np
 from repro.codegen.c_library import load_library
 from repro.codegen.c_source import c_source
 from repro.codegen.lanes import FAST, FUNCTIONS, LANES, TYPE, vectorised
+from repro.learning.kernels.evaluations import ENDLESS, Evaluations
 from repro.learning.kernels.kernel import Kernel, address, aligned, defines
 from repro.learning.objective import Objective
 from repro.learning.symbolic import COLUMNS, residual, symbols
@@ -21,6 +22,7 @@ from repro.models.model import Model
 
 INPUTS = (*COLUMNS, "parameters")
 MOST_PARAMETERS = 400
+COMPILATION_S = 0.02  # of the rows and their derivatives, per weight
 MOST_STATEMENTS = 6000  # above this a compiler takes longer than it saves, and torch is faster
 
 
@@ -68,8 +70,11 @@ class NormalEquations:
         return whole[1 : self.width, 1 : self.width], whole[0, 1 : self.width]
 
 
-def normal_equations(problem: TrainingProblem) -> NormalEquations | None:
-    """Those of a small problem, or None."""
+def normal_equations(problem: TrainingProblem, evaluations: Evaluations = ENDLESS) -> NormalEquations | None:
+    """Those of a small problem, or None; also where so many evaluations take torch less time than the compiler."""
+    n_parameters = problem.model.n_parameters
+    if evaluations.seconds_saved(n_parameters) < n_parameters * COMPILATION_S:
+        return None
     return NormalEquations(problem) if _small(problem) else None
 
 
