@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 from synthetic_store import SyntheticStore
 
-NOT_DRAWN = {"measured"}  # figures of experiments that have no runs here
 REGIMES = {"episodes": 0.25, "long": 2.5}
 
 
@@ -174,6 +173,18 @@ def swing_up(links: int, starts: int = 6) -> tuple[pd.DataFrame, pd.DataFrame]:
     return pd.DataFrame(rows), pd.DataFrame(moving + disc, columns=columns)
 
 
+def fill_measured(store: SyntheticStore, rng: np.random.Generator) -> None:
+    """Run the experiment without accelerations, synthetically."""
+    place = {"system": "sip", "basis": "t1", "hidden": "", "as_printed": False}
+    store.anchors("measured", trivial={"mae_tau": 1.25}, degenerate={"mae_tau": 0.1}, **place)
+    for samples in (1000, 8000):
+        for objective, tau in (("balance", 0.01), ("path", 0.001)):
+            keys = {"data.sample_step": 0.01, "data.encoder_zero": 0.0, "data.q_noise": 0.001}
+            card = {**place, **keys, "labels": "smoothed", "objective": objective, "n_train": samples}
+            found = learned(rng, tau * (1000 / samples) ** 0.5)
+            store.run("measured", found | {"bound_mae_qdd": found["mae_qdd"]}, **card)
+
+
 def fill_control(store: SyntheticStore) -> None:
     """Run the experiments of control, synthetically."""
     for experiment, system, links in (("sip_control", "sip", 1), ("dip_control", "dip", 2)):
@@ -182,6 +193,11 @@ def fill_control(store: SyntheticStore) -> None:
         driven = {"control.kind": "energy", "control.name": setting, "task.name": "random", "task.mismatch": 0.0}
         card = {"system": system, "model": "structured", "as_printed": False, "energies": "canonical", **driven}
         store.run(experiment, {"mae_tau": [0.01]}, control=control, closed_loops=loops, **card)
+    for step in (0.04, 0.1):
+        for model in ("truth", "lagrangian"):
+            card = {"model": model, "control.kind": "energy", "control.name": "sip_printed", "control.time_step": step}
+            control = swing_up(1)[0].assign(setting="sip_printed", success=step > 0.05)
+            store.run("mpc_time_step", {"mae_tau": [0.01]}, control=control, **card)
 
 
 def fill_sensitivity(outputs: Path, rng: np.random.Generator) -> None:
@@ -200,6 +216,7 @@ def fill(store: SyntheticStore) -> None:
     rng = np.random.default_rng(0)
     fill_sensitivity(store.outputs, np.random.default_rng(1))
     fill_control(store)
+    fill_measured(store, np.random.default_rng(2))
     fill_ports(store, rng)
     fill_double_pendulum(store, rng)
     anchors = {"mae_tau": 1.4, "mae_qdd": 11.0, "onestep_euler_qd[0]": 0.05, "onestep_euler_qd[1]": 0.12}

@@ -4,7 +4,6 @@ import time
 from dataclasses import replace
 
 import pytest
-from synthetic_runs import NOT_DRAWN
 
 from repro.claims.assumptions import load_assumptions
 from repro.claims.claims import load_claims
@@ -23,7 +22,7 @@ from repro.results.table_schema import TABLES
 from repro.tracking.yaml_file import read_yaml
 
 PAPER = paper_folder()
-FIGURES = tuple(figure for figure in load_figures(PAPER) if figure.name not in NOT_DRAWN)
+FIGURES = load_figures(PAPER)
 SOURCE = PAPER / "report"
 
 

@@ -10,7 +10,7 @@ OF_THE_MODELS = {"framework", "plnn", "port_matrices"}  # drawn whatever was run
 
 
 def test_nothing_is_drawn_where_nothing_is_stored(store):
-    store.run("sip_basis", {"mae_tau": [0.2, 0.3]})
+    store.run("mine", {"mae_tau": [0.2, 0.3]})
     stored = store.gathered()
     assert {name for name, draw in DRAW.items() if draw(stored) is not None} == OF_THE_MODELS
 
