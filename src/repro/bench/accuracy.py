@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import torch
 from torch import Tensor
 
 from repro.bench.pairing import Clock, Pairs
@@ -99,7 +100,7 @@ class Race:
             begun, before = self.clock(), seconds if continued else 0.0
             fitted = build(budget).fit(problem, start, silent, checkpoint)
             seconds = before + self.clock() - begun
-            if self.error(racer.model, fitted.parameters, member) <= self.size.threshold:
+            if self.error(racer.model, torch.as_tensor(fitted.parameters), member) <= self.size.threshold:
                 return seconds
             if seconds > limit_s:
                 return math.inf

@@ -3,7 +3,6 @@
 import contextlib
 import io
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import torch
@@ -18,14 +17,13 @@ WEIGHT = 1e-4  # of SINDy-PI's l1 term: with more the error of qdd grows in prop
 
 
 def selection_fit(samples: int) -> Callable[[], np.ndarray]:
-    """Our thresholded least squares over 35 candidates, prepared beforehand; the call returns the coefficients."""
+    """Our thresholded least squares over 35 candidates; the call evaluates them and returns the coefficients."""
     model = Lagrangian(library, 2)
     start = torch.zeros(1, model.n_parameters, dtype=torch.float64)
     problem = TrainingCase(model, start, pendulum([0], samples)).problem("inverse")
-    problem = replace(problem, tasks=[task.ready() for task in problem.tasks])
 
     def fit() -> np.ndarray:
-        return Selection(threshold=0.02).fit(problem, start, silent, NoCheckpoint()).parameters[0].numpy()
+        return np.asarray(Selection(threshold=0.02).fit(problem, start, silent, NoCheckpoint()).parameters[0])
 
     return fit
 

@@ -102,7 +102,7 @@ def _examined(overrides: Sequence[str]) -> tuple[dict[str, list[Identifiability]
 def accuracy(model: Model, fitted: Fitted, given: TrainingData) -> list[str]:
     """What a path fit of the first member says: coefficients with standard errors, and seconds of data for 1 %."""
     assert fitted.information is not None
-    data, weights, information = given.forced[-1], fitted.parameters[0].numpy(), fitted.information[0].numpy()
+    data, weights, information = given.forced[-1], np.asarray(fitted.parameters[0]), fitted.information[0]
     learned = without_damping(model)
     n_kinetic = len(learned.kinetic_features) if isinstance(learned, Lagrangian) else 0
     known = Uncertainty.of(information)

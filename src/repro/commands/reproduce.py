@@ -10,7 +10,7 @@ from repro.launch.pool import start_server
 from repro.plugins.roots import plugin_roots
 from repro.report import drawing
 from repro.sweep.listing import list_jobs
-from repro.sweep.missing import PRELOAD, run_missing
+from repro.sweep.missing import preload, run_missing
 from repro.sweep.planned_job import plan_jobs
 from repro.tracking.paths import Paths, outputs_root, project_folder
 from repro.tracking.store import StageFailed
@@ -33,7 +33,7 @@ def main(argv: Sequence[str]) -> int:
     names = chosen["experiment"].split(",") if "experiment" in chosen else experiments(scale)
     paths = Paths(outputs_root())
     overrides = [job for name in names for job in expand([f"experiment={name}", f"scale={scale}"])]
-    jobs = plan_jobs(overrides, paths, on_unknown=lambda: start_server((*PRELOAD, *drawing.PRELOAD)))
+    jobs = plan_jobs(overrides, paths, on_unknown=lambda jobs: start_server((*preload(jobs), *drawing.PRELOAD)))
     list_jobs(paths, jobs)
     results = run_missing(jobs, paths, options.workers)
     own = project_folder() in plugin_roots()  # of the user: its report has no timings of this project

@@ -15,7 +15,7 @@ from repro.errors import UserError
 from repro.launch import cluster
 from repro.launch.pool import start_server
 from repro.sweep.listing import list_jobs
-from repro.sweep.missing import PRELOAD, run_missing
+from repro.sweep.missing import preload, run_missing
 from repro.sweep.planned_job import PlannedJob, plan_jobs, total
 from repro.sweep.search import SearchOptions, search
 from repro.sweep.search import split as split_search
@@ -57,7 +57,7 @@ def main(argv: Sequence[str]) -> int:
         return _print_configuration(overrides)
     paths = Paths(outputs_root())
     here = not where and not options.dry_run
-    jobs = plan_jobs(overrides, paths, on_unknown=lambda: start_server(PRELOAD) if here else None)
+    jobs = plan_jobs(overrides, paths, on_unknown=lambda jobs: start_server(preload(jobs)) if here else None)
     if options.failed:
         store = Store(paths.root)
         jobs = [job for job in jobs if job.failures(store)]

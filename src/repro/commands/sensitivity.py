@@ -12,7 +12,7 @@ from repro.results.gathering import Gathering
 from repro.results.results import SENSITIVITY
 from repro.results.stored import stored_runs
 from repro.sweep.assumption_runs import MEMBERS, SCALE, list_cases, plan_cases
-from repro.sweep.missing import PRELOAD, run_missing
+from repro.sweep.missing import preload, run_missing
 from repro.sweep.planned_job import total
 from repro.tracking.paths import Paths, outputs_root, project_folder
 
@@ -36,7 +36,7 @@ def main(argv: Sequence[str]) -> int:
     claims, ledger = load_claims(paper / "claims.yaml"), load_assumptions(paper / "assumptions.yaml")
     chosen = _chosen(ledger, options.assumptions)
     if not options.dry_run:
-        start_server(PRELOAD)
+        start_server(preload([()]))
     cases, jobs = plan_cases(chosen, claims, paths)
     if options.dry_run:
         print("\n".join(dict.fromkeys(f"{case.assumption}, {case.claim}: {case.alternative}" for case in cases)))

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 # The groups of Hydra's own settings: no run reads them, and composing them takes a quarter of the time.
 _OWN_GROUPS = ("output", "launcher", "sweeper", "help", "hydra_help", "hydra_logging", "job_logging", "env")
+Overrides = tuple[str, ...]  # of one job
 WITHOUT_HYDRAS_OWN = tuple(f"~hydra/{group}" for group in _OWN_GROUPS)
 
 
@@ -52,12 +53,14 @@ class Composed:
 
 
 def plan(
-    jobs: Sequence[tuple[str, ...]], cache: Path | None = None, on_unknown: Callable[[], None] = lambda: None
+    jobs: Sequence[Overrides],
+    cache: Path | None = None,
+    on_unknown: Callable[[list[Overrides]], None] = lambda jobs: None,
 ) -> list[Composed]:
     """All jobs (the overrides of each), composed and checked before any of them runs; UserError for the first mistake.
 
     cache       a folder that keeps what was composed and checked, so that a known job costs nothing
-    on_unknown  is called before the first job that is not known
+    on_unknown  takes the jobs that are not known, where there are any, before the first of them is composed
     """
     caches = {name: Cache.of(cache, name) for name in dict.fromkeys(experiment_of(job) for job in jobs)}
     checked = {job: caches[experiment_of(job)].checked(job) for job in jobs}
@@ -65,7 +68,7 @@ def plan(
     for job in unknown:
         check(job)
     if unknown:
-        on_unknown()
+        on_unknown(unknown)
         checked |= zip(unknown, _checked(unknown, caches), strict=True)
     for one in caches.values():
         one.save()
@@ -89,7 +92,7 @@ def parse(raw: Mapping[str, Any]) -> Config:
     return config
 
 
-def _checked(jobs: Sequence[tuple[str, ...]], caches: Mapping[str, Cache]) -> Iterator[Config]:
+def _checked(jobs: Sequence[Overrides], caches: Mapping[str, Cache]) -> Iterator[Config]:
     """Configurations in the order of the jobs, each stored in the cache of its experiment."""
     for job in jobs:
         name = experiment_of(job)

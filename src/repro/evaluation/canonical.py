@@ -14,7 +14,6 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
-from torch import Tensor
 
 from repro.codegen.array_evaluation import evaluate
 from repro.evaluation.predictions import at_rest
@@ -32,7 +31,7 @@ class RestStates:
     """A fitted ensemble at rest at positions q (member, sample, n_q): what gauges are taken from, computed once."""
 
     model: Model
-    parameters: Tensor
+    parameters: np.ndarray
     system: System
     q: np.ndarray
 

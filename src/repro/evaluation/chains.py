@@ -7,7 +7,6 @@ from typing import Any
 
 import casadi
 import numpy as np
-from torch import Tensor
 
 from repro.codegen.array_evaluation import evaluate
 from repro.evaluation.metrics import MetricValues
@@ -32,14 +31,14 @@ class Motion:
 
 
 def chain_errors(
-    model: Model, parameters: Tensor, system: System, links: Sequence[int], split: str
+    model: Model, parameters: np.ndarray, system: System, links: Sequence[int], split: str
 ) -> Iterator[MetricValues]:
     """For each number of links: relative errors of state and energy after 10 s, and seconds.
 
     The true chain, of the same structure with the true constants, is simulated with the same steps. Seconds: building
     and simulating the chain of one member.
     """
-    learned = [ChainLink.learned(model, weights) for weights in parameters.double().numpy()]
+    learned = [ChainLink.learned(model, weights) for weights in np.asarray(parameters, dtype=float)]
     for number in links:
         start = random_start(number)
         plant = simulate_chain(ChainLink.true(system), start)

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 
 import numpy as np
 from scipy.linalg import null_space
-from torch import Tensor
 
 from repro.codegen.array_evaluation import evaluate
 from repro.evaluation.metrics import MetricValues
@@ -37,7 +36,7 @@ def true_coefficients(model: Lagrangian, system: System) -> np.ndarray | None:
     return np.concatenate(parts)
 
 
-def coefficient_errors(model: Lagrangian, parameters: Tensor, system: System, split: str) -> Iterator[MetricValues]:
+def coefficient_errors(model: Lagrangian, parameters: np.ndarray, system: System, split: str) -> Iterator[MetricValues]:
     """Largest coefficient error, and whether exactly the true terms are non-zero.
 
     In a redundant basis an error counts after what the identities between its terms undo, and there is no one support.
@@ -45,7 +44,7 @@ def coefficient_errors(model: Lagrangian, parameters: Tensor, system: System, sp
     true = true_coefficients(model, system)
     if true is None:
         return
-    ours = parameters.double().numpy()[:, : len(true)]
+    ours = np.asarray(parameters, dtype=float)[:, : len(true)]
     identities = _identities(model, system)
     error = ours - true
     error = error - error @ identities.T @ identities

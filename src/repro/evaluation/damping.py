@@ -5,7 +5,6 @@ from functools import lru_cache
 
 import casadi
 import numpy as np
-from torch import Tensor
 
 from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
@@ -18,7 +17,7 @@ STATES = 2000  # test samples over which C is averaged
 
 
 def damping_errors(
-    model: Model, parameters: Tensor, part: Dataset, system: System, split: str
+    model: Model, parameters: np.ndarray, part: Dataset, system: System, split: str
 ) -> Iterator[MetricValues]:
     """Relative errors of C over the test states, whole (Frobenius) and per joint, and its least eigenvalue.
 
@@ -28,7 +27,7 @@ def damping_errors(
     if not any(system.damping) or model.not_symbolic is not None or not _has_friction(model):
         return
     q, qd = (array[:, :STATES] for array in (part.q, part.qd))
-    members = zip(q, qd, parameters.double().numpy(), strict=True)
+    members = zip(q, qd, np.asarray(parameters, dtype=float), strict=True)
     shape = (*q.shape, system.n_q)
     learned = np.stack([evaluate(_learned(model), *member) for member in members]).reshape(shape)
     true = evaluate(_true(system), q, qd).reshape(shape)

@@ -4,7 +4,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from torch import Tensor
 
 from repro.codegen.array_evaluation import evaluate
 from repro.evaluation.discrete_gradient import NotQuadraticError, integrate, phase_space
@@ -35,12 +34,12 @@ class FreeMotion:
         return np.where(np.isfinite(self.model), np.abs(self.model - self.plant), np.inf)
 
 
-def free_motion_energies(model: Model, parameters: Tensor, system: System, seconds: float) -> FreeMotion:
+def free_motion_energies(model: Model, parameters: np.ndarray, system: System, seconds: float) -> FreeMotion:
     """Motion without input from the same random starts: the plant by RK4, the model by its own structure if it has one.
 
     Models with a quadratic T are integrated by the discrete gradient, all others by RK4.
     """
-    weights, steps = parameters.double().numpy(), round(seconds / TIME_STEP)
+    weights, steps = np.asarray(parameters, dtype=float), round(seconds / TIME_STEP)
     starts = random_starts(system)
     plant = simulate(
         dynamics_of(system).acceleration, starts, np.zeros((STARTS, steps, system.n_q)), TIME_STEP, angles=system.angles

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from torch import Tensor
 
 from repro.data.dataset import Dataset
 from repro.evaluation.canonical import RestStates, in_gauge
@@ -31,7 +30,7 @@ class MetricValues:
 
 
 def pointwise(
-    model: Model, parameters: Tensor, part: Dataset, system: System | None, split: str, gauge: Gauge
+    model: Model, parameters: np.ndarray, part: Dataset, system: System | None, split: str, gauge: Gauge
 ) -> Iterator[MetricValues]:
     """All errors that need single samples only; the true energies are compared where the true system is known."""
     arrays = (part.q, part.qd, part.qdd, part.tau)

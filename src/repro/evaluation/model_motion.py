@@ -5,7 +5,6 @@ from functools import lru_cache
 
 import casadi
 import numpy as np
-import torch
 
 from repro.evaluation.predictions import predict
 from repro.mechanics.inputs import generalised_force, under_inputs
@@ -34,7 +33,6 @@ def model_motion(
     if model.not_symbolic is None:
         motion = acceleration(model) if system is None else under_inputs(acceleration(model), system)
         return simulate(motion, initial, held, time_step, parameters=weights, angles=angles)
-    parameters = torch.from_numpy(np.ascontiguousarray(weights))
     states = np.empty((len(held), held.shape[1] + 1, initial.shape[1]))
     states[:, 0] = initial
     for step in range(held.shape[1]):
@@ -43,7 +41,7 @@ def model_motion(
             q, qd = np.split(state, 2, axis=1)
             force = inputs if system is None else generalised_force(system, q, inputs)
             samples = [array[:, None] for array in (q, qd, np.zeros_like(q), force)]
-            return np.concatenate([qd, predict(model, parameters, *samples).acceleration[:, 0]], axis=1)
+            return np.concatenate([qd, predict(model, weights, *samples).acceleration[:, 0]], axis=1)
 
         state = states[:, step]
         with np.errstate(over="ignore", invalid="ignore"):

@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 
 import numpy as np
-from torch import Tensor
 
 from repro.data.dataset import Dataset
 from repro.evaluation.metrics import MetricValues
@@ -15,7 +14,7 @@ STATES = 2000
 
 
 def passivity(
-    model: Model, parameters: Tensor, part: Dataset, system: System | None, split: str
+    model: Model, parameters: np.ndarray, part: Dataset, system: System | None, split: str
 ) -> Iterator[MetricValues]:
     """The worst margin over random states by the model's own energy and by the plant's, and how often the latter fails.
 
@@ -25,7 +24,7 @@ def passivity(
         return
     velocities = part.qd.reshape(-1, part.n_q).std(axis=0)
     states = States.random(part.coordinates, velocities, STATES, np.random.default_rng(9))
-    weights = parameters.double().numpy()
+    weights = np.asarray(parameters, dtype=float)
     if model.energetic:
         yield MetricValues(split, "passivity_margin", worst_margin(model, weights, states), "1")
     if system is not None:

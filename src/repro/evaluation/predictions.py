@@ -6,14 +6,14 @@ from functools import lru_cache
 
 import casadi
 import numpy as np
-import torch
-from torch import Tensor
 
 from repro.codegen.array_evaluation import evaluate
 from repro.codegen.c_library import has_compiler
+from repro.codegen.lazy_torch import torch
 from repro.codegen.point_function import LEAST_POINTS
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
+from repro.models.expression import ExpressionModel
 from repro.models.model import Model
 from repro.models.terms import Terms
 
@@ -21,17 +21,24 @@ CHUNK = 1024  # samples at a time, so that wide networks fit into memory
 MOST_PARAMETERS = 400  # above this an expression is too long to compile, and matrix products win
 
 
-def predict(model: Model, parameters: Tensor, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> Terms:
+def predict(
+    model: Model, parameters: np.ndarray, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray
+) -> Terms:
     """Predictions of every member at its own samples, as numpy arrays; q, qd, qdd, tau: (member, sample, n_q).
 
     The acceleration is solved for where the model has a mass matrix only; the error of eq. (12b) is left out. Many
-    samples of a small model are predicted by compiled code.
+    samples of a small model are predicted by compiled code, and those of a linear one by its expressions at least.
     """
-    weights, arrays = parameters.double(), (q, qd, qdd, tau)
+    weights, arrays = np.asarray(parameters, dtype=float), (q, qd, qdd, tau)
     many = q.shape[1] >= LEAST_POINTS and has_compiler()
-    if many and 0 < model.n_parameters <= MOST_PARAMETERS:
-        pairs = zip(*arrays, weights.numpy(), strict=True)
+    if (many or model.linear_in_weights) and 0 < model.n_parameters <= MOST_PARAMETERS:
+        pairs = zip(*arrays, weights, strict=True)
         return _split(model, np.stack([evaluate(_quantities(model), *of_member) for of_member in pairs]))
+    if isinstance(model, ExpressionModel) and not model.n_parameters:
+        terms = model.without_weights(np.concatenate(arrays, axis=-1))
+        if terms.mass is None:
+            return replace(terms, port_error=None)
+        return _split(model, evaluate(_quantities(model), *arrays))
     members = [_by_torch(model, weights[m : m + 1], [array[m : m + 1] for array in arrays]) for m in range(len(q))]
 
     def stacked(name: str) -> np.ndarray | None:
@@ -41,14 +48,14 @@ def predict(model: Model, parameters: Tensor, q: np.ndarray, qd: np.ndarray, qdd
     return Terms(**{field.name: stacked(field.name) for field in fields(Terms)})
 
 
-def _by_torch(model: Model, weights: Tensor, arrays: Sequence[np.ndarray]) -> Terms:
+def _by_torch(model: Model, weights: np.ndarray, arrays: Sequence[np.ndarray]) -> Terms:
     """Predictions of one member, (1, sample, ...), by the model's own evaluation."""
     chunks = []
     for start in range(0, arrays[0].shape[1], CHUNK):
         part = [np.ascontiguousarray(array[:, start : start + CHUNK]) for array in arrays]
         prepared = {name: torch.from_numpy(array) for name, array in model.prepare(*part).items()}
         with torch.no_grad():
-            terms = model.evaluate(weights, prepared, mass=True)
+            terms = model.evaluate(torch.from_numpy(weights), prepared, mass=True)
             acceleration = terms.acceleration
             if acceleration is None and terms.mass is not None:
                 measured = torch.from_numpy(part[2])
@@ -97,7 +104,7 @@ def _split(model: Model, rows: np.ndarray) -> Terms:
     )
 
 
-def at_rest(model: Model, parameters: Tensor, q: np.ndarray) -> Terms:
+def at_rest(model: Model, parameters: np.ndarray, q: np.ndarray) -> Terms:
     """Predictions at positions q (member, sample, n_q) without motion or force."""
     zero = np.zeros_like(q)
     return predict(model, parameters, q, zero, zero, zero)

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from torch import Tensor
 
 from repro.data.dataset import Dataset
 from repro.evaluation.metrics import MetricValues
@@ -61,7 +60,7 @@ class Driven:
         return model_motion(self.model, weights, initial, held, self.part.time_step, self.part.angles, system)
 
 
-def first_points(model: Model, parameters: Tensor, part: Dataset, system: System | None = None) -> ModelRollout:
+def first_points(model: Model, parameters: np.ndarray, part: Dataset, system: System | None = None) -> ModelRollout:
     """Roll the model out over the first test points, as in Fig. 4."""
     points = min(POINTS, part.samples)
     driven = Driven(model, part, system)
@@ -69,7 +68,7 @@ def first_points(model: Model, parameters: Tensor, part: Dataset, system: System
     plant = np.concatenate([part.q, part.qd], axis=-1)[:, :points]
     states = plant.copy()
     for start, stop in _segments(part.episode[:points]):
-        rolled = driven.simulate(parameters.double().numpy(), plant[:, start], held[:, start : stop - 1])
+        rolled = driven.simulate(np.asarray(parameters, dtype=float), plant[:, start], held[:, start : stop - 1])
         states[:, start:stop] = rolled
     euler = plant.copy()
     predicted = predict(model, parameters, *(array[:, :points] for array in (part.q, part.qd, part.qdd, part.tau)))
@@ -92,7 +91,7 @@ def rollout_errors(rollout: ModelRollout, split: str, part: Dataset) -> Iterator
 
 
 def one_step_errors(
-    model: Model, parameters: Tensor, part: Dataset, split: str, system: System | None = None
+    model: Model, parameters: np.ndarray, part: Dataset, split: str, system: System | None = None
 ) -> Iterator[MetricValues]:
     """Mean errors of velocities after one sample time of the model's exact flow, over the first test points."""
     inside = np.flatnonzero(np.diff(part.episode[: min(POINTS, part.samples)]) == 0)
@@ -102,7 +101,7 @@ def one_step_errors(
     flat = states[:, inside].reshape(-1, states.shape[-1])
     driven = Driven(model, part, system)
     held = driven.held[:, inside]
-    weights = np.repeat(parameters.double().numpy(), len(inside), axis=0)
+    weights = np.repeat(np.asarray(parameters, dtype=float), len(inside), axis=0)
     following = driven.simulate(weights, flat, held.reshape(len(flat), 1, -1))[:, 1]
     error = np.abs(following.reshape(part.members, len(inside), -1) - states[:, inside + 1])
     error = np.where(np.isfinite(error), error, np.inf)
@@ -112,7 +111,7 @@ def one_step_errors(
 
 
 def window_error(
-    model: Model, parameters: Tensor, part: Dataset, split: str, system: System | None = None
+    model: Model, parameters: np.ndarray, part: Dataset, split: str, system: System | None = None
 ) -> Iterator[MetricValues]:
     """Relative error over 2 s windows, as Finzi et al. (2020): the geometric mean of |z - z'| / (|z| + |z'|).
 
@@ -129,7 +128,7 @@ def window_error(
     all_held = driven.held
     held = np.stack([all_held[:, s : s + steps] for s in starts], axis=1)
     shape = true.shape
-    weights = np.repeat(parameters.double().numpy(), len(starts), axis=0)
+    weights = np.repeat(np.asarray(parameters, dtype=float), len(starts), axis=0)
     rolled = driven.simulate(weights, true[:, :, 0].reshape(-1, shape[-1]), held.reshape(-1, *held.shape[2:]))
     z, z_hat = (_embedded(array, true[:, :, :1], part)[:, :, 1:] for array in (true, rolled.reshape(shape)))
     distance = np.linalg.norm(z - z_hat, axis=-1)

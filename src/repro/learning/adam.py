@@ -46,14 +46,20 @@ class Adam(Options, Optimiser):
     A member whose loss is no longer finite is put back to its last finite weights and left there.
     """
 
-    def fit(self, problem: TrainingProblem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
+    def fit(
+        self,
+        problem: TrainingProblem,
+        parameters: np.ndarray | Tensor,
+        progress: Progress,
+        checkpoint: Checkpoint,
+    ) -> Fitted:
         """Train from `parameters` (member, n_parameters)."""
         dtype, real = (torch.float64, np.float64) if self.precision == "float64" else (torch.float32, np.float32)
         compiled = native(problem, real) if self.engine == "auto" else None
         problem = problem if compiled is not None else problem.cast(dtype)
         state = checkpoint.load()
         if not isinstance(state, AdamState):
-            state = AdamState.start(parameters.to(dtype))
+            state = AdamState.start(torch.as_tensor(parameters).to(dtype))
         batches = math.ceil(problem.samples / self.batch_size)
         every = max(1, self.epochs // self.curve_points)
         for epoch in range(state.epoch, self.epochs):

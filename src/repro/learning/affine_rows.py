@@ -2,9 +2,7 @@
 
 from dataclasses import dataclass
 
-import torch
-from torch import Tensor
-
+from repro.codegen.lazy_torch import Tensor, torch
 from repro.learning.objective_options import EnergyForm, Equation
 from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.models.lagrangian import Lagrangian
@@ -55,6 +53,6 @@ def affine_rows(model: Lagrangian, task: TrainingTask) -> AffineRows:
         value = torch.full_like(known, sign)
         parts.append((scale * value, scale * slope, torch.zeros_like(z), scale * energy, scale * known))
     value, slope, curvature, potential, right = (torch.cat(part, dim=2) for part in zip(*parts, strict=True))
-    weight = torch.ones_like(kinetic[:, :, 0, 0]) if task.sample_weight is None else task.sample_weight
+    weight = torch.ones_like(kinetic[:, :, 0, 0]) if task.sample_weight is None else torch.as_tensor(task.sample_weight)
     bends = bends if objective.mass else bends[:, :, :0]
     return AffineRows(z[:, :, 0], zdot[:, :, 0], value, slope, curvature, potential, right, bends, weight)

@@ -7,7 +7,6 @@ divided by the length of the window (N, N m). The force is held from sample to s
 """
 
 import numpy as np
-import torch
 from numpy.polynomial.legendre import leggauss
 
 from repro.data.dataset import Dataset
@@ -37,7 +36,7 @@ def balance_task(
     path = _hermite(dataset.q, dataset.qd, sample, step[..., None], (places + 1) / 2)
     tau = np.broadcast_to(dataset.tau[:, sample, None], path[0].shape)
     measured = {
-        name: torch.from_numpy(np.ascontiguousarray(values.reshape(*values.shape[:2], -1, values.shape[-1])))
+        name: np.ascontiguousarray(values.reshape(*values.shape[:2], -1, values.shape[-1]))
         for name, values in zip(("q", "qd", "qdd", "tau"), (*path, tau), strict=True)
     }
     duration = step.sum(1, keepdims=True)
@@ -46,8 +45,8 @@ def balance_task(
     if error_scale is not None:
         last = first + intervals
         mean = (dataset.qd[:, last] - dataset.qd[:, first]) / duration[..., 0]
-        weight = torch.from_numpy(1 / (1 + (mean**2).sum(-1) / error_scale**2))
-    return TrainingTask(model, objective, measured, weight, share=torch.from_numpy(share.copy()))
+        weight = 1 / (1 + (mean**2).sum(-1) / error_scale**2)
+    return TrainingTask(model, objective, measured, weight, share=share.copy())
 
 
 def _starts(episode: np.ndarray, intervals: int) -> np.ndarray:

@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-import torch
-from torch import Tensor
 
+from repro.codegen.lazy_torch import Tensor
 from repro.learning.least_squares import regression, solve
 from repro.learning.optimiser import Optimiser
 from repro.learning.optimisers.basis_selection import Options
@@ -23,11 +22,17 @@ class Selection(Options, Optimiser):
     derivative dF/dt) cannot be seen in tau: it is dropped and named in the notes.
     """
 
-    def fit(self, problem: TrainingProblem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
+    def fit(
+        self,
+        problem: TrainingProblem,
+        parameters: np.ndarray | Tensor,
+        progress: Progress,
+        checkpoint: Checkpoint,
+    ) -> Fitted:
         """Select and fit, member by member; parameters (member, n_parameters) tell the shape only."""
         solutions, gauge = [], []
         for member in range(problem.members):
-            matrix, right = regression(problem.member(member), parameters.shape[1])
+            matrix, right = regression(problem, member)
             norms = np.linalg.norm(matrix, axis=0)
             shown = np.flatnonzero(norms > 1e-10 * norms.max())
             gauge.append(sorted(set(range(len(norms))) - set(shown.tolist())))
@@ -37,7 +42,7 @@ class Selection(Options, Optimiser):
             progress((member + 1) / problem.members, f"member {member + 1}")
         names = problem.model.coefficient_names
         notes = Notes(epochs=0, gauge_columns=[names[column] for column in gauge[0]])
-        return Fitted(torch.from_numpy(np.stack(solutions)), [], ["ok"] * problem.members, notes)
+        return Fitted(np.stack(solutions), [], ["ok"] * problem.members, notes)
 
     def _select(self, matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
         if self.method == "thresholded":

@@ -5,9 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import torch
-from torch import Tensor
 
+from repro.codegen.lazy_torch import Tensor, torch
 from repro.learning.kernels.evaluations import Evaluations
 from repro.learning.members import MemberProblem
 from repro.learning.optimiser import Optimiser
@@ -33,7 +32,13 @@ class FullBatch(FullBatchOptions, Optimiser):
     def solve(self, problem: MemberProblem, start: np.ndarray, progress: Progress) -> Solution:
         """Fit one member from the weights `start` (n_parameters,); `problem.look` at a step's weights is followed."""
 
-    def fit(self, problem: TrainingProblem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
+    def fit(
+        self,
+        problem: TrainingProblem,
+        parameters: np.ndarray | Tensor,
+        progress: Progress,
+        checkpoint: Checkpoint,
+    ) -> Fitted:
         """Train from `parameters` (member, n_parameters); the result is float64."""
         reduced = problem.subsample(self.samples)
         evaluations = Evaluations(USUAL_MEMBERS * self.evaluations, sum(task.samples for task in reduced.tasks))
@@ -42,7 +47,7 @@ class FullBatch(FullBatchOptions, Optimiser):
         for number in range(len(done), problem.members):
             member = MemberProblem(reduced.member(number), evaluations)
             share = _share(progress, number, problem.members)
-            solution = self.solve(member, parameters[number].double().numpy(), share)
+            solution = self.solve(member, np.asarray(parameters[number], dtype=float), share)
             done.append((*solution, member.watched))
             checkpoint.save(done)
         weights, losses, status, watched = zip(*done, strict=True)

@@ -15,8 +15,8 @@ class IntegratedRows:
         assert task.share is not None
         self.inverse, measured = inverse_model(task.model), task.measured
         self.points = np.concatenate([measured[name][0].numpy() for name in ("q", "qd", "qdd")], axis=-1)
-        self.tau, self.share = measured["tau"][0].numpy(), task.share[0].numpy()
-        weight = np.ones(len(self.share)) if task.sample_weight is None else task.sample_weight[0].numpy()
+        self.tau, self.share = measured["tau"][0].numpy(), np.asarray(task.share[0])
+        weight = np.ones(len(self.share)) if task.sample_weight is None else np.asarray(task.sample_weight[0])
         self.factor = np.sqrt(weight / len(self.share))
 
     def loss(self, parameters: np.ndarray) -> float:

@@ -1,19 +1,23 @@
 """Closed-form least squares for models that are linear in their parameters: the oracle of every table."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
+from functools import lru_cache
 
+import casadi
 import numpy as np
-import torch
 from scipy.linalg import lstsq, qr
-from torch import Tensor
 
+from repro.codegen.array_evaluation import evaluate
+from repro.codegen.lazy_torch import Tensor
 from repro.codegen.point_function import LEAST_POINTS
+from repro.learning.objective import Objective
 from repro.learning.optimiser import Optimiser
 from repro.learning.optimisers.least_squares import Options
 from repro.learning.result import Checkpoint, Fitted, Notes, Progress
-from repro.learning.training_problem import TrainingProblem
+from repro.learning.symbolic import COLUMNS, residual, symbols
+from repro.learning.training_problem import TrainingProblem, TrainingTask
+from repro.models.model import Model
 
 BLOCK = LEAST_POINTS  # samples at a time: their features are compiled, and never stored together
 
@@ -26,11 +30,17 @@ class LeastSquares(Options, Optimiser):
     at the start, which is where gradient descent would leave it too. A later phase is nearest to the one before.
     """
 
-    def fit(self, problem: TrainingProblem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
+    def fit(
+        self,
+        problem: TrainingProblem,
+        parameters: np.ndarray | Tensor,
+        progress: Progress,
+        checkpoint: Checkpoint,
+    ) -> Fitted:
         """Solve each member's problem; the start `parameters` (member, n_parameters) tell at least the shape."""
         solutions, ranks = [], []
-        for member, start in enumerate(parameters.double().numpy()):
-            matrix, right = regression(problem.member(member), parameters.shape[1])
+        for member, start in enumerate(np.asarray(parameters, dtype=float)):
+            matrix, right = regression(problem, member)
             origin = start.copy() if self.regularise_towards == "start" else np.zeros_like(start)
             origin[problem.model.fixed] = start[problem.model.fixed]
             matrix[:, problem.model.fixed], right = 0.0, right - matrix @ origin
@@ -40,31 +50,45 @@ class LeastSquares(Options, Optimiser):
             ranks.append(rank)
             progress((member + 1) / problem.members, f"member {member + 1}")
         notes = Notes(rank=ranks, epochs=0)
-        return Fitted(torch.from_numpy(np.stack(solutions)), [], ["ok"] * problem.members, notes)
+        return Fitted(np.stack(solutions), [], ["ok"] * problem.members, notes)
 
 
-def regression(problem: TrainingProblem, n_parameters: int) -> tuple[np.ndarray, np.ndarray]:
-    """Matrix (at most n_parameters + 1 rows) and right-hand side of a one-member problem linear in its parameters.
+def regression(problem: TrainingProblem, member: int) -> tuple[np.ndarray, np.ndarray]:
+    """Matrix (at most n_parameters + 1 rows) and right-hand side of one member's problem, linear in its parameters.
 
     They are the triangle of all rows of the problem: the same least squares, norms and singular values.
     """
-    rows = _triangle(_blocks(problem, n_parameters))
+    rows = _triangle(block for task in problem.tasks for block in _blocks(task, member))
     return rows[:, :-1], rows[:, -1]
 
 
-def _blocks(problem: TrainingProblem, n_parameters: int) -> Iterator[np.ndarray]:
-    """Rows [Jacobian, -residual] of a linear problem, for some samples at a time."""
-    zero = torch.zeros(1, n_parameters, dtype=torch.float64)
-    for task in problem.tasks:
-        for start in range(0, task.samples, BLOCK):
-            part = task.changed(partial(_cut, start))
-            rows, jacobian = replace(problem, tasks=[part]).linearise(zero)
-            share = (part.samples / task.samples) ** 0.5
-            yield share * np.column_stack([jacobian[0].numpy(), -rows[0].numpy()])
+def _blocks(task: TrainingTask, member: int) -> Iterator[np.ndarray]:
+    """Rows [Jacobian, -residual] of a member's linear task, for some samples at a time."""
+    weight = task.sample_weight
+    weight = np.ones(task.samples) if weight is None else np.asarray(weight[member])
+    share = None if task.share is None else np.asarray(task.share[member])
+    recorded = {name: np.asarray(array[member]) for name, array in task.recorded.items()}
+    columns = [recorded.get(name, np.zeros((*recorded["q"].shape[:-1], 1))) for name in COLUMNS[:5]]
+    columns[4] = columns[4].reshape(*recorded["q"].shape[:-1], 1)
+    function, n = linear_rows(task.model, task.objective), 1 + task.model.n_parameters
+    for start in range(0, task.samples, BLOCK):
+        part = slice(start, start + BLOCK)
+        rows = evaluate(function, *(column[part] for column in columns))
+        if share is not None:
+            rows = np.einsum("wn,wni->wi", share[part], rows)
+        yield ((weight[part, None] / task.samples) ** 0.5 * rows).reshape(-1, n)
 
 
-def _cut(start: int, tensor: Tensor) -> Tensor:
-    return tensor[:, start : start + BLOCK]
+@lru_cache(maxsize=16)
+def linear_rows(model: Model, objective: Objective) -> casadi.Function:
+    """[Jacobian, -residual] row by row, at weights of zero, as a function of q, qd, qdd, tau and energy."""
+    s = symbols(model)
+    rows = residual(model, objective, s)
+    both = casadi.horzcat(casadi.jacobian(rows, s.parameters), -rows)
+    at_zero = casadi.substitute(
+        casadi.vec(both.T), casadi.vertcat(s.parameters, s.weight), casadi.vertcat(0 * s.parameters, 1)
+    )
+    return casadi.Function("linear_rows", s.inputs[:5], [casadi.densify(at_zero)], {"cse": True})
 
 
 def _triangle(blocks: Iterable[np.ndarray]) -> np.ndarray:

@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-import torch
 
+from repro.codegen.lazy_torch import torch
 from repro.learning.integrated_rows import IntegratedRows, integrated_rows
 from repro.learning.kernels.evaluations import ENDLESS, Evaluations
 from repro.learning.kernels.generated import NormalEquations, normal_equations

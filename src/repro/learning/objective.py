@@ -3,9 +3,7 @@
 from dataclasses import dataclass
 from typing import assert_never
 
-import torch
-from torch import Tensor
-
+from repro.codegen.lazy_torch import Tensor, torch
 from repro.learning.objective_options import EnergyForm, Equation
 from repro.models.terms import Terms
 

@@ -2,8 +2,9 @@
 
 from abc import ABC, abstractmethod
 
-from torch import Tensor
+import numpy as np
 
+from repro.codegen.lazy_torch import Tensor
 from repro.learning.optimiser_options import OptimiserOptions
 from repro.learning.result import Checkpoint, Fitted, Progress
 from repro.learning.training_problem import TrainingProblem
@@ -13,5 +14,11 @@ class Optimiser(OptimiserOptions, ABC):
     """A way to fit all members of a problem; its options are the fields of a frozen dataclass."""
 
     @abstractmethod
-    def fit(self, problem: TrainingProblem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
+    def fit(
+        self,
+        problem: TrainingProblem,
+        parameters: np.ndarray | Tensor,
+        progress: Progress,
+        checkpoint: Checkpoint,
+    ) -> Fitted:
         """Start from `parameters` (member, n_parameters) and return the fitted ones."""

@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 from typing import Protocol, TypedDict
 
 import numpy as np
-from torch import Tensor
+
+from repro.codegen.lazy_torch import Tensor
 
 Curve = list[tuple[int, str, np.ndarray]]  # (step, name, one value per member)
 
@@ -31,11 +32,11 @@ class Fitted:
     information: Fisher information of the weights (member, n_parameters, n_parameters), where the fit has one.
     """
 
-    parameters: Tensor
+    parameters: np.ndarray | Tensor
     curves: Curve = field(default_factory=list)
     status: list[str] = field(default_factory=list)  # "ok" or "diverged at step k", one per member
     notes: Notes = field(default_factory=Notes)
-    information: Tensor | None = None
+    information: np.ndarray | None = None
 
 
 class Checkpoint(Protocol):

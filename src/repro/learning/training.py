@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import torch
-from torch import Tensor
+import numpy as np
 
+from repro.codegen.lazy_torch import Tensor
 from repro.data.dataset import Dataset
 from repro.learning.objective import Objective
 from repro.learning.optimiser import Optimiser
@@ -34,7 +34,7 @@ class Phase:
 def train(
     phases: Sequence[Phase],
     optimiser: Optimiser,
-    parameters: Tensor,
+    parameters: np.ndarray | Tensor,
     progress: Progress = silent,
     checkpoint: Checkpoint | None = None,
 ) -> Fitted:
@@ -69,8 +69,8 @@ def make_task(
         measured["energy"] = dataset.energy
     weight = None
     if error_scale is not None:
-        weight = torch.from_numpy(1 / (1 + (dataset.qdd**2).sum(-1) / error_scale**2))
-    return TrainingTask(model, objective, {name: torch.from_numpy(array) for name, array in measured.items()}, weight)
+        weight = 1 / (1 + (dataset.qdd**2).sum(-1) / error_scale**2)
+    return TrainingTask(model, objective, measured, weight)
 
 
 @dataclass(frozen=True)

@@ -1,14 +1,13 @@
 """A fitting problem: one model, one or more datasets with an objective each, and the l1 terms of (7a)."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import torch
-from torch import Tensor
 
+from repro.codegen.lazy_torch import Tensor, torch
 from repro.learning.objective import Objective
 from repro.learning.watch import Watch
 from repro.models.model import Model, Prepared
@@ -17,19 +16,24 @@ from repro.models.terms import Terms
 
 @dataclass(frozen=True)
 class TrainingTask:
-    """A model's objective on a dataset; every tensor is (member, sample, ...).
+    """A model's objective on a dataset; every array is (member, sample, ...).
 
-    measured: q, qd, qdd, tau, and the energy where it is known; known: what the model needs of them, where it has been
+    recorded: q, qd, qdd, tau, and the energy where it is known; known: what the model needs of them, where it has been
     computed already. share: (member, sample, node) where a row is a weighted sum over nodes, as in an integral; then
-    measured and known are (member, sample, node, ...).
+    recorded and known are (member, sample, node, ...).
     """
 
     model: Model
     objective: Objective
-    measured: dict[str, Tensor]
-    sample_weight: Tensor | None = None
+    recorded: Mapping[str, np.ndarray | Tensor]
+    sample_weight: np.ndarray | Tensor | None = None
     known: Prepared | None = None
-    share: Tensor | None = None
+    share: np.ndarray | Tensor | None = None
+
+    @cached_property
+    def measured(self) -> dict[str, Tensor]:
+        """The recorded arrays as tensors, on the same memory."""
+        return {name: torch.as_tensor(array) for name, array in self.recorded.items()}
 
     @cached_property
     def prepared(self) -> Prepared:
@@ -51,7 +55,7 @@ class TrainingTask:
     @property
     def samples(self) -> int:
         """Number of samples per member."""
-        return self.measured["qd"].shape[1]
+        return self.recorded["qd"].shape[1]
 
     def select(self, index: Tensor) -> "TrainingTask":
         """The samples `index` (member, batch) of each member."""
@@ -62,7 +66,7 @@ class TrainingTask:
         """The same task for one member alone."""
         return self.changed(lambda tensor: tensor[index : index + 1])
 
-    def cast(self, dtype: torch.dtype) -> "TrainingTask":
+    def cast(self, dtype: "torch.dtype") -> "TrainingTask":
         """The same task in another floating-point type; what the model needs is computed before it is rounded."""
         if dtype == self.measured["qd"].dtype:
             return self
@@ -73,10 +77,10 @@ class TrainingTask:
         prepared = vars(self).get("prepared", self.known)
         return replace(
             self,
-            measured={name: change(tensor) for name, tensor in self.measured.items()},
-            sample_weight=None if self.sample_weight is None else change(self.sample_weight),
+            recorded={name: change(tensor) for name, tensor in self.measured.items()},
+            sample_weight=None if self.sample_weight is None else change(torch.as_tensor(self.sample_weight)),
             known=None if prepared is None else {name: change(tensor) for name, tensor in prepared.items()},
-            share=None if self.share is None else change(self.share),
+            share=None if self.share is None else change(torch.as_tensor(self.share)),
         )
 
     def rows(self, terms: Terms) -> Tensor:
@@ -85,9 +89,9 @@ class TrainingTask:
             rows = self.objective.rows(terms, self.measured)
         else:
             of_nodes = self.objective.rows(terms, _flat(self.measured))
-            rows = (of_nodes.unflatten(1, self.share.shape[1:]) * self.share.unsqueeze(-1)).sum(2)
+            rows = (of_nodes.unflatten(1, self.share.shape[1:]) * torch.as_tensor(self.share).unsqueeze(-1)).sum(2)
         if self.sample_weight is not None:
-            rows = rows * self.sample_weight.sqrt().unsqueeze(-1)
+            rows = rows * torch.as_tensor(self.sample_weight).sqrt().unsqueeze(-1)
         return rows / math.sqrt(self.samples)
 
 
@@ -142,7 +146,7 @@ class TrainingProblem:
             jacobians.append(jacobian.flatten(1, 2))
         return torch.cat(values, dim=1), torch.cat(jacobians, dim=1)
 
-    def cast(self, dtype: torch.dtype) -> "TrainingProblem":
+    def cast(self, dtype: "torch.dtype") -> "TrainingProblem":
         """The same problem in another floating-point type."""
         l1 = None if self.l1 is None else self.l1.to(dtype)
         return replace(self, tasks=[task.cast(dtype) for task in self.tasks], l1=l1)

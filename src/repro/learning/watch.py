@@ -1,15 +1,15 @@
 """What is looked at while a fit goes on, to be drawn beside its loss."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
 import numpy as np
-import torch
-from torch import Tensor
 
+from repro.codegen.lazy_torch import Tensor, torch
 from repro.data.dataset import Dataset
 from repro.mechanics.system import System
-from repro.models.model import Model, Prepared
+from repro.models.model import Model
 from repro.models.passivity_margin import States, worst_margin
 from repro.models.terms import least_eigenvalue
 
@@ -61,19 +61,20 @@ class InertiaWatch:
     always: ClassVar[bool] = False
 
     model: Model
-    prepared: Prepared
+    prepared: Mapping[str, np.ndarray]
 
     @classmethod
     def over(cls, model: Model, part: Dataset) -> "InertiaWatch":
         """Over at most `STATES` samples of a dataset, evenly spread."""
         index = np.linspace(0, part.samples - 1, min(STATES, part.samples)).astype(int)
         arrays = (np.ascontiguousarray(array[:, index]) for array in (part.q, part.qd, part.qdd, part.tau))
-        return cls(model, {name: torch.from_numpy(array) for name, array in model.prepare(*arrays).items()})
+        return cls(model, model.prepare(*arrays))
 
     def __call__(self, parameters: Tensor) -> np.ndarray:
         """Least eigenvalue (member,) at weights (member, n_parameters)."""
+        prepared = {name: torch.from_numpy(array) for name, array in self.prepared.items()}
         with torch.no_grad():
-            mass = self.model.evaluate(parameters.double(), self.prepared, mass=True).mass
+            mass = self.model.evaluate(parameters.double(), prepared, mass=True).mass
         return least_eigenvalue(mass.numpy())
 
     def member(self, index: int) -> "InertiaWatch":

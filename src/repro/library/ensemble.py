@@ -4,7 +4,6 @@ import time
 from collections.abc import Sequence
 
 import numpy as np
-import torch
 
 from repro.data.dataset import Dataset
 from repro.learning.objective_options import Equation
@@ -50,7 +49,7 @@ def fit_ensemble(
 ) -> tuple[Fitted, float]:
     """Fit and return the result with the CPU seconds it took; without weights to fit the start is the result."""
     generators = [np.random.default_rng([seed, 1]) for seed in data.seeds]
-    parameters = torch.from_numpy(model.initial(generators))
+    parameters = model.initial(generators)
     if training is None or model.fixed == slice(0, model.n_parameters):
         return Fitted(parameters, status=["ok"] * len(parameters), notes={"epochs": 0}), 0.0
     phases = phases_of(model, training.objective, training.sequence, data)

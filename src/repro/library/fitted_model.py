@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import casadi
 import numpy as np
-import torch
 from numpy.typing import ArrayLike
 
 from repro.codegen.array_evaluation import evaluate
@@ -110,7 +109,7 @@ class FittedModel:
         shape = np.broadcast_shapes(np.shape(q), np.shape(qd))[:-1]
         kinetic, potential = self._defined("kinetic", terms), self._defined("potential", terms)
         if canonical:
-            rest = at_rest(self.model, self._parameters, flat_q)
+            rest = at_rest(self.model, self.weights_, flat_q)
             kinetic = kinetic - rest.kinetic - (rest.momentum * flat_qd).sum(-1)
             potential = potential - rest.kinetic
         values = kinetic, potential, terms.hamiltonian(flat_qd)
@@ -184,7 +183,7 @@ class FittedModel:
         from repro.library.datasets import for_members
 
         part = for_members(self.data if data is None else data, self.members).test
-        metrics = pointwise(self.model, self._parameters, part, self.system, "test", Gauge.CANONICAL)
+        metrics = pointwise(self.model, self.weights_, part, self.system, "test", Gauge.CANONICAL)
         rows = {metric.name: (metric.unit, *metric.values) for metric in metrics}
         return pd.DataFrame.from_dict(rows, orient="index", columns=["unit", *self.seeds])
 
@@ -242,10 +241,6 @@ class FittedModel:
             f"{self.seconds_:.2f} CPU s<table><tr><th>median on test data</th><th></th></tr>{body}</table>"
         )
 
-    @property
-    def _parameters(self) -> torch.Tensor:
-        return torch.from_numpy(self.weights_)
-
     @cached_property
     def _port(self) -> casadi.Function:
         q, qd = casadi.SX.sym("q", self.model.n_q), casadi.SX.sym("qd", self.model.n_q)
@@ -274,7 +269,7 @@ class FittedModel:
             raise UserError(f"arrays of shape {given[0].shape}: the last axis needs {self.model.n_q} coordinates")
         flat = [np.repeat(a.reshape(1, -1, self.model.n_q), self.members, axis=0) for a in given]
         padded = flat + [np.zeros_like(flat[0])] * (4 - len(flat))
-        return predict(self.model, self._parameters, *padded), flat
+        return predict(self.model, self.weights_, *padded), flat
 
     def _defined(self, name: str, terms: Terms) -> np.ndarray:
         value = getattr(terms, name)

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from repro.data.dataset import Dataset
 from repro.learning.objective_options import ObjectiveOptions
 from repro.learning.optimiser_options import OptimiserOptions
@@ -92,9 +94,8 @@ def fit(
     built = _model(model, basis, whole, system)
     trained = TrainingData([whole], free, system, numbers)
     fitted, seconds = fit_ensemble(built, training, trained, progress)
-    return FittedModel(
-        built, fitted.parameters.double().numpy(), numbers, whole, tuple(fitted.status), seconds, fitted.curves, system
-    )
+    weights = np.asarray(fitted.parameters, dtype=float)
+    return FittedModel(built, weights, numbers, whole, tuple(fitted.status), seconds, fitted.curves, system)
 
 
 def _model(

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 from typing import assert_never
 
 import numpy as np
-import torch
 
 from repro.codegen.array_evaluation import evaluate
+from repro.codegen.lazy_torch import torch
 from repro.data.dataset import Dataset
 from repro.errors import UserError
 from repro.learning.balance import balance_task
@@ -105,7 +105,7 @@ def _watches(model: Model, count: int, data: TrainingData) -> list[Watch]:
     return watches
 
 
-def _l1(model: Model, objective: ObjectiveOptions) -> torch.Tensor | None:
+def _l1(model: Model, objective: ObjectiveOptions) -> "torch.Tensor | None":
     learned = without_damping(model)
     if not isinstance(learned, Lagrangian) or not (objective.l1_kinetic or objective.l1_potential):
         return None

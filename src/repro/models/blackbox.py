@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import casadi
 import numpy as np
-from torch import Tensor
 
+from repro.codegen.lazy_torch import Tensor
 from repro.models.features import FeatureMap
 from repro.models.model import EnergyExpressions, Model, Prepared
 from repro.models.model_options import Activation

@@ -5,9 +5,8 @@ from dataclasses import replace
 
 import casadi
 import numpy as np
-import torch
-from torch import Tensor
 
+from repro.codegen.lazy_torch import Tensor, torch
 from repro.mechanics.coordinate import joint_rates
 from repro.mechanics.system import SLIDING
 from repro.models.model import EnergyExpressions, Model, Prepared

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import casadi
 import numpy as np
-from torch import Tensor
 
+from repro.codegen.lazy_torch import Tensor
 from repro.errors import UserError
 from repro.mechanics.inputs import input_matrix
 from repro.mechanics.system import System

@@ -1,15 +1,14 @@
 """A model that is written as CasADi expressions alone: what the engines need of it follows by differentiation."""
 
-from collections.abc import Callable
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import casadi
 import numpy as np
-import torch
-from torch import Tensor
 
 from repro.codegen.array_evaluation import evaluate
+from repro.codegen.lazy_torch import Tensor, torch
 from repro.models.model import Model, Prepared
 from repro.models.terms import Terms, symmetric
 
@@ -28,13 +27,16 @@ class ExpressionModel(Model):
 
     def outputs(self, parameters: Tensor, prepared: Prepared, mass: bool) -> list[Tensor]:
         """The output stack (member, sample, n_rows)."""
-        return [_evaluated(parameters, prepared["samples"], self)]
+        from repro.models.expression_gradient import evaluated
+
+        return [evaluated(parameters, prepared["samples"], self)]
 
     def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:
         """The stack, taken apart."""
         n_q = self.n_q
         sizes = [n_q, n_q, 1, 1, n_q * (n_q + 1) // 2, n_q if self.transforms else 0]
-        parts = torch.split(outputs[0], [*sizes, outputs[0].shape[-1] - sum(sizes)], dim=-1)
+        ends = np.cumsum([0, *sizes, outputs[0].shape[-1] - sum(sizes)])
+        parts = (outputs[0][..., start:end] for start, end in pairwise(ends))
         tau, momentum, kinetic, potential, mass, transformed, port_error = parts
         return Terms(
             tau=tau,
@@ -46,9 +48,14 @@ class ExpressionModel(Model):
             port_error=port_error,
         )
 
+    def without_weights(self, samples: np.ndarray) -> Terms:
+        """The terms, as arrays, of a model without weights; samples (..., 4 n_q) are q, qd, qdd, tau."""
+        stack: Any = evaluate(self.forward, samples)
+        return self.terms([stack], {})
+
     def vjp(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
         """Gradients with respect to all weights, (member, row, sample, n_parameters)."""
-        arrays = _arrays(parameters, prepared["samples"], cotangents[0])
+        arrays = arrays_of(parameters, prepared["samples"], cotangents[0])
         members = [
             np.stack([evaluate(self._reverse, samples, row, weights) for row in rows])
             for weights, samples, rows in zip(*arrays, strict=True)
@@ -82,27 +89,6 @@ class ExpressionModel(Model):
         return casadi.vertcat(q, qd, qdd, tau), parameters, stack
 
 
-class _Evaluated(torch.autograd.Function):
-    """The output stack as a differentiable function of the weights."""
-
-    @staticmethod
-    def forward(ctx: Any, parameters: Tensor, samples: Tensor, model: ExpressionModel) -> Tensor:
-        ctx.model = model
-        ctx.save_for_backward(parameters, samples)
-        pairs = zip(*_arrays(parameters, samples), strict=True)
-        stacks = [evaluate(model.forward, of_member, weights) for weights, of_member in pairs]
-        return torch.from_numpy(np.stack(stacks)).to(parameters.dtype)
-
-    @staticmethod
-    def backward(ctx: Any, *cotangents: Tensor) -> Any:
-        parameters, samples = ctx.saved_tensors
-        rows = cotangents[0].unsqueeze(1)
-        return ctx.model.vjp(parameters, {"samples": samples}, [rows]).sum((1, 2)), None, None
-
-
-# torch does not annotate `apply`
-_evaluated: Callable[[Tensor, Tensor, ExpressionModel], Tensor] = _Evaluated.apply
-
-
-def _arrays(*tensors: Tensor) -> list[np.ndarray]:
+def arrays_of(*tensors: Tensor) -> list[np.ndarray]:
+    """The values of tensors in float64."""
     return [tensor.detach().double().numpy() for tensor in tensors]

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import casadi
 import numpy as np
-import torch
-from torch import Tensor
 
+from repro.codegen.lazy_torch import Tensor, torch
 from repro.mechanics.derive import euler_lagrange, solve_symmetric
 from repro.models.terms import Terms
 

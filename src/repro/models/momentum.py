@@ -5,9 +5,8 @@ from dataclasses import dataclass, field
 
 import casadi
 import numpy as np
-import torch
-from torch import Tensor
 
+from repro.codegen.lazy_torch import Tensor, torch
 from repro.models.features import FeatureMap
 from repro.models.network import Network
 from repro.models.position import PositionFeatures

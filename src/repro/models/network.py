@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 
 import casadi
 import numpy as np
-import torch
-from torch import Tensor
 
+from repro.codegen.lazy_torch import Tensor, torch
 from repro.models.model_options import Activation
 
 

@@ -4,9 +4,8 @@ from collections.abc import Sequence
 
 import casadi
 import numpy as np
-import torch
-from torch import Tensor
 
+from repro.codegen.lazy_torch import Tensor, torch
 from repro.models.features import FeatureMap
 from repro.models.model import EnergyExpressions, Model, Prepared
 from repro.models.model_options import Activation, Factor, Initialisation

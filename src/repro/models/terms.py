@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import torch
-from torch import Tensor
+
+from repro.codegen.lazy_torch import Tensor, torch
 
 Quantity = Any  # a Tensor (numpy array in evaluation), or None where the quantity is not defined
 
@@ -59,12 +59,13 @@ def _solve(matrix: Tensor, right: Tensor) -> Tensor:
     return solution.squeeze(-1)
 
 
-def symmetric(entries: Tensor, n_q: int) -> Tensor:
+def symmetric(entries: Quantity, n_q: int) -> Quantity:
     """Symmetric matrices (..., n_q, n_q) from their upper entries in row order (..., n_q (n_q + 1) / 2)."""
-    index = torch.zeros(n_q, n_q, dtype=torch.long)
-    rows, columns = torch.triu_indices(n_q, n_q)
-    index[rows, columns] = torch.arange(len(rows))
-    index[columns, rows] = torch.arange(len(rows))
+    library: Any = np if isinstance(entries, np.ndarray) else torch  # whose tensors, and indices, may lie on a device
+    index = library.zeros((n_q, n_q), dtype=library.int64)
+    rows, columns = np.triu_indices(n_q) if library is np else torch.triu_indices(n_q, n_q)
+    index[rows, columns] = library.arange(len(rows))
+    index[columns, rows] = library.arange(len(rows))
     return entries[..., index]
 
 

@@ -5,9 +5,8 @@ from dataclasses import replace
 
 import casadi
 import numpy as np
-import torch
-from torch import Tensor
 
+from repro.codegen.lazy_torch import Tensor
 from repro.models.expression import ExpressionModel
 from repro.models.model import EnergyExpressions, Prepared
 from repro.models.terms import Terms
@@ -26,9 +25,9 @@ class Trivial(ExpressionModel):
         return np.zeros((len(generators), 0))
 
     def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:
-        """Zero, wherever a number is asked for."""
+        """Zero, the acceleration like the force."""
         terms = super().terms(outputs, prepared)
-        return replace(terms, mass=None, acceleration=torch.zeros_like(terms.tau))
+        return replace(terms, mass=None, acceleration=terms.tau)
 
     def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
         """No energy."""

@@ -64,9 +64,11 @@ class OpenedRun(Run):
     @cached_property
     def parameters(self) -> "Tensor":
         """The learned weights (member, n_parameters); UserError when the model's code no longer fits them."""
+        import torch
+
         from repro.pipeline.stages.stored_fit import load_parameters
 
-        weights = load_parameters(self._fit.record.folder)
+        weights = torch.from_numpy(load_parameters(self._fit.record.folder))
         if weights.shape[1] != self.model.n_parameters:
             raise UserError(
                 f"{self.id} has {weights.shape[1]} weights per seed, its model now takes {self.model.n_parameters}: "

@@ -1,13 +1,16 @@
 """Runs those of many planned jobs that are not there yet."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from repro.config.compose import compose
+from repro.config.plugin_options import MODELS, OPTIMISERS
+from repro.config.registry import settings
 from repro.launch import cluster
 from repro.launch.board import Board
 from repro.launch.jobs import Job, JobResult, failure_table
 from repro.launch.pool import run_jobs
+from repro.plugins.plugin import plugin
 from repro.sweep.planned_job import PlannedJob, total
 from repro.tracking.cores import allowed_cores
 from repro.tracking.files import check_writable
@@ -15,13 +18,28 @@ from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.stage import Stage
 
 RUN_JOB = "repro.pipeline.run:run_job"
-# The modules that a job loads longest; the server of processes loads them once, while the jobs are planned.
-PRELOAD = ("repro.pipeline.run", "repro.recording.layout", "rerun.blueprint", "pyarrow.dataset")
+_PRELOAD = ("repro.pipeline.run", "repro.recording.layout", "rerun.blueprint", "pyarrow.dataset")
 
 
 def expected_stages(overrides: Sequence[str]) -> list[Stage]:
     """The stages of a job by the present defaults and code, the run last (for `repro status`)."""
     return PlannedJob.of(compose(overrides, Paths(outputs_root()).composed)).pipeline.stages
+
+
+def preload(jobs: Iterable[Sequence[str]]) -> tuple[str, ...]:
+    """The modules that the jobs (the overrides of each) load longest, for the server of processes to load once.
+
+    torch, the longest of all, only where a job may need it.
+    """
+    return _PRELOAD if all(map(_is_closed_form, jobs)) else (*_PRELOAD, "torch", "repro.learning.adam")
+
+
+def _is_closed_form(job: Sequence[str]) -> bool:
+    """Whether a job chooses a model without weights, or an optimiser that solves a linear problem."""
+    chosen = dict(override.split("=", 1) for override in job if override.startswith(("model=", "optimiser=")))
+    kinds = {group: settings(group, option)["kind"] for group, option in chosen.items()}
+    anchor = "model" in kinds and not plugin(MODELS, kinds["model"]).Options.fitted
+    return anchor or ("optimiser" in kinds and plugin(OPTIMISERS, kinds["optimiser"]).Options.linear_only)
 
 
 def run_missing(
@@ -65,8 +83,9 @@ def run_missing(
         results = cluster.launch(todo, where, paths.logs)
     else:
         workers = workers or allowed_cores()
+        modules = preload(job.composed.overrides for job in missing)
         with Board(todo, workers) as board:
-            results = run_jobs(todo, workers=workers, timeout_s=timeout, preload=PRELOAD, on_progress=board)
+            results = run_jobs(todo, workers=workers, timeout_s=timeout, preload=modules, on_progress=board)
     if table := failure_table(results):
         print(table)
     return results

@@ -3,10 +3,9 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
-from repro.claims.claims import Claim
-from repro.config.compose import Composed, plan
+from repro.config.compose import Composed, Overrides, plan
 from repro.data.data_options import RandomForce
 from repro.pipeline.card import card_of
 from repro.pipeline.plan import Pipeline
@@ -17,6 +16,9 @@ from repro.tracking.paths import Paths
 from repro.tracking.record import Record
 from repro.tracking.store import Store
 from repro.tracking.text import duration
+
+if TYPE_CHECKING:
+    from repro.claims.claims import Claim
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,7 @@ class PlannedJob:
         """A short name for progress lines."""
         return f"{self.pipeline.name} {self.run.rpartition('-')[2][:6]}"
 
-    def answers(self, claim: Claim) -> bool:
+    def answers(self, claim: "Claim") -> bool:
         """Whether a selector of the claim means its run, as far as the settings show before it is run."""
         return any(agrees(lambda name: as_text(self._columns.get(name)), where) for where in claim.selectors)
 
@@ -71,11 +73,13 @@ class PlannedJob:
 
 
 def plan_jobs(
-    jobs: Sequence[tuple[str, ...]], paths: Paths, on_unknown: Callable[[], None] = lambda: None
+    jobs: Sequence[Overrides],
+    paths: Paths,
+    on_unknown: Callable[[list[Overrides]], None] = lambda jobs: None,
 ) -> list[PlannedJob]:
     """Compose, check and look up the jobs (the overrides of each); UserError before anything runs.
 
-    `on_unknown` is called when there is a job that was not planned before, so that there is likely something to run.
+    `on_unknown` takes the jobs that were not planned before, where there are any: there is likely something to run.
     """
     store, measured = Store(paths.root), MeasuredStages(paths)
     planned = []

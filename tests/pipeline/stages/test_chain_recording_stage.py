@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import torch
 
 from repro.evaluation.chains import random_start
 from repro.mechanics.system import load
@@ -19,7 +18,7 @@ MODEL = Damped(Lagrangian(spring, 1), "diagonal")
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("chain")
-    weights = torch.tensor([[0.25, 10.0, 10.0, 0.3], [0.25, 12.0, 10.0, 0.3]], dtype=torch.float64)
+    weights = np.array([[0.25, 10.0, 10.0, 0.3], [0.25, 12.0, 10.0, 0.3]])
     summary = record(folder, "run-1", "a title", {"key": 1}, MODEL, weights, [3, 8], LINK, 4)
     assert summary == {"member": 3, "links": 4}
     return folder

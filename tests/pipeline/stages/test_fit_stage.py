@@ -143,7 +143,7 @@ def test_weights_and_curves_are_kept(tmp_path, recipe, data, system):
     fitted, _ = _fit(recipe(), [data], None, system)
     summary = keep(tmp_path, fitted, [3, 8], 12.5)
     assert summary == {"status": ["ok", "ok"], "seconds": 12.5, "notes": {"epochs": 20}}
-    assert torch.equal(load_parameters(tmp_path), fitted.parameters)
+    np.testing.assert_array_equal(load_parameters(tmp_path), fitted.parameters)
     table = pd.read_parquet(tmp_path / CURVES)
     assert set(table["member"]) == {3, 8} and set(table["name"]) == {"loss", "min_eig_M"}
     last = table[(table["member"] == 8)].sort_values("step")["value"].iloc[-1]

@@ -29,7 +29,13 @@ class DeviceAdam(Adam):
         settings = {field.name: getattr(adam, field.name) for field in fields(adam)}
         return cls(**settings | {"engine": "torch", "device": device})
 
-    def fit(self, problem: TrainingProblem, parameters: Tensor, progress: Progress, checkpoint: Checkpoint) -> Fitted:
+    def fit(
+        self,
+        problem: TrainingProblem,
+        parameters: np.ndarray | Tensor,
+        progress: Progress,
+        checkpoint: Checkpoint,
+    ) -> Fitted:
         """Train from `parameters` (member, n_parameters), on the host like the result; UserError without the device.
 
         Notes: the device, and why the steps are no CUDA graph, where they should be.

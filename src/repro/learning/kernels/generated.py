@@ -158,7 +158,7 @@ def pack(task: TrainingTask) -> np.ndarray:
     columns = [measured[name].double().numpy() for name in COLUMNS[:4]]
     columns.append(np.zeros((members, samples, 1)) if energy is None else energy.double().numpy()[..., None])
     weight = task.sample_weight
-    columns.append(np.ones((members, samples, 1)) if weight is None else weight.double().numpy()[..., None])
+    columns.append(np.ones((members, samples, 1)) if weight is None else np.asarray(weight, dtype=float)[..., None])
     return np.concatenate(columns, axis=-1)
 
 

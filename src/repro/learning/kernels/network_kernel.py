@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import torch
 
 from repro.codegen.c_source import c_source
+from repro.codegen.lazy_torch import torch
 from repro.learning.affine_rows import AffineRows, affine_rows, has_affine_rows
 from repro.learning.kernels.kernel import Kernel, defines, listed
 from repro.learning.training_problem import TrainingProblem, TrainingTask

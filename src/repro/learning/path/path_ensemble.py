@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import torch
 
 from repro.data.dataset import Dataset
 from repro.learning.full_batch import merge_curves
@@ -16,7 +15,7 @@ from repro.models.model import Model
 def fit_paths(model: Model, dataset: Dataset, options: PathOptions, start: Fitted, progress: Progress) -> Fitted:
     """The ensemble with weights of maximum likelihood and their information; dataset: the training part."""
     members, fits = len(start.parameters), []
-    for member, weights in enumerate(start.parameters.double().numpy()):
+    for member, weights in enumerate(np.asarray(start.parameters, dtype=float)):
 
         def of_member(fraction: float, text: str, member: int = member) -> None:
             progress((member + fraction) / members, f"path: {text}")
@@ -30,9 +29,9 @@ def fit_paths(model: Model, dataset: Dataset, options: PathOptions, start: Fitte
         own["zero_errors"] = [each.zero_errors.tolist() for each in fits]
     return replace(
         start,
-        parameters=torch.from_numpy(np.stack([each.parameters for each in fits])),
+        parameters=np.stack([each.parameters for each in fits]),
         curves=start.curves + [(offset + step, name, values) for step, name, values in curves],
         status=[old if old != "ok" else each.status for old, each in zip(start.status, fits, strict=True)],
         notes=start.notes | own,
-        information=torch.from_numpy(np.stack([each.information for each in fits])),
+        information=np.stack([each.information for each in fits]),
     )

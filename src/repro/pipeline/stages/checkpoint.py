@@ -3,8 +3,7 @@
 import time
 from pathlib import Path
 
-import torch
-
+from repro.codegen.lazy_torch import torch
 from repro.tracking.files import replacing
 
 PAUSE_SECONDS = 10.0

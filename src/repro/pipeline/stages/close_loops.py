@@ -31,7 +31,7 @@ Row = dict[str, str | int | float | bool | None]
 def make(folder: Path, options: LoopOptions, upstream: Mapping[str, Run]) -> Json:
     """Close the loops with the fitted ensemble upstream."""
     fit, inputs = upstream["fit"], upstream["fit"].upstream
-    model, weights = model_of(options.fit, inputs), load_parameters(fit.record.folder).numpy()
+    model, weights = model_of(options.fit, inputs), load_parameters(fit.record.folder)
     system, data = simulated_system(options.fit), dataset(inputs["data"])
     plan = LoopPlan(options.controller, options.task, options.loops, options.canonical)
     return drive(folder, model, weights, options.fit.seeds, system, data, plan, progress.report)

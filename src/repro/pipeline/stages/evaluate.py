@@ -7,7 +7,6 @@ from shutil import copyfile
 
 import numpy as np
 import pandas as pd
-from torch import Tensor
 
 from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
@@ -96,7 +95,7 @@ class Fit:
     """A fitted ensemble: weights (member, n_parameters), each member's seed and status, and the seconds of the fit."""
 
     model: Model
-    parameters: Tensor
+    parameters: np.ndarray
     seeds: Sequence[int]
     status: Sequence[str]
     seconds: float
@@ -198,7 +197,7 @@ def _uncertainty(fit: Fit, test: Dataset) -> Iterator[MetricValues]:
         yield MetricValues("train", f"sensor_noise[{number}]", values, "m, rad, m/s, rad/s")
     for number, zeros in enumerate(np.array(fit.notes.get("zeros", [])).T):
         yield MetricValues("train", f"encoder_zero[{number}]", zeros, "rad")
-    yield from uncertainty_metrics(fit.model, fit.parameters.numpy(), fit.information, test, "test")
+    yield from uncertainty_metrics(fit.model, fit.parameters, fit.information, test, "test")
 
 
 def _coefficients(fit: Fit) -> Json:
@@ -207,7 +206,7 @@ def _coefficients(fit: Fit) -> Json:
     if fit.information is None or not isinstance(learned, Lagrangian) or not learned.linear:
         return {}
     n_kinetic = len(learned.kinetic_features)
-    words = in_words(fit.model, fit.parameters[0].numpy(), fit.information[0], n_kinetic)
+    words = in_words(fit.model, fit.parameters[0], fit.information[0], n_kinetic)
     return {"first member": words, "cost_per_dof": float(np.median(fit.notes["cost_per_dof"]))}
 
 

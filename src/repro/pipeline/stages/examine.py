@@ -5,15 +5,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import torch
 
 from repro.data.dataset import Dataset
 from repro.evaluation.identifiability import Identifiability, identifiability
 from repro.evaluation.metrics import MetricValues
+from repro.learning.least_squares import regression
 from repro.learning.objective_options import Equation, ObjectiveOptions
 from repro.learning.sequence_options import SequenceOptions
 from repro.learning.training import Phase
-from repro.learning.training_problem import TrainingProblem
 from repro.library.phases import TrainingData, phases_of
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
@@ -50,7 +49,7 @@ def examine(model: Model, phases: Sequence[Phase]) -> dict[str, list[Identifiabi
     n_kinetic = len(model.kinetic_features)
     return {
         phase.name: [
-            identifiability(_matrix(phase.problem.member(member)), model.coefficient_names, n_kinetic)
+            identifiability(regression(phase.problem, member)[0], model.coefficient_names, n_kinetic)
             for member in range(phase.problem.members)
         ]
         for phase in phases
@@ -80,8 +79,3 @@ def keep(folder: Path, phases: dict[str, list[Identifiability]], seeds: Sequence
     ]
     table = pd.DataFrame(rows, columns=["member", "phase", "order", "value", "direction"])
     table.to_parquet(folder / FILE, index=False)
-
-
-def _matrix(problem: TrainingProblem) -> np.ndarray:
-    zero = torch.zeros(1, problem.model.n_parameters, dtype=torch.float64)
-    return problem.linearise(zero)[1][0].numpy()

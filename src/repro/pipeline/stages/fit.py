@@ -49,9 +49,9 @@ def training_data(options: FitOptions, upstream: Mapping[str, Run]) -> TrainingD
 
 def keep(folder: Path, fitted: Fitted, seeds: Sequence[int], seconds: float) -> Json:
     """Write the weights and the learning curves; return the summary."""
-    arrays = {"parameters": fitted.parameters.double().numpy(), "seeds": np.array(seeds)}
+    arrays = {"parameters": np.asarray(fitted.parameters, dtype=float), "seeds": np.array(seeds)}
     if fitted.information is not None:
-        arrays["information"] = fitted.information.numpy()
+        arrays["information"] = fitted.information
     np.savez(folder / PARAMETERS, **arrays)  # type: ignore[arg-type]
     rows = [
         (seed, step, name, float(value))

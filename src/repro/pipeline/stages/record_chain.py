@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from torch import Tensor
 
 from repro.evaluation.chains import KEPT, TIME_STEP, Motion, random_start, simulate_chain
 from repro.mechanics.system import System
@@ -35,7 +34,7 @@ def record(
     title: str,
     card: Mapping[str, object],
     model: Model,
-    parameters: Tensor,
+    parameters: np.ndarray,
     seeds: Sequence[int],
     system: System,
     links: int,
@@ -43,7 +42,7 @@ def record(
     """Write recording.rrd: 10 s of free motion of the true chain and of that of the first member."""
     start = random_start(links)
     plant = simulate_chain(ChainLink.true(system), start)
-    learned = simulate_chain(ChainLink.learned(model, parameters[0].double().numpy()), start)
+    learned = simulate_chain(ChainLink.learned(model, parameters[0]), start)
     time = np.arange(len(plant.energy)) * KEPT * TIME_STEP
     models = {f"seed {seeds[0]}": _drawn(learned)}
     write_chain_recording(folder / FILENAME, ChainRecording(run, title, card, time, _drawn(plant), models))

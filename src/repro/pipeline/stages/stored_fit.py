@@ -5,7 +5,6 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-import torch
 
 from repro.data.dataset import Dataset
 from repro.library.ensemble import build_model
@@ -33,10 +32,11 @@ def free_data(upstream: Mapping[str, Run]) -> Dataset | None:
     return dataset(upstream["free"]) if "free" in upstream else None
 
 
-def load_parameters(folder: Path) -> torch.Tensor:
+def load_parameters(folder: Path) -> np.ndarray:
     """The fitted weights (member, n_parameters)."""
     with np.load(folder / PARAMETERS) as stored:
-        return torch.from_numpy(stored["parameters"])
+        parameters: np.ndarray = stored["parameters"]
+        return parameters
 
 
 def load_information(folder: Path) -> np.ndarray | None:
@@ -67,7 +67,7 @@ def model_of(options: FitOptions, upstream: Mapping[str, Run]) -> Model:
 
 def part_of(options: FitOptions, fit: Run, seeds: Sequence[int]) -> SubModel:
     """A trained sub-model with the weights of the members of these seeds, all of which it has."""
-    weights = load_parameters(fit.record.folder).numpy()
+    weights = load_parameters(fit.record.folder)
     chosen = [options.seeds.index(seed) for seed in seeds]
     return SubModel(model_of(options, fit.upstream), weights[chosen])
 
