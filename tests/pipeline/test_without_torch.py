@@ -1,0 +1,46 @@
+"""What needs no networks loads no torch, which takes longer to load than such a run to compute."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from repro.sweep.missing import preload
+
+PROGRAM = """
+import json, sys
+from pathlib import Path
+from repro import cli
+from repro.config.compose import compose
+from repro.pipeline.run import run_job
+outputs = sys.argv[1]
+for line in json.loads(sys.argv[2]):
+    composed = compose((*line, "data.samples=100", "seeds=1"))
+    run_job(composed.config.model_dump(mode="json"), outputs, composed.command)
+assert cli.main(["identify", "basis=t1", "data.samples=100"]) == 0
+print(sorted({"torch", "jax", "sympy", "sklearn", "matplotlib"} & set(sys.modules)))
+"""
+CLOSED_FORM = ("basis=t1", "optimiser=least_squares")
+
+
+def test_closed_forms_anchors_and_identify_load_no_torch(tmp_path):
+    lines = json.dumps([CLOSED_FORM, ("model=trivial",), ("model=degenerate", "record=false")])
+    output = subprocess.run(
+        [sys.executable, "-c", PROGRAM, str(tmp_path), lines],
+        capture_output=True, text=True, check=True, env={**os.environ, "REPRO_OUTPUTS": str(tmp_path)},
+    ).stdout  # fmt: skip
+    assert output.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize(
+    "job", [CLOSED_FORM, ("model=trivial",), ("model=truth", "optimiser=thresholded_least_squares")]
+)
+def test_the_server_of_their_jobs_loads_none(job):
+    assert "torch" not in preload([job])
+
+
+@pytest.mark.parametrize("jobs", [[()], [("basis=t1",)], [CLOSED_FORM, ("model=structured",)], [("optimiser=adam",)]])
+def test_the_server_of_jobs_that_may_train_networks_loads_it(jobs):
+    assert "torch" in preload(jobs)
