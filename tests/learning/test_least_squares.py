@@ -69,6 +69,15 @@ def test_gauge_columns_get_nothing(make_problem, data):
     assert solution["xd^2 thetad^0 1"] == pytest.approx(0.4, abs=1e-6)
 
 
+def test_terms_that_are_total_derivatives_are_columns_of_exact_zeros(make_problem, data):
+    """Not of rounding, which scaled to unit norm would count as a term that the data show."""
+    model = Lagrangian(library, 2)
+    matrix, _ = regression(make_problem(model, data), 0)
+    gauge = [name for name, column in zip(model.coefficient_names, matrix.T, strict=True) if not column.any()]
+    assert "xd^0 thetad^1 cos(theta)" in gauge
+    assert all(np.linalg.norm(column) > 1e-6 for column in matrix.T if column.any())
+
+
 def test_solve_is_the_pseudo_inverse_of_the_unit_columns():
     random = np.random.default_rng(0)
     matrix = random.normal(size=(40, 6)) * 10.0 ** np.arange(6)
