@@ -11,13 +11,12 @@ from repro.claims.assumptions import load_assumptions
 from repro.claims.claims import load_claims
 from repro.claims.verdicts import Verdict, judge_all
 from repro.errors import UserError
-from repro.report.content import Content
 from repro.report.drawing import draw_all
 from repro.report.html.site import write_site
 from repro.report.paper import load_paper, paper_folder
 from repro.report.pdf.typeset import write_pdf
 from repro.report.placeholders import Texts
-from repro.report.sections import load_sections
+from repro.report.sections import Content, load_sections
 from repro.report.summary import Summary, store_summary, stored_summary, summarise
 from repro.report.tables.every import all_tables
 from repro.report.tables.sensitivity import sensitivity_table
@@ -92,7 +91,8 @@ def render(results: Results, folder: Path) -> list[Verdict]:
     progress.report(0.2, "figures are drawn")
     figures = draw_all(results, effects, folder / "figures")
     texts = Texts(paper / "report", results, verdicts)
-    content = Content(load_paper(paper), results, verdicts, tables, figures, load_sections(texts), assumptions, texts)
+    sections = load_sections(texts)
+    content = Content(load_paper(paper), results, verdicts, effects, tables, figures, assumptions, sections, texts)
     progress.report(0.7, "the PDF is set")
     if texts.folder.is_dir():
         write_pdf(content, folder / "figures", paper / "report", folder / "report.pdf")

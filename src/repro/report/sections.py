@@ -3,10 +3,18 @@
 Both the page and the PDF are made from them.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+from repro.claims.assumption_effects import AssumptionEffect
+from repro.claims.assumptions import Assumption
+from repro.claims.verdicts import Verdict
 from repro.errors import UserError
+from repro.report.figures.figure import Figure
+from repro.report.paper import Paper
 from repro.report.placeholders import Texts
+from repro.report.tables.table import Table
+from repro.results.results import Results
 
 FOLDER = "sections"
 HEADINGS = ("Question", "Method", "Result", "Discussion")
@@ -31,6 +39,21 @@ class ReportSection:
     figures: tuple[str, ...]
     tables: tuple[str, ...]
     claims: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Content:
+    """Everything that a report shows, before it takes a form; the first of the tables is that of the verdicts."""
+
+    paper: Paper
+    results: Results
+    verdicts: Sequence[Verdict]
+    effects: Sequence[AssumptionEffect]
+    tables: Sequence[Table]
+    figures: Sequence[Figure]
+    assumptions: Sequence[Assumption]
+    sections: Sequence[ReportSection]
+    texts: Texts
 
 
 def load_sections(texts: Texts) -> list[ReportSection]:

@@ -103,7 +103,7 @@ def typed(name: str, rows: "pd.DataFrame | Iterable[Mapping[str, object]]") -> "
     for column, kind in schema.items():
         values = frame[column]
         if kind is str:
-            values = values.astype("object").where(values.notna(), "")
+            values = values.fillna("") if values.dtype == "str" else values.astype("object").where(values.notna(), "")
         elif kind is list:
             values = values.map(lambda entry: [] if entry is None or isinstance(entry, float) else list(entry))
         columns[column] = values.astype(PANDAS_TYPES[kind])  # type: ignore[call-overload]

@@ -51,11 +51,12 @@ def sync(path: Path) -> None:
 
 
 @contextmanager
-def replacing(path: Path, *, keep_suffix: bool = False) -> Iterator[Path]:
+def replacing(path: Path, *, keep_suffix: bool = False, forced: bool = True) -> Iterator[Path]:
     """Yield a temporary sibling to write to; when the block succeeds it is forced to disk and takes the name `path`.
 
     The file is old or new, never half, and nothing temporary stays unless the process is killed. `keep_suffix` is for
-    libraries that choose the format by the suffix. Raises DiskError where the disk is the cause.
+    libraries that choose the format by the suffix; a file of many that are made again together need not be `forced`.
+    Raises DiskError where the disk is the cause.
     """
     suffix = f"{TEMPORARY_SUFFIX}{path.suffix if keep_suffix else ''}"
     try:
@@ -63,26 +64,28 @@ def replacing(path: Path, *, keep_suffix: bool = False) -> Iterator[Path]:
         temporary = path.with_name(f"{path.name}.{os.getpid()}{suffix}")
         try:
             yield temporary
-            sync(temporary)
+            if forced:
+                sync(temporary)
             temporary.replace(path)
         finally:
             temporary.unlink(missing_ok=True)
-        sync(path.parent)
+        if forced:
+            sync(path.parent)
     except OSError as error:
         if error.errno not in _REMEDIES:
             raise
         raise DiskError(f"cannot write {path}: {_REMEDIES[error.errno]}", error.errno) from error
 
 
-def write_bytes(path: Path, content: bytes) -> None:
+def write_bytes(path: Path, content: bytes, *, forced: bool = True) -> None:
     """Write a file atomically."""
-    with replacing(path) as temporary:
+    with replacing(path, forced=forced) as temporary:
         temporary.write_bytes(content)
 
 
-def write_text(path: Path, text: str) -> None:
+def write_text(path: Path, text: str, *, forced: bool = True) -> None:
     """Write a text file atomically, UTF-8."""
-    write_bytes(path, text.encode())
+    write_bytes(path, text.encode(), forced=forced)
 
 
 def write_json(path: Path, value: Any) -> None:

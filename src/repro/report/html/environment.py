@@ -31,12 +31,12 @@ SIGNS = {
 
 def rendered(template: str, **values: Any) -> str:
     """Fill one of the templates. A name that the template needs and does not get is an error."""
-    return environment().get_template(template).render(**values)
+    return _environment().get_template(template).render(**values)
 
 
 @cache
-def environment() -> "Environment":
-    """Return the templates' environment, with escaping on."""
+def _environment() -> "Environment":
+    """The templates' environment, with escaping on."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     made = Environment(
@@ -48,20 +48,9 @@ def environment() -> "Environment":
         auto_reload=False,
     )
     made.globals["signs"] = SIGNS
-    filters: dict[str, Any] = {
-        "fact": fact,
-        "number": writing.number,
-        "prose": prose,
-        "slug": slug,
-        "symbols": symbols,
-    }
+    filters: dict[str, Any] = {"fact": fact, "number": writing.number, "prose": prose, "symbols": symbols}
     made.filters |= filters
     return made
-
-
-def slug(text: str) -> str:
-    """Write a verdict as the name of a style: not supported -> not-supported."""
-    return text.replace(" ", "-")
 
 
 def fact(value: Any) -> str:

@@ -3,7 +3,6 @@
 import base64
 import gzip
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,14 +15,6 @@ if TYPE_CHECKING:
 NAME = "interactive.html"
 
 
-@dataclass(frozen=True)
-class Embedded:
-    """One recording as text."""
-
-    run: str
-    content: str
-
-
 def write_interactive(recordings: Sequence[Path], folder: Path) -> Path:
     """Write interactive.html beside a report's pages; `recordings` are .rrd files. Return its path.
 
@@ -34,7 +25,7 @@ def write_interactive(recordings: Sequence[Path], folder: Path) -> Path:
     viewer = web_viewer()
     text = rendered(
         "interactive.html",
-        recordings=[Embedded(path.parent.name, _text(path.read_bytes())) for path in recordings],
+        recordings=[{"run": path.parent.name, "content": _text(path.read_bytes())} for path in recordings],
         viewer=_own(viewer.script),
         program=_text(gzip.compress(viewer.program, mtime=0)),
         style=_own((ASSETS / "report.css").read_text(encoding="utf-8")),

@@ -1,31 +1,52 @@
 """One run as its card shows it: what was chosen, what came out, where it comes from, how to make it again."""
 
 import json
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from statistics import median
 from typing import Any
 
-from repro.report.content import Content
-from repro.report.html.metric_rows import MetricRow, metric_rows
-from repro.report.html.references import References, references
-from repro.results.metric_names import written
+from repro.report.sections import Content
+from repro.results.metric_names import metric_named, written
 from repro.results.results import Results
-from repro.results.table_schema import CARD, as_text, plain
+from repro.results.table_schema import CARD, as_text, records
 
 NAMED_BY = ("model", "basis", "hidden", "objective", "optimiser", "sequence")
 LOOP_COLUMNS = (
     *("member", "controller", "setting", "task", "start", "x_des", "mismatch", "success", "contact"),
     *("clearance_min_m", "held_from_s", "solve_ms_median", "fallbacks"),
 )
+ONE_LOOP = ["run", "member", "controller", "start", "x_des"]
+SPLITS = {"test": "on the test set", "free": "on the test part of D_H", "train": "of the training"}
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class MetricRow:
+    """One metric: `values` holds one per member, in the order of seeds, nan where it has none."""
+
+    split: str
+    name: str
+    label: str
+    meaning: str
+    unit: str
+    median: float
+    values: tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class RunPage:
-    """One run, whatever experiments list it. A bench has no card columns and shows its comparisons."""
+    """One run, whatever experiments list it, and what it answers: claims by name, tables by name and title.
+
+    A bench has no card columns and shows its comparisons.
+    """
 
     id: str
     title: str
     experiments: tuple[str, ...]
+    claims: Sequence[str]
+    tables: Mapping[str, str]
     outcome: str = "ok"
     error: str = ""
     stale: bool = False
@@ -33,87 +54,96 @@ class RunPage:
     command: str = ""
     chosen: Mapping[str, str] = field(default_factory=dict)
     metrics: Sequence[MetricRow] = ()
-    loops: Sequence[Mapping[str, Any]] = ()
-    benches: Sequence[Mapping[str, Any]] = ()
-    stages: Sequence[Mapping[str, Any]] = ()
-    references: References = field(default_factory=References)
+    loops: Sequence[Row] = ()
+    benches: Sequence[Row] = ()
+    stages: Sequence[Row] = ()
 
 
 def run_pages(content: Content) -> list[RunPage]:
     """Make the card of every stored run, in the order of the results; a run of several experiments has one."""
-    referred = references(content)
+    claims: dict[str, list[str]] = {}
+    for verdict in content.verdicts:
+        for run in verdict.runs:
+            claims.setdefault(run, []).append(verdict.claim.name)
+    tables: dict[str, dict[str, str]] = {}
+    for table in content.tables[1:]:
+        for run in {run for row in table.rows for run in row.runs}:
+            tables.setdefault(run, {})[table.name] = table.title
     tried = content.results.sensitivity
-    cards = _cards(content, content.results, referred)
-    known = {card.id for card in cards}
-    others = _cards(content, tried.results, referred) if tried is not None else []
-    return cards + [card for card in others if card.id not in known]
+    pages: dict[str, RunPage] = {}
+    for results in [content.results] if tried is None else [content.results, tried.results]:
+        for page in _pages(results, content.paper.systems, claims, tables):
+            pages.setdefault(page.id, page)
+    return [*pages.values()]
 
 
-def _cards(content: Content, results: Results, referred: Mapping[str, References]) -> list[RunPage]:
-    tables = _Tables(results)
-    listed: dict[str, list[dict[str, Any]]] = {}
-    for row in results.runs.to_dict("records"):
-        if row["run"]:
-            listed.setdefault(row["run"], []).append({str(key): value for key, value in row.items()})
-    systems = content.paper.systems
-    cards = [_card(id, rows, tables, systems, referred.get(id, References())) for id, rows in listed.items()]
-    benches = [id for id in tables.benches if id not in listed]
-    return cards + [_bench(id, tables, referred.get(id, References())) for id in benches]
+def _pages(
+    results: Results,
+    systems: Mapping[str, str],
+    claims: Mapping[str, Sequence[str]],
+    tables: Mapping[str, Mapping[str, str]],
+) -> Iterator[RunPage]:
+    measured = _measured(results)
+    loops = _by_run(records(results.control.drop_duplicates(ONE_LOOP)))
+    benches, stages = _by_run(records(results.bench)), _by_run(records(results.stages))
+    listed = _by_run([row for row in records(results.runs) if row["run"]])
+    for id, rows in listed.items():
+        row = rows[0]
+        statuses = row["member_status"]
+        members = {int(seed): statuses[n] if n < len(statuses) else "ok" for n, seed in enumerate(row["seeds"])}
+        texts = {column: as_text(row[column]) for column in CARD}
+        named = [written(column, texts[column]) for column in NAMED_BY if texts[column]]
+        system = systems.get(texts["system"], texts["system"].replace("_", " "))
+        yield RunPage(
+            id=id,
+            title=f"{system}: {', '.join(named)}",
+            experiments=tuple(dict.fromkeys(listing["experiment"] for listing in rows)),
+            claims=claims.get(id, ()),
+            tables=tables.get(id, {}),
+            outcome=row["outcome"],
+            error=row["error"],
+            stale=row["stale"] is True,
+            members=members,
+            command=row["command"],
+            chosen={column: text for column, text in texts.items() if text},
+            metrics=_metric_rows(measured.get(id, {}), members),
+            loops=loops.get(id, ()),
+            stages=[
+                {**stage, **{name: json.loads(stage[name] or "{}") for name in ("config", "libraries")}}
+                for stage in stages.get(id, ())
+            ],
+        )
+    for id, rows in benches.items():
+        if id not in listed:
+            own = claims.get(id, ()), tables.get(id, {})
+            yield RunPage(id, "Paired timings", ("timing",), *own, command=rows[0]["command"], benches=rows)
 
 
-class _Tables:
-    """The result tables, split by run once."""
-
-    def __init__(self, results: Results) -> None:
-        first = results.metrics.drop_duplicates(["run", "member", "split", "metric"])
-        self.metrics = {str(id): rows for id, rows in first.groupby("run", sort=False)}
-        self.loops = _records(results.control.drop_duplicates(["run", "member", "controller", "start", "x_des"]))
-        self.benches = _records(results.bench)
-        self.stages = _records(results.stages)
-
-
-def _records(table: Any) -> dict[str, list[dict[str, Any]]]:
-    by_run: dict[str, list[dict[str, Any]]] = {}
-    for row in table.to_dict("records"):
-        by_run.setdefault(row["run"], []).append({str(key): plain(value) for key, value in row.items()})
+def _by_run(rows: Sequence[Row]) -> dict[str, list[Row]]:
+    by_run: dict[str, list[Row]] = {}
+    for row in rows:
+        by_run.setdefault(row["run"], []).append(row)
     return by_run
 
 
-def _card(
-    id: str, rows: Sequence[Mapping[str, Any]], tables: _Tables, systems: Mapping[str, str], referred: References
-) -> RunPage:
-    row = rows[0]
-    statuses = list(row["member_status"])
-    members = {int(seed): statuses[n] if n < len(statuses) else "ok" for n, seed in enumerate(row["seeds"])}
-    texts = {column: as_text(plain(row[column])) for column in CARD}
-    return RunPage(
-        id=id,
-        title=_title(texts, systems),
-        experiments=tuple(dict.fromkeys(str(listing["experiment"]) for listing in rows)),
-        outcome=str(row["outcome"]),
-        error=str(row["error"]),
-        stale=plain(row["stale"]) is True,
-        members=members,
-        command=str(row["command"]),
-        chosen={column: text for column, text in texts.items() if text},
-        metrics=metric_rows(tables.metrics.get(id), members),
-        loops=tables.loops.get(id, []),
-        stages=[_stage(stage) for stage in tables.stages.get(id, [])],
-        references=referred,
-    )
+def _measured(results: Results) -> dict[str, dict[tuple[str, str, str], dict[int, float]]]:
+    """Run -> (split, metric, unit) -> seed -> value."""
+    found: dict[str, dict[tuple[str, str, str], dict[int, float]]] = {}
+    columns = ("run", "split", "metric", "unit", "member", "value")
+    for run, split, name, unit, seed, value in zip(*(results.metrics[c].tolist() for c in columns), strict=True):
+        found.setdefault(run, {}).setdefault((split, name, unit), {})[seed] = value
+    return found
 
 
-def _bench(id: str, tables: _Tables, referred: References) -> RunPage:
-    rows = tables.benches[id]
-    command = str(rows[0]["command"] or "")
-    return RunPage(id, "Paired timings", ("timing",), command=command, benches=rows, references=referred)
-
-
-def _title(texts: Mapping[str, str], systems: Mapping[str, str]) -> str:
-    parts = (written(column, texts[column]) for column in NAMED_BY if texts[column])
-    system = systems.get(texts["system"], texts["system"].replace("_", " "))
-    return f"{system}: {', '.join(parts)}"
-
-
-def _stage(stage: Mapping[str, Any]) -> dict[str, Any]:
-    return {**stage, "config": json.loads(stage["config"] or "{}"), "libraries": json.loads(stage["libraries"] or "{}")}
+def _metric_rows(
+    measured: Mapping[tuple[str, str, str], Mapping[int, float]], members: Mapping[int, str]
+) -> list[MetricRow]:
+    """The metrics of one run in their stored order, test set first."""
+    rows = []
+    for (split, name, unit), of in measured.items():
+        kind = metric_named(name)
+        values = tuple(of.get(seed, math.nan) for seed in members)
+        finite = [value for value in values if not math.isnan(value)]
+        middle = median(finite) if finite else math.nan
+        rows.append(MetricRow(split, name, kind.label, kind.meaning, "" if unit == "1" else unit, middle, values))
+    return sorted(rows, key=lambda row: [*SPLITS].index(row.split))

@@ -1,5 +1,6 @@
 """The whole folder of pages: front page, claims, run cards, and what they share."""
 
+import math
 import shutil
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -8,19 +9,14 @@ from typing import Any
 
 from repro.claims.headline import headline
 from repro.claims.verdicts import VERDICTS, Verdict
-from repro.report.content import Content
-from repro.report.figures.figure import Figure
-from repro.report.html.animations import copy_animations
 from repro.report.html.environment import ASSETS, rendered
-from repro.report.html.metric_rows import SPLITS
-from repro.report.html.rule import rule
-from repro.report.html.run_page import LOOP_COLUMNS, run_pages
-from repro.report.sections import ReportSection
+from repro.report.html.run_page import LOOP_COLUMNS, SPLITS, run_pages
+from repro.report.paper import Animation
+from repro.report.sections import Content
 from repro.report.summary import finished_runs
-from repro.report.tables.table import Table
 from repro.report.tables.verdicts import READING, cure, mark, measured
 from repro.results.results import SENSITIVITY
-from repro.tracking.files import write_text
+from repro.tracking.files import replacing, write_text
 
 CLAIMS, RUNS = "claims", "runs"
 
@@ -40,85 +36,95 @@ def write_site(content: Content, folder: Path, paper: Path) -> None:
         "known_runs": {card.id for card in cards},
         "mark": mark,
         "measured": measured,
-        "ratio": _ratio,
     }
     front = _front(content) | {
-        "animations": copy_animations(content.paper.animations, paper / "animations", folder / "animations"),
+        "animations": _copied(content.paper.animations, paper / "animations", folder / "animations"),
         "finished": finished_runs(content.results),
         "pdf": (folder / "report.pdf").is_file(),
         "cards": cards,
     }
     pages = {Path("index.html"): rendered("index.html", base="", **shared, **front)}
-    names = list(claims)
-    for place, name in enumerate(names):
-        beside = {"before": names[place - 1] if place else "", "after": "".join(names[place + 1 : place + 2])}
-        pages[Path(CLAIMS) / f"{name}.html"] = rendered(
-            "claim.html", base="../", verdict=claims[name], rule=rule(claims[name]), **beside, **shared
-        )
+    for before, name, after in zip(["", *claims], claims, [*claims, ""][1:], strict=False):
+        own = {"verdict": claims[name], "rule": _rule(claims[name]), "before": before, "after": after}
+        pages[Path(CLAIMS) / f"{name}.html"] = rendered("claim.html", base="../", **own, **shared)
     for card in cards:
-        pages[Path(RUNS) / f"{card.id}.html"] = rendered(
-            "run.html", base="../", card=card, splits=SPLITS, loop_columns=LOOP_COLUMNS, **shared
-        )
-    _write(folder, pages)
+        own = {"card": card, "splits": SPLITS, "loop_columns": LOOP_COLUMNS}
+        pages[Path(RUNS) / f"{card.id}.html"] = rendered("run.html", base="../", **own, **shared)
+    for page, text in pages.items():
+        write_text(folder / page, text, forced=False)
+    for path in (path for kind in (CLAIMS, RUNS) for path in (folder / kind).glob("*.html")):
+        if path.relative_to(folder) not in pages:  # of an earlier report
+            path.unlink()
 
 
 def _front(content: Content) -> dict[str, Any]:
     counted = Counter(verdict.verdict for verdict in content.verdicts)
-    used_figures = {
-        SENSITIVITY,
-        *content.paper.front_figures,
-        *(name for section in content.sections for name in section.figures),
-    }
-    used_tables = {SENSITIVITY, *(name for section in content.sections for name in section.tables)}
     figures = {figure.name: figure for figure in content.figures}
     tables = {table.name: table for table in content.tables[1:]}
+    shown = {SENSITIVITY, *content.paper.front_figures}
+    shown |= {name for section in content.sections for name in (*section.figures, *section.tables)}
     return {
         "counts": {name: counted[name] for name in VERDICTS if counted[name]},
         "headline": headline(content.verdicts),
         "cure": cure,
         "reading": READING,
-        "front_figures": [figures[name] for name in content.paper.front_figures if name in figures],
-        "sections": [_section(section, figures, tables) for section in content.sections],
-        "other_figures": [figure for name, figure in figures.items() if name not in used_figures],
-        "other_tables": [table for name, table in tables.items() if name not in used_tables],
+        "figures": figures,
+        "tables": tables,
+        "sections": content.sections,
+        "other_figures": [figure for name, figure in figures.items() if name not in shown],
+        "other_tables": [table for name, table in tables.items() if name not in shown],
         "assumptions": content.assumptions,
-        "sensitivity": tables.get(SENSITIVITY),
-        "sensitivity_figure": figures.get(SENSITIVITY),
-        "trials": _trials(tables.get(SENSITIVITY)),
+        "trials": [row.data for row in tables[SENSITIVITY].rows if "alternative" in row.data]
+        if SENSITIVITY in tables
+        else [],
     }
 
 
-def _trials(sensitivity: Table | None) -> Mapping[str, Sequence[Mapping[str, Any]]]:
-    """Return what was put in an assumption's place and what that moved, by assumption."""
-    trials: dict[str, list[Mapping[str, Any]]] = {}
-    for row in sensitivity.rows if sensitivity else ():
-        if "alternative" in row.data:
-            trials.setdefault(row.data["assumption"], []).append(row.data)
-    return trials
+def _copied(animations: Sequence[Animation], source: Path, folder: Path) -> list[dict[str, Any]]:
+    """Copy the GIF of every animation that was made, and write its first frame beside it, for those who want no motion.
+
+    Return the file names, the title and the size in pixels of each.
+    """
+    from PIL import Image
+
+    shown = []
+    for animation in animations:
+        path = source / f"{animation.name}.gif"
+        if not path.is_file():
+            continue
+        with replacing(folder / path.name) as temporary:
+            shutil.copyfile(path, temporary)
+        with Image.open(path) as picture:
+            width, height = picture.size
+            with replacing(folder / f"{path.stem}.png", keep_suffix=True) as temporary:
+                picture.save(temporary, optimize=True)
+        files = {"moving": path.name, "still": f"{path.stem}.png"}
+        shown.append({**files, "title": animation.title, "width": width, "height": height})
+    return shown
 
 
-def _section(section: ReportSection, figures: Mapping[str, Figure], tables: Mapping[str, Table]) -> dict[str, Any]:
-    return {
-        "id": section.id,
-        "title": section.title,
-        "parts": section.parts,
-        "figures": [figures[name] for name in section.figures if name in figures],
-        "tables": [tables[name] for name in section.tables if name in tables],
-        "claims": section.claims,
+def _rule(verdict: Verdict) -> Mapping[str, str]:
+    """Return how a claim is judged in titled lines: the runs meant, the criterion, what the verdict depends on."""
+    claim, (low, high) = verdict.claim, verdict.prediction
+    criterion = claim.predicate.model_dump(exclude_unset=True) if claim.predicate else {}
+    predicted = claim.printed is not None and not math.isnan(low)
+    lines = {
+        "experiment": claim.experiment,
+        "runs meant": _spelled(claim.selector),
+        "criterion": _spelled({key: value for key, value in criterion.items() if value != {}}),
+        "consistent with": f"{low:.3g} to {high:.3g}, where one more member falls with 95 %" if predicted else "",
+        "cannot fail": claim.by_construction,
+        "needs of ours": claim.with_changes,
+        "smallest change that makes it hold": cure(verdict),
+        "changed after results": "\n".join(f"{one.commit}: {one.change}. {one.reason}" for one in claim.history),
+        "declared": f"{claim.declared}: {claim.reason}" if claim.declared else "",
     }
+    return {title: text for title, text in lines.items() if text}
 
 
-def _ratio(verdict: Verdict) -> float | None:
-    """Return ours over the printed value; None where either is missing."""
-    printed = verdict.claim.printed
-    return verdict.estimate.median / printed if printed and verdict.estimate.n else None
+def _spelled(mapping: Mapping[str, Any]) -> str:
+    import yaml
 
-
-def _write(folder: Path, pages: Mapping[Path, str]) -> None:
-    """Write the pages and remove those of an earlier report that are none of this one."""
-    for name, text in pages.items():
-        write_text(folder / name, text)
-    for kind in (CLAIMS, RUNS):
-        for path in (folder / kind).glob("*.html"):
-            if path.relative_to(folder) not in pages:
-                path.unlink()
+    if not mapping:
+        return ""
+    return str(yaml.safe_dump(dict(mapping), sort_keys=False, allow_unicode=True, width=90)).strip()

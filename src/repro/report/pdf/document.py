@@ -4,13 +4,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from repro.claims.assumption_effects import assumption_effects
+from repro.claims.assumption_effects import AssumptionEffect
 from repro.claims.headline import counts_of_claims
 from repro.claims.verdicts import Verdict
 from repro.report import writing
-from repro.report.content import Content
 from repro.report.pdf.prose import blocks
-from repro.report.sections import ReportSection
+from repro.report.sections import Content, ReportSection
 from repro.report.tables.verdicts import cure, marks
 
 TEXTS = "texts"  # the folder of the texts outside the sections, each shown by its name
@@ -25,7 +24,7 @@ def document(content: Content) -> dict[str, Any]:
     """
     drawn = {figure.name: figure for figure in content.figures}
     titles = {table.name: table.title for table in content.tables}
-    moved = _moved_claims(content)
+    moved = _moved_claims(content.effects)
 
     def figures(names: Sequence[str]) -> list[dict[str, str]]:
         shown = [drawn[name] for name in names if name in drawn]
@@ -81,14 +80,10 @@ def _section(section: ReportSection, verdicts: Sequence[Verdict], titles: Mappin
     }
 
 
-def _moved_claims(content: Content) -> Mapping[str, list[str]]:
+def _moved_claims(effects: Sequence[AssumptionEffect]) -> Mapping[str, list[str]]:
     """Return by assumption the claims of which a point estimate leans another way under another choice."""
-    if content.results.sensitivity is None:
-        return {}
-    effects = assumption_effects(content.results.sensitivity, [verdict.claim for verdict in content.verdicts])
-    moved: dict[str, list[str]] = {}
+    moved: dict[str, dict[str, None]] = {}
     for effect in effects:
-        names = moved.setdefault(effect.assumption, [])
-        if effect.moved and effect.ours.claim.name not in names:
-            names.append(effect.ours.claim.name)
-    return {name: claims for name, claims in moved.items() if claims}
+        if effect.moved:
+            moved.setdefault(effect.assumption, {})[effect.ours.claim.name] = None
+    return {name: [*claims] for name, claims in moved.items()}

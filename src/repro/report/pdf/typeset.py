@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from repro.report.content import Content
 from repro.report.pdf.document import document
+from repro.report.sections import Content
 from repro.tracking.files import replacing
 
 ENTRY = "report.typ"

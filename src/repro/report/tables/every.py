@@ -1,14 +1,17 @@
-"""Every table of the report, in the order in which it is read."""
+"""Every table of the report in reading order, and those that any paper has: timings, failures, changes."""
 
+from collections.abc import Sequence
+
+from repro.claims.claims import Claim
 from repro.claims.verdicts import Verdict
+from repro.report import writing
 from repro.report.paper import Paper
-from repro.report.tables.changes import change_table
-from repro.report.tables.failures import failures_table
+from repro.report.tables.cost import cost_table
 from repro.report.tables.models import plain_tables
-from repro.report.tables.table import Table
-from repro.report.tables.timing import timing_table
+from repro.report.tables.table import Row, Table
 from repro.report.tables.verdicts import verdict_table
 from repro.results.results import Results
+from repro.results.table_schema import as_text, records
 
 
 def all_tables(results: Results, verdicts: list[Verdict], paper: Paper) -> list[Table]:
@@ -17,6 +20,57 @@ def all_tables(results: Results, verdicts: list[Verdict], paper: Paper) -> list[
     others = [
         *(query.make(results) for query in paper.tables),
         *plain_tables(results, named),
-        *(timing_table(results), failures_table(results), change_table([verdict.claim for verdict in verdicts])),
+        timing_table(results),
+        failures_table(results),
+        change_table([verdict.claim for verdict in verdicts]),
+        cost_table(results),
     ]
     return [verdict_table(verdicts), *(table for table in others if table.rows)]
+
+
+def timing_table(results: Results) -> Table:
+    """Make the table of paired timings."""
+    caption = "Paired and interleaved timings on one machine: a ratio above 1 says that ours is faster."
+    columns = (
+        *("comparison", "ours", "other", "size", "members", "other / ours (quartiles)"),
+        *("ours [ms]", "other [ms]", "threads", "protocol"),
+    )
+    rows = []
+    for bench in records(results.bench):
+        number = {key: writing.number(value) for key, value in bench.items() if isinstance(value, float | None)}
+        quartiles = f"[{number['ratio_q25']}, {number['ratio_q75']}]"
+        cells = (
+            *(as_text(bench[key]) for key in ("name", "ours", "other", "size", "members")),
+            f"{number['ratio_median']} {quartiles}",
+            *(number["ours_ms"], number["other_ms"]),
+            *(as_text(bench[key]) for key in ("threads", "protocol")),
+        )
+        data = {key: value for key, value in bench.items() if key not in ("run", "command")}
+        rows.append(Row(cells, data, (bench["run"],), tuple(filter(None, (bench["command"],)))))
+    return Table("timing", "Timing", caption, columns, tuple(rows))
+
+
+def failures_table(results: Results) -> Table:
+    """Make the table of what was started and is not there: runs that failed or are missing."""
+    caption = "Runs that an experiment lists and that failed or are missing; no number above counts them as done."
+    columns = ("experiment", "run", "outcome", "error")
+    rows = []
+    for run in records(results.runs[results.runs["outcome"] != "ok"]):
+        data = {key: run[key] for key in columns}
+        cells = tuple(text or writing.ABSENT for text in data.values())
+        rows.append(Row(cells, data, (run["run"],), tuple(filter(None, (run["command"],)))))
+    return Table("failures", "Failed and missing runs", caption, columns, tuple(rows))
+
+
+def change_table(claims: Sequence[Claim]) -> Table:
+    """Make the table of what was changed in the claims after their first results, from the rows themselves."""
+    caption = (
+        "Every row of the claims that was changed after results for it were known, with the commit and the reason; an "
+        "unchanged row has none. The criteria as a whole were written with results of pilot runs known."
+    )
+    rows = [
+        Row((claim.name, one.commit, one.change, one.reason), {"id": claim.name, **one.model_dump()})
+        for claim in claims
+        for one in claim.history
+    ]
+    return Table("changes", "Changes of the claims", caption, ("claim", "commit", "change", "reason"), tuple(rows))
