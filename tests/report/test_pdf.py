@@ -5,16 +5,16 @@ from dataclasses import replace
 
 import pytest
 
+from repro.claims.assumption_effects import assumption_effects
 from repro.claims.assumptions import load_assumptions
 from repro.claims.claims import load_claims
 from repro.claims.verdicts import judge_all
-from repro.report.content import Content
 from repro.report.paper import load_figures, load_paper, paper_folder
 from repro.report.pdf.document import document
 from repro.report.pdf.prose import blocks
 from repro.report.pdf.typeset import typeset
 from repro.report.placeholders import Texts
-from repro.report.sections import load_sections
+from repro.report.sections import Content, load_sections
 from repro.report.tables.cost import cost_fact, cost_table
 from repro.report.tables.every import all_tables
 from repro.results.results import Results, typed
@@ -30,7 +30,9 @@ def content_of(results, figures=()):
     verdicts = judge_all(load_claims(PAPER / "claims.yaml"), results)
     paper, texts = load_paper(PAPER), Texts(SOURCE, results, verdicts)
     tables, assumptions = all_tables(results, verdicts, paper), load_assumptions(PAPER / "assumptions.yaml")
-    return Content(paper, results, verdicts, tables, figures, load_sections(texts), assumptions, texts)
+    tried = results.sensitivity
+    effects = assumption_effects(tried, [verdict.claim for verdict in verdicts]) if tried is not None else []
+    return Content(paper, results, verdicts, effects, tables, figures, assumptions, load_sections(texts), texts)
 
 
 @pytest.fixture(scope="module")
