@@ -10,7 +10,7 @@ from rerun.chunk import RrdReader
 from repro.errors import UserError
 from repro.recording import palette
 from repro.recording.card_page import card_page
-from repro.recording.chart import Chart
+from repro.recording.chart import LINKED_AXES, Chart
 from repro.recording.contents import DrawnMotion, LearningCurve, RunRecording
 from repro.recording.drawn_shape import DrawnShape
 from repro.recording.layout import layout_of
@@ -138,6 +138,17 @@ def test_the_drawing_ends_where_the_points_are_with_y_turned_down(written):
         assert np.allclose(cart[:, :2], rollout.shapes[1].points[:, 0] * [1, -1], atol=1e-6)
     upright = recording.plant.shapes[1].points[:, 1, 1].argmax()
     assert column(found["/scene/plant/link1"], "Transform3D:quaternion", 4)[upright, 2] < 0
+
+
+def test_the_linked_time_axes_span_the_whole_motion_with_room_for_the_label_of_its_end(written):
+    recording, path = written
+    reader = RrdReader(path)
+    found = {chunk.entity_path: chunk for chunk in reader.stream(store=reader.blueprints()[0]).to_chunks()}
+    axis = found[f"/view/{LINKED_AXES}/TimeAxis"].to_record_batch()["TimeAxis:view_range"][0][0].as_py()
+    start, end = axis["start"] / 1e9, axis["end"] / 1e9
+    length = recording.time[-1] - recording.time[0]
+    assert recording.time[0] - 0.1 * length < start < recording.time[0]
+    assert recording.time[-1] < end < recording.time[-1] + 0.1 * length
 
 
 def test_the_card_is_in_the_file_as_text_and_as_properties(written):

@@ -1,5 +1,6 @@
 import socket
 import struct
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -88,6 +89,18 @@ def test_a_port_in_use_is_passed_over():
 
 def test_the_command_line_of_the_viewer_exists():
     assert Path(viewer.command_of()[0]).is_file()
+
+
+def test_a_viewer_that_ends_before_it_has_drawn_names_the_driver(outputs, tmp_path, monkeypatch):
+    class Ended:
+        def open(self, paths: list[str]) -> None:
+            raise ConnectionError("transport error")
+
+    monkeypatch.setattr(viewer, "_viewer", lambda *arguments, quiet: nullcontext())
+    monkeypatch.setattr(viewer, "_answer", lambda *arguments: Ended())
+    with pytest.raises(UserError, match=r"the viewer ended before it had drawn .* needs a Vulkan driver"):
+        viewer.screenshot(tmp_path / "sip.rrd", tmp_path / "picture.png", at=1.0)
+    assert not (tmp_path / "picture.png").exists()
 
 
 @pytest.mark.slow

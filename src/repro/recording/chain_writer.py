@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from repro.recording import palette
-from repro.recording.chart import Chart, part
+from repro.recording.chart import Chart, linked_time_axis, part
 from repro.recording.contents import PLANT, Recording
 from repro.recording.layout import CARD
 from repro.recording.writer import write_whole
@@ -45,10 +45,10 @@ def write_chain_recording(path: Path, recording: ChainRecording) -> None:
     energies = {label: chain.energy for label, chain in chains.items()}
     chart = Chart("energy/H", "Energy H", "H", "J", energies, colours, reference=PLANT)
     motion = rrb.Spatial2DView(origin=f"/{ROOT}", name="Motion [m]")
-    window = rrb.Blueprint(
-        rrb.Horizontal(rrb.Vertical(motion, chart.view()), rrb.TextDocumentView(origin=CARD), column_shares=[3, 1]),
-        collapse_panels=True,
-    )
+    charts = rrb.Tabs(chart.view(), linked_time_axis(recording.time))
+    card = rrb.TextDocumentView(origin=CARD)
+    panels = rrb.Horizontal(rrb.Vertical(motion, charts), card, column_shares=[3, 1])
+    window = rrb.Blueprint(panels, collapse_panels=True)
 
     def draw(stream: rr.RecordingStream, time: rr.TimeColumn) -> None:
         for row, (label, chain) in enumerate(chains.items()):

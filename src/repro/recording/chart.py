@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+from uuid import UUID
 
 import numpy as np
 
@@ -19,6 +20,10 @@ REFERENCE_WIDTH, WIDTH = 3.0, 1.6
 # How far a view opens beyond the range of the reference, as a part of that range.
 MOST_BEYOND = 0.6
 PADDING = 0.06
+# How far the time axes open beyond the motion, as parts of it: to the right there is room for the label of its end.
+BEFORE, BEYOND = 0.02, 0.06
+# The viewer keeps the range of all linked time axes under the id of a view that it never shows.
+LINKED_AXES = UUID("5c0dca6a-e63f-9cf7-f657-2602590474cc")
 
 
 @dataclass(frozen=True)
@@ -62,16 +67,17 @@ class Chart:
         values = np.stack(list(self.lines.values()), axis=-1)
         recording.send_columns(self.path, [index], rr.Scalars.columns(scalars=values))
 
-    def view(self) -> rrb.TimeSeriesView:
-        """The view of all lines, its legend in a fixed corner, its time axis shared with every other chart."""
+    def view(self, *, linked: bool = True) -> rrb.TimeSeriesView:
+        """The view of all lines, its legend in a fixed corner, its time axis linked to that of the other charts."""
         import rerun.blueprint as rrb
 
         opening = self.opening_range()
+        link = rrb.components.LinkAxis.LinkToGlobal if linked else rrb.components.LinkAxis.Independent
         return rrb.TimeSeriesView(
             origin=f"/{self.path}",
             name=with_unit(self.title, self.unit),
             plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=self.legend),
-            axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
+            axis_x=rrb.TimeAxis(link=link),
             axis_y=None if opening is None else rrb.ScalarAxis(range=opening),
         )
 
@@ -88,6 +94,19 @@ class Chart:
         low, high = max(lowest, low - beyond), min(highest, high + beyond)
         padding = max(PADDING * (high - low), 1e-3, 1e-3 * abs(high))
         return low - padding, high + padding
+
+
+def linked_time_axis(time: np.ndarray) -> rrb.TimeSeriesView:
+    """The range of every linked time axis, as a view that is not shown: all of the motion, time (steps,) in s."""
+    import rerun as rr
+    import rerun.blueprint as rrb
+
+    length = time[-1] - time[0]
+    ends = (time[0] - BEFORE * length, time[-1] + BEYOND * length)
+    view_range = rr.TimeRange(*(rr.TimeRangeBoundary.absolute(seconds=float(end)) for end in ends))
+    view = rrb.TimeSeriesView(origin="/", visible=False, axis_x=rrb.TimeAxis(view_range=view_range))
+    view.id = LINKED_AXES
+    return view
 
 
 def part(label: str) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from repro.recording import palette, scene
-from repro.recording.chart import Chart, part
+from repro.recording.chart import Chart, linked_time_axis, part
 from repro.recording.contents import PLANT
 
 if TYPE_CHECKING:
@@ -84,18 +84,20 @@ def layout_of(recording: RunRecording) -> Layout:
     )
 
 
-def blueprint(layout: Layout, frame: scene.Frame) -> rrb.Blueprint:
-    """Scene and run card on the left, motion in the middle, energies on the right; side panels hidden."""
+def blueprint(layout: Layout, frame: scene.Frame, time: np.ndarray) -> rrb.Blueprint:
+    """Scene and run card on the left, motion over `time` (steps,) in the middle, energies on the right; no panels."""
     import rerun.blueprint as rrb
 
     pages: list[rrb.View | rrb.Container] = [rrb.TextDocumentView(origin=f"/{CARD}", name="Run card")]
     if layout.learning:
         name = f"Learning curves (choose timeline {LEARNING_TIMELINE} below)"
-        pages.append(rrb.Horizontal(*(chart.view() for chart in layout.learning), name=name))
+        pages.append(rrb.Horizontal(*(chart.view(linked=False) for chart in layout.learning), name=name))
     if layout.further:
-        pages.insert(0, _stack(layout.further, "Controller"))
+        # Side by side: each of four in a stack would be too low for its time axis.
+        pages.insert(0, rrb.Grid(*(chart.view() for chart in layout.further), grid_columns=2, name="Controller"))
     left = rrb.Vertical(scene.view(frame), rrb.Tabs(*pages, active_tab=0), row_shares=[5, 4])
-    motion = rrb.Tabs(_stack(layout.coordinates, "Coordinates"), _stack(layout.rates, "Rates"), active_tab=0)
+    states = _stack(layout.coordinates, "Coordinates"), _stack(layout.rates, "Rates")
+    motion = rrb.Tabs(*states, linked_time_axis(time), active_tab=0)
     shares = [len(layout.coordinates), *(1 for _ in layout.inputs)]
     middle = rrb.Vertical(motion, *(chart.view() for chart in layout.inputs), row_shares=shares)
     return rrb.Blueprint(

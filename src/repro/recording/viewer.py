@@ -66,17 +66,22 @@ def screenshot(path: Path, picture: Path, at: float | None = None, size: tuple[i
     from repro.recording.layout import TIMELINE
     from repro.recording.writer import read_recording
 
-    times = [track.at for track in read_recording(path).values() if track.timeline == TIMELINE]
-    moment = times[0][len(times[0]) // 2] if at is None else at
+    if at is None:
+        times = next(track.at for track in read_recording(path).values() if track.timeline == TIMELINE)
+        at = float(times[len(times) // 2])
     port = free_port(DATA_PORT)
     window = ["--headless", "--window-size", f"{size[0]}x{size[1]}", "--port", str(port)]
     with _viewer(*window, quiet=True) as process:
         url = f"rerun+http://{LOCAL}:{port}/proxy"
         client = _answer(process, lambda: ViewerClient(url), f"the viewer did not start: {GRAPHICS_HELP}")
-        client.open([str(path.absolute())])
-        client.set_time(TIMELINE, duration=float(moment), play_state="paused")
-        time.sleep(SETTLE_SECONDS)
-        picture.write_bytes(client.take_screenshot())
+        try:
+            client.open([str(path.absolute())])
+            client.set_time(TIMELINE, duration=at, play_state="paused")
+            time.sleep(SETTLE_SECONDS)
+            drawn = client.take_screenshot()
+        except OSError as error:
+            raise UserError(f"the viewer ended before it had drawn ({error}): {GRAPHICS_HELP}") from error
+    picture.write_bytes(drawn)
 
 
 def command_of(*arguments: str) -> list[str]:

@@ -60,7 +60,7 @@ def write_recording(path: Path, recording: RunRecording) -> None:
         scene.log_body(stream, PLANT, time, recording.plant.shapes, scale=frame.scale, colour=palette.PLANT, solid=True)
         log_inputs(stream, time, recording.plant.shapes, recording.inputs, frame.scale)
 
-    write_whole(path, recording, blueprint(layout, frame), layout.simulated, draw)
+    write_whole(path, recording, blueprint(layout, frame, recording.time), layout.simulated, draw)
 
 
 def write_whole(
