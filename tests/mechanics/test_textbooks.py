@@ -30,7 +30,9 @@ def acceleration(system: System, q: np.ndarray, qd: np.ndarray, u: np.ndarray) -
 def test_acrobot_and_pendubot_of_spong(name: str, driven: int) -> None:
     """Spong, The swing up control problem for the acrobot, IEEE Control Systems 15(1), 1995, eqs. (1) and (2).
 
-    His q1 is measured from level, counter-clockwise, and q2 from the first link.
+    d11 q1dd + d12 q2dd + h1 + phi1 = 0, d12 q1dd + d22 q2dd + h2 + phi2 = tau, with the d, h and phi listed below
+    them; in the pendubot the torque stands in the first. q1 is measured from level, counter-clockwise, and q2 from the
+    first link.
     """
     m1, m2, l1, lc1, lc2 = 0.2, 0.3, 0.5, 0.25, 0.2
     i1, i2 = m1 * l1**2 / 12, m2 * (2 * lc2) ** 2 / 12
@@ -54,35 +56,42 @@ def test_acrobot_and_pendubot_of_spong(name: str, driven: int) -> None:
 
 
 def test_furuta_pendulum_of_cazzolato_and_prime() -> None:
-    """Cazzolato and Prime, On the dynamics of the Furuta pendulum, J. Control Sci. Eng. 2011, 528341, slender arms.
+    """Cazzolato and Prime, On the dynamics of the Furuta pendulum, J. Control Sci. Eng. 2011, 528341, eqs. (33), (34).
 
-    Theirs hangs at theta2 = 0, the slender pendulum has no inertia about its own axis, and J0_hat = J1_hat + m2 L1^2.
+    These are the accelerations for a slender pendulum without inertia about its own axis, here without friction and
+    torque on the pendulum. Theirs hangs at theta2 = 0 and turns the other way round.
     """
-    j1_hat, l1, m2, length = 0.02, 0.25, 0.2, 0.5
-    l2, j2_hat = length / 2, m2 * length**2 / 3
-    j0_hat = j1_hat + m2 * l1**2
-    system = load("furuta", J0=j1_hat, r=l1, m1=m2, L1=length)
+    j1, l1, m2, length = 0.02, 0.25, 0.2, 0.5
+    l2, j2 = length / 2, m2 * length**2 / 3
+    j0, moment = j1 + m2 * l1**2, m2 * l1 * l2
+    system = load("furuta", J0=j1, r=l1, m1=m2, L1=length)
     q, qd, u = sampled(system)
-    theta2, (t1d, t2d) = q[:, 1] - np.pi, qd.T
+    theta2, t1d, t2d, torque = np.pi - q[:, 1], qd[:, 0], -qd[:, 1], u[:, 0]
     s, c, s2 = np.sin(theta2), np.cos(theta2), np.sin(2 * theta2)
-    torque = u[:, 0]
-    # the rod's angle turns the other way round there: theta2 -> -theta2 leaves the pendulum, and flips the coupling
-    theta2, t2d, s, s2 = -theta2, -t2d, -s, -s2
-    mass = np.stack([
-        np.stack([j0_hat + j2_hat * s**2, m2 * l1 * l2 * c], -1),
-        np.stack([m2 * l1 * l2 * c, np.full_like(c, j2_hat)], -1),
-    ], -2)  # fmt: skip
-    right = np.stack([
-        torque - j2_hat * t1d * t2d * s2 + m2 * l1 * l2 * s * t2d**2,
-        0.5 * j2_hat * t1d**2 * s2 - G * m2 * l2 * s,
-    ], -1)  # fmt: skip
-    solved = np.linalg.solve(mass, right[..., None])[..., 0]
-    expected = solved * [1.0, -1.0]
-    np.testing.assert_allclose(acceleration(system, q, qd, u), expected, rtol=1e-10, atol=1e-10)
+    inner = j0 + j2 * s**2
+    both = j0 * j2 + j2**2 * s**2 - moment**2 * c**2
+    t1dd = (
+        -(j2**2) * s2 * t1d * t2d
+        - moment * j2 * c * s2 * t1d**2 / 2
+        + moment * j2 * s * t2d**2
+        + j2 * torque
+        + m2**2 * l2**2 * l1 * s2 * G / 2
+    ) / both
+    t2dd = (
+        moment * j2 * c * s2 * t1d * t2d
+        + s2 * inner * j2 * t1d**2 / 2
+        - moment**2 * s2 * t2d**2 / 2
+        - moment * c * torque
+        - m2 * l2 * s * inner * G
+    ) / both
+    np.testing.assert_allclose(acceleration(system, q, qd, u), np.stack([t1dd, -t2dd], -1), rtol=1e-10, atol=1e-10)
 
 
 def test_planar_quadrotor_of_tedrake() -> None:
-    """Tedrake, Underactuated Robotics (course notes, MIT, 2023), chapter 3: the planar quadrotor."""
+    """Tedrake, Underactuated Robotics (course notes, MIT, 2023), chapter 3, "The Planar Quadrotor".
+
+    m xdd = -(u1 + u2) sin(theta), m ydd = (u1 + u2) cos(theta) - m g, I thetadd = r (u1 - u2); his u1 is the right one.
+    """
     m, inertia, r = 0.5, 0.01, 0.2
     system = load("quadrotor")
     q, qd, u = sampled(system)

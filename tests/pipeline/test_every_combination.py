@@ -1,39 +1,50 @@
-"""What the rules accept can be run: every system, model, basis and objective, each for one step of an optimiser."""
+"""What the rules accept can be run: every system, model, basis, objective and controller, each for one step."""
 
 import itertools
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from configurations import changed
 
+from repro.codegen import c_library
+from repro.config.plugin_options import checked
 from repro.config.registry import groups
+from repro.config.schema import Config
+from repro.control.controller_options import CONTROLLERS, ControllerOptions
+from repro.control.predictive_model import PredictiveModel
 from repro.errors import UserError
+from repro.mechanics import compile as engines
 from repro.pipeline.plan import Pipeline
 from repro.pipeline.run import execute
+from repro.pipeline.stages.stored_fit import load_parameters, model_of, simulated_system
+from repro.plugins.plugin import plugin
+from repro.tracking.load import Run
 from repro.tracking.store import Store
 
 SMALL = (
     *("scale=smoke", "seeds=1", "record=false", "data.samples=60", "data.episode_steps=20", "data.reset=random"),
     *("optimiser=lbfgs", "optimiser.iterations=1"),
 )
-OBJECTIVES = groups()["objective"]
+OBJECTIVES, TASKS = groups()["objective"], groups()["task"]
 PAIRS = [*itertools.product(groups()["system"], groups()["model"])]
 # The paper's system with every model, every system with the general model and two anchor rows; the others are slow.
 QUICK = {pair for pair in PAIRS if pair[0] == "sip" or pair[1] in ("structured", "truth", "degenerate")}
 MARKED = [pair if pair in QUICK else pytest.param(*pair, marks=pytest.mark.slow) for pair in PAIRS]
 
 
-def _bases(model: str) -> list[str]:
-    """The bases that make a difference to a model."""
-    return groups()["basis"] if model == "lagrangian" else ["t2"]
-
-
-def _accepted(system: str, model: str, basis: str, objective: str) -> Pipeline | None:
-    try:
-        config = changed(SMALL, system=system, model=model, basis=basis, objective=objective)
-    except UserError:
-        return None
-    return Pipeline.of(config, "")
+@pytest.fixture(autouse=True)
+def _without_compiler(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A step costs less than the compilation of its code, and compiled code has tests of its own."""
+    monkeypatch.setattr(c_library, "found_compiler", lambda: None)
+    caches = engines.active_engine, engines.compiled
+    for cache in caches:
+        cache.cache_clear()
+    yield
+    for cache in caches:
+        cache.cache_clear()
 
 
 @pytest.fixture(scope="module")
@@ -42,11 +53,46 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
     return Store(Path(tmp_path_factory.mktemp("combinations")))
 
 
+def _accepted(system: str, model: str, **others: str) -> Config | None:
+    try:
+        return changed(SMALL, system=system, model=model, **others)
+    except UserError:
+        return None
+
+
+def _learned(system: str, model: str) -> Iterator[tuple[dict[str, str], Pipeline]]:
+    """The accepted choices of basis and objective; of the bases only those that make a difference to a model."""
+    bases = groups()["basis"] if model == "lagrangian" else ["t2"]
+    for basis, objective in itertools.product(bases, OBJECTIVES):
+        choices = {"basis": basis, "objective": objective}
+        if (config := _accepted(system, model, **choices)) is not None:
+            yield choices, Pipeline.of(config, "")
+
+
+def _controllers(system: str, model: str, **others: str) -> Iterator[Config]:
+    """The accepted choices of conf/control, each with the first task that suits it; one of those alike but in sizes."""
+    seen = []
+    for control in groups()["control"]:
+        accepted = (_accepted(system, model, control=control, task=task, **others) for task in TASKS)
+        config = next((each for each in accepted if each is not None), None)
+        if config is not None and isinstance(config.control, ControllerOptions):
+            form = _form({**config.control.plain(), "name": ""})
+            if form not in seen:
+                seen.append(form)
+                yield config
+
+
+def _form(options: object) -> object:
+    """What options are apart from sizes: numbers count as zero or not."""
+    if isinstance(options, dict):
+        return {key: _form(value) for key, value in options.items()}
+    return options if isinstance(options, str) else bool(options)
+
+
 @pytest.mark.parametrize(("system", "model"), MARKED)
 def test_an_accepted_pair_of_system_and_model_runs(system, model, store):
     """With the first basis and objective that are accepted."""
-    candidates = (_accepted(system, model, *rest) for rest in itertools.product(_bases(model), OBJECTIVES))
-    pipeline = next((candidate for candidate in candidates if candidate is not None), None)
+    _, pipeline = next(_learned(system, model), ({}, None))
     if pipeline is not None:
         assert execute(pipeline, store).summary["median"]
 
@@ -55,11 +101,40 @@ def test_an_accepted_pair_of_system_and_model_runs(system, model, store):
 @pytest.mark.parametrize(("system", "model"), PAIRS)
 def test_every_accepted_basis_and_objective_runs(system, model, store):
     failed = []
-    for basis, objective in itertools.product(_bases(model), OBJECTIVES):
-        pipeline = _accepted(system, model, basis, objective)
-        if pipeline is not None:
-            try:
-                execute(pipeline, store)
-            except Exception as error:
-                failed.append(f"basis={basis} objective={objective}: {error}")
+    for choices, pipeline in _learned(system, model):
+        try:
+            execute(pipeline, store)
+        except Exception as error:
+            failed.append(f"{choices}: {type(error).__name__} {error}")
     assert not failed, "\n".join(failed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("system", "model"), PAIRS)
+def test_every_accepted_controller_decides(system, model, store):
+    """One step over a horizon of two or three intervals, with the weights of one iteration."""
+    of_bases = {choices["basis"]: choices for choices, _ in _learned(system, model)}
+    failed = []
+    for choices in of_bases.values():
+        for config in _controllers(system, model, **choices):
+            try:
+                _decide(config, store)
+            except Exception as error:
+                failed.append(f"{choices} control={config.control.name}: {type(error).__name__} {error}")
+    assert not failed, "\n".join(failed)
+
+
+def _decide(config: Config, store: Store) -> None:
+    pipeline = Pipeline.of(config.model_copy(update={"control": checked("control", CONTROLLERS, {"kind": "none"})}), "")
+    fit = Run(execute(pipeline, store)).upstream["fit"]
+    system, options = simulated_system(pipeline.fit_options), config.control
+    if hasattr(options, "intervals"):
+        options = replace(options, intervals=2, coarse_intervals=min(1, options.coarse_intervals), iterations=2)
+    (start, _), *_ = config.task.starts(system, 1)
+    model = PredictiveModel(model_of(pipeline.fit_options, fit.upstream), system)
+    samples = tuple(np.random.default_rng(0).normal(size=(3, 20, system.n_q)))
+    with plugin(CONTROLLERS, options.kind).build(options, model, config.task.disc(system), samples) as make:
+        controller = make(load_parameters(fit.record.folder).numpy()[0], start.goal)
+        step = controller.decide(start.state)
+        assert step.u.shape == (len(system.inputs),) and np.all(np.abs(step.u) <= options.limits(system))
+        controller.observe(np.tile(start.state, (9, 1)), np.tile(step.u, (8, 1)))

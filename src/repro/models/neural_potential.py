@@ -14,9 +14,9 @@ from repro.models.network import Network
 class NeuralPotential(ExpressionModel):
     """M from a network of the angles, V from one of all positions, and V = 0 where all of these are 0.
 
-    C (n_q, rank) sees the angles' {cos, sin}, V these and the translations.
-    Without an angle C is constant. Velocities are divided by `velocity_scale`, translations by `position_scale`, both
-    (n_q,). Both networks have a linear path. parameters: [weights of C | weights of V].
+    C (n_q, rank) sees the angles' {cos, sin} and the translations `moved`, V these and all translations. Where it sees
+    nothing C is constant. Velocities are divided by `velocity_scale`, translations by `position_scale`, both (n_q,).
+    Both networks have a linear path. parameters: [weights of C | weights of V].
     """
 
     def __init__(
@@ -25,16 +25,19 @@ class NeuralPotential(ExpressionModel):
         position_scale: np.ndarray,
         angles: Sequence[int],
         *,
+        moved: Sequence[int] = (),
         hidden: Sequence[int] = (8,),
         potential_hidden: Sequence[int] = (8,),
         activation: Activation = "tanh",
     ) -> None:
-        self.n_q, self.angles = len(velocity_scale), tuple(angles)
-        self.rank = self.n_q + 2 if angles else self.n_q
+        self.n_q, self.angles, self.moved = len(velocity_scale), tuple(angles), tuple(moved)
+        inputs = 2 * len(self.angles)
+        varies = bool(self.angles or self.moved)
+        self.rank = self.n_q + 2 if varies else self.n_q
         self.velocity_scale = np.asarray(velocity_scale, dtype=float)
         self.position_scale = np.asarray(position_scale, dtype=float)
-        inputs, units = 2 * len(self.angles), tuple(hidden) if angles else ()
-        self.factor = Network(inputs, units, self.n_q * self.rank, activation, bool(angles))
+        units = tuple(hidden) if varies else ()
+        self.factor = Network(inputs + len(self.moved), units, self.n_q * self.rank, activation, varies)
         positions = inputs + self.n_q - len(self.angles)
         self.potential = Network(positions, tuple(potential_hidden), 1, activation, True)
         self.factor_slice = slice(0, self.factor.n_parameters)
@@ -55,14 +58,17 @@ class NeuralPotential(ExpressionModel):
     def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
         """T and V as CasADi expressions."""
         at_rest = self._potential(casadi.SX.zeros(self.n_q), parameters)
-        turns = casadi.vertcat(casadi.SX(0, 1), *self._turns(q))
-        entries = self.factor.expression(parameters[self.factor_slice], turns)
+        seen = casadi.vertcat(casadi.SX(0, 1), *self._turns(q), *self._places(q, self.moved))
+        entries = self.factor.expression(parameters[self.factor_slice], seen)
         u = casadi.reshape(entries, self.rank, self.n_q) @ (qd / casadi.DM(self.velocity_scale))
         return EnergyExpressions(0.5 * casadi.dot(u, u), self._potential(q, parameters) - at_rest)
 
     def _potential(self, q: casadi.SX, parameters: casadi.SX) -> casadi.SX:
-        moves = [q[i] / self.position_scale[i] for i in range(self.n_q) if i not in self.angles]
-        return self.potential.expression(parameters[self.potential_slice], casadi.vertcat(*self._turns(q), *moves))
+        places = self._places(q, [i for i in range(self.n_q) if i not in self.angles])
+        return self.potential.expression(parameters[self.potential_slice], casadi.vertcat(*self._turns(q), *places))
+
+    def _places(self, q: casadi.SX, translations: Sequence[int]) -> list[casadi.SX]:
+        return [q[i] / self.position_scale[i] for i in translations]
 
     def _turns(self, q: casadi.SX) -> list[casadi.SX]:
         return [turn for angle in self.angles for turn in (casadi.cos(q[angle]), casadi.sin(q[angle]))]
