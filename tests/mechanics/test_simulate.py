@@ -10,7 +10,7 @@ from repro.codegen.array_evaluation import evaluate
 from repro.codegen.straight_line import PART
 from repro.errors import UserError
 from repro.mechanics import c_engine
-from repro.mechanics import compile as engines
+from repro.mechanics import simulate as engines
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.runge_kutta import rk4_step
 from repro.mechanics.simulate import simulate

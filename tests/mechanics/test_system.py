@@ -257,7 +257,7 @@ def test_relative_damping_sees_the_rates_between_links() -> None:
         ({"name": "sip", "damping": [0.1, math.nan]}, "2 non-negative"),
         ({"name": "sip", "M1": 0.1}, "m1"),
         ({"name": "sip", "m1": 0.0}, "m1 = 0.0 of sip: must be a positive number"),
-        ({"name": "cart_rods", "n": 9}, "1 to 8 links"),
+        ({"name": "cart_rods", "n": 9}, "n = 9 of cart_rods: must be one of 1 to 8"),
     ],
 )
 def test_what_is_not_allowed_is_said(arguments: dict, message: str) -> None:

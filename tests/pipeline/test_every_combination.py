@@ -16,7 +16,7 @@ from repro.config.schema import Config
 from repro.control.controller_options import CONTROLLERS, ControllerOptions
 from repro.control.predictive_model import PredictiveModel
 from repro.errors import UserError
-from repro.mechanics import compile as engines
+from repro.mechanics import simulate as engines
 from repro.pipeline.plan import Pipeline
 from repro.pipeline.run import execute
 from repro.pipeline.stages.stored_fit import load_parameters, model_of, simulated_system

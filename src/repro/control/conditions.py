@@ -57,7 +57,7 @@ def plant_of(system: System, conditions: Conditions, start: Start) -> System:
     damping = conditions.damping or system.damping
     changed: dict[str, float] = {}
     if conditions.mismatch_kind == "physical" and conditions.mismatch:
-        names = [name for name in system.constants() if name not in ("g", "n")]
+        names = [name for name in system.constants() if name != "g" and name not in system.counts]
         factors = _factors(conditions, start, len(names))
         changed = {name: getattr(system, name) * factor for name, factor in zip(names, factors, strict=True)}
     return replace(system, damping=tuple(damping), **changed)  # type: ignore[arg-type]

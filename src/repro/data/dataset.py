@@ -11,9 +11,9 @@ import numpy as np
 from repro.codegen.array_evaluation import evaluate
 from repro.data.measurement import Measurement
 from repro.errors import UserError
-from repro.mechanics.compile import active_engine
 from repro.mechanics.coordinate import Coordinate
 from repro.mechanics.derive import dynamics_of
+from repro.mechanics.simulate import active_engine
 from repro.mechanics.system import System
 
 ARRAYS = "data.npz"

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from typing import Any
 
-from repro.mechanics.coordinate import Coordinate
-from repro.mechanics.inputs import Input, unit_columns
+from repro.mechanics.coordinate import Coordinate, Input
 from repro.mechanics.link_angles import LinkAngles
 from repro.mechanics.shapes import Block, InputArrow, Point, Segment, Shape
 
@@ -42,6 +41,8 @@ class Chain(LinkAngles):
         V = up g sum_j h_j cos(th_j),    h_j = sum_i m_i a_ij,    I_jk = sum_i m_i a_ij a_ik + delta_jk J_j.
     """
 
+    inputs = (Input("force", "N", 5.0),)
+
     m0: float = 0.6
     g: float = 9.8
 
@@ -57,15 +58,6 @@ class Chain(LinkAngles):
         cart = Coordinate("x", "m", False, cyclic=True)
         links = (Coordinate(f"theta{n}", "rad", True, absolute=i > 0) for i, n in enumerate(numbers))
         return (cart, *links)
-
-    @property
-    def inputs(self) -> tuple[Input, ...]:
-        """The force on the cart."""
-        return (Input("force", "N", 5.0),)
-
-    def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
-        """The force acts along the cart's position."""
-        return unit_columns(self.n_q, 0)
 
     def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
         """Kinetic energy in J (sections V-A and V-B)."""

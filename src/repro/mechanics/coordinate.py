@@ -1,4 +1,4 @@
-"""A generalised coordinate: name, unit, and the properties that a model uses besides the samples."""
+"""A generalised coordinate and an input: name, unit, and the properties that a model uses besides the samples."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -31,6 +31,15 @@ class Coordinate:
     def rate_unit(self) -> str:
         """Unit of its rate."""
         return "A" if self.unit == "C" else f"{self.unit}/s"
+
+
+@dataclass(frozen=True)
+class Input:
+    """One input: its name, its unit, and the limit of its size."""
+
+    name: str
+    unit: str
+    limit: float
 
 
 def joint_rates(n_q: int, jointed: Sequence[int]) -> np.ndarray:

@@ -1,27 +1,13 @@
-"""The inputs of a system: their names and limits, and the generalised force tau = B(q) u that they make."""
+"""The inputs of a system: their limits, and the generalised force tau = B(q) u that they make."""
 
-from __future__ import annotations
-
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from repro.codegen.array_evaluation import evaluate
-
-if TYPE_CHECKING:
-    from repro.mechanics.system import System
-
-
-@dataclass(frozen=True)
-class Input:
-    """One input: its name, its unit, and the limit of its size."""
-
-    name: str
-    unit: str
-    limit: float
+from repro.mechanics.system import System
 
 
 def input_limits(system: System) -> np.ndarray:
@@ -67,8 +53,3 @@ def under_inputs(acceleration: ca.Function, system: System) -> ca.Function:
     u, parameters = ca.SX.sym("u", len(system.inputs)), ca.SX.sym("parameters", acceleration.numel_in(3))
     qdd = acceleration(q, qd, input_map(system)(q) @ u, parameters)
     return ca.Function("acceleration", [q, qd, u, parameters], [ca.densify(qdd)], {"cse": True})
-
-
-def unit_columns(n_q: int, *driven: int) -> list[list[float]]:
-    """Rows of the constant B (n_q, n_u) whose input j acts along coordinate driven[j] alone."""
-    return [[float(i == j) for j in driven] for i in range(n_q)]

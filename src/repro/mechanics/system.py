@@ -9,13 +9,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from repro.errors import UserError
-from repro.mechanics.coordinate import Coordinate, jointed
-from repro.mechanics.inputs import Input
+from repro.mechanics.coordinate import Coordinate, Input, jointed
 from repro.mechanics.shapes import Point, Segment, Shape
 from repro.mechanics.system_options import SystemOptions
 from repro.plugins.plugin import plugin, plugin_names
 
 Range = tuple[float, float]
+States = Mapping[str, tuple[float, ...]]
 
 SLIDING = 0.01  # m/s, rad/s or A: well above this rate a dry friction has its full size
 TURN: Range = (-math.pi, math.pi)  # rad
@@ -34,11 +34,21 @@ class System(ABC):
     name: ClassVar[str]
     settings: ClassVar[tuple[str, ...]] = ("damping", "coulomb")  # fields that are no constants
     signed: ClassVar[tuple[str, ...]] = ()  # constants that need not be positive
+    counts: ClassVar[Mapping[str, int]] = {}  # constants that are whole numbers, from 1 to this one
 
     damping: tuple[float, ...] = ()
     coulomb: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
+        for constant in self.constants():
+            value = getattr(self, constant)
+            if constant in self.counts:
+                if value not in range(1, self.counts[constant] + 1):
+                    raise UserError(f"{constant} = {value} of {self.name}: must be one of 1 to {self.counts[constant]}")
+                object.__setattr__(self, constant, int(value))
+            elif not math.isfinite(value) or (value <= 0 and constant not in self.signed):
+                number = "number" if constant in self.signed else "positive number"
+                raise UserError(f"{constant} = {value} of {self.name}: must be a {number}")
         for name in ("damping", "coulomb"):
             given = getattr(self, name)
             values = tuple(float(coefficient) for coefficient in given) or (0.0,) * self.n_q
@@ -48,11 +58,6 @@ class System(ABC):
                     f"({', '.join(c.name for c in self.coordinates)}); got {list(given)}"
                 )
             object.__setattr__(self, name, values)
-        for constant in self.constants():
-            value = getattr(self, constant)
-            if not math.isfinite(value) or (value <= 0 and constant not in self.signed):
-                number = "number" if constant in self.signed else "positive number"
-                raise UserError(f"{constant} = {value} of {self.name}: must be a {number}")
 
     @classmethod
     def constants(cls) -> tuple[str, ...]:
@@ -75,7 +80,7 @@ class System(ABC):
         return tuple(i for i, coordinate in enumerate(self.coordinates) if coordinate.is_angle)
 
     @property
-    def rest_states(self) -> Mapping[str, tuple[float, ...]]:
+    def rest_states(self) -> States:
         """Coordinates (n_q,) of named states of rest; the first is where data start and where an energy is known."""
         return {"rest": (0.0,) * self.n_q}
 
@@ -103,9 +108,12 @@ class System(ABC):
     def inputs(self) -> tuple[Input, ...]:
         """The inputs u, in order."""
 
-    @abstractmethod
     def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
-        """Rows of B(q), (n_q, n_u): the generalised force is tau = B(q) u. Entries are numbers or expressions in q."""
+        """Rows of B(q), (n_q, n_u): the generalised force is tau = B(q) u. Entries are numbers or expressions in q.
+
+        Here input j acts along coordinate j alone.
+        """
+        return [[float(i == j) for j in range(len(self.inputs))] for i in range(self.n_q)]
 
     @abstractmethod
     def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:

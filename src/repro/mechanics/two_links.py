@@ -1,14 +1,14 @@
 """Two uniform rods, one at the end of the other, on a fixed hinge: what the acrobot and the pendubot have in common."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from repro.mechanics.chain import Link
 from repro.mechanics.coordinate import Coordinate
 from repro.mechanics.shapes import Circle, Segment, Shape, Turn
-from repro.mechanics.system import System
+from repro.mechanics.system import States, System
 
 
 @dataclass(frozen=True)
@@ -19,22 +19,14 @@ class TwoLinks(System):
     """
 
     driven: ClassVar[int]
+    coordinates = Coordinate("theta1", "rad", True), Coordinate("theta2", "rad", True, absolute=True)
+    rest_states: ClassVar[States] = {"upright": (0.0, 0.0), "hanging": (math.pi, math.pi)}
 
     m1: float = 0.2
     m2: float = 0.2
     L1: float = 0.5
     L2: float = 0.5
     g: float = 9.8
-
-    @property
-    def coordinates(self) -> tuple[Coordinate, ...]:
-        """The angles of the rods."""
-        return Coordinate("theta1", "rad", True), Coordinate("theta2", "rad", True, absolute=True)
-
-    @property
-    def rest_states(self) -> Mapping[str, tuple[float, ...]]:
-        """Both up, and both down."""
-        return {"upright": (0.0, 0.0), "hanging": (math.pi, math.pi)}
 
     def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
         """Kinetic energy in J."""

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from repro.mechanics.inputs import Input
+from repro.mechanics.coordinate import Input
 from repro.mechanics.two_links import TwoLinks
 
 
@@ -14,11 +14,7 @@ class Acrobot(TwoLinks):
 
     name: ClassVar[str] = "acrobot"
     driven: ClassVar[int] = 1
-
-    @property
-    def inputs(self) -> tuple[Input, ...]:
-        """A torque at the elbow."""
-        return (Input("torque", "N m", 1.0),)
+    inputs = (Input("torque", "N m", 1.0),)
 
     def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
         """It acts between the two rods."""

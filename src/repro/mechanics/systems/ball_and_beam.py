@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from repro.mechanics.coordinate import Coordinate
-from repro.mechanics.inputs import Input, unit_columns
+from repro.mechanics.coordinate import Coordinate, Input
 from repro.mechanics.shapes import Circle, Segment, Shape, Turn
 from repro.mechanics.system import Range, System
 
@@ -18,6 +17,8 @@ class BallAndBeam(System):
     """
 
     name: ClassVar[str] = "ball_and_beam"
+    coordinates = Coordinate("x", "m", False), Coordinate("alpha", "rad", True)
+    inputs = (Input("torque", "N m", 1.0),)
 
     m1: float = 0.2
     r1: float = 0.02
@@ -25,19 +26,9 @@ class BallAndBeam(System):
     L: float = 0.5
     g: float = 9.8
 
-    @property
-    def coordinates(self) -> tuple[Coordinate, ...]:
-        """The ball's place along the beam, and the tilt of the beam."""
-        return Coordinate("x", "m", False), Coordinate("alpha", "rad", True)
-
-    @property
-    def inputs(self) -> tuple[Input, ...]:
-        """The torque of the motor."""
-        return (Input("torque", "N m", 1.0),)
-
     def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
         """It tilts the beam."""
-        return unit_columns(2, 1)
+        return [[0.0], [1.0]]
 
     @property
     def reset_ranges(self) -> tuple[tuple[Range, Range], ...]:

@@ -1,14 +1,13 @@
 """The single pendulum with its cart on a slope."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from repro.mechanics.coordinate import Coordinate
-from repro.mechanics.inputs import Input, unit_columns
+from repro.mechanics.coordinate import Coordinate, Input
 from repro.mechanics.shapes import Block, InputArrow, Segment, Shape
-from repro.mechanics.system import System
+from repro.mechanics.system import States, System
 
 
 @dataclass(frozen=True)
@@ -20,31 +19,15 @@ class CartOnSlope(System):
 
     name: ClassVar[str] = "cart_on_slope"
     signed: ClassVar[tuple[str, ...]] = ("slope",)
+    coordinates = Coordinate("x", "m", False), Coordinate("theta", "rad", True)
+    inputs = (Input("force", "N", 5.0),)
+    rest_states: ClassVar[States] = {"upright": (0.0, 0.0), "hanging": (0.0, math.pi)}
 
     m0: float = 0.6
     m1: float = 0.2
     L1: float = 0.5
     slope: float = 0.2
     g: float = 9.8
-
-    @property
-    def coordinates(self) -> tuple[Coordinate, ...]:
-        """The cart's way along the track, and the angle of the pole."""
-        return Coordinate("x", "m", False), Coordinate("theta", "rad", True)
-
-    @property
-    def rest_states(self) -> Mapping[str, tuple[float, ...]]:
-        """The pole up and down; the force holds the cart."""
-        return {"upright": (0.0, 0.0), "hanging": (0.0, math.pi)}
-
-    @property
-    def inputs(self) -> tuple[Input, ...]:
-        """The force on the cart."""
-        return (Input("force", "N", 5.0),)
-
-    def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
-        """It acts along the track."""
-        return unit_columns(2, 0)
 
     def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
         """Kinetic energy in J."""

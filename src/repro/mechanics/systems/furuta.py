@@ -1,14 +1,13 @@
 """The rotary pendulum of Furuta: a motor turns an arm, and a rod swings at its end."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from repro.mechanics.coordinate import Coordinate
-from repro.mechanics.inputs import Input, unit_columns
+from repro.mechanics.coordinate import Coordinate, Input
 from repro.mechanics.shapes import Circle, Segment, Shape, Turn
-from repro.mechanics.system import System
+from repro.mechanics.system import States, System
 
 
 @dataclass(frozen=True)
@@ -19,31 +18,15 @@ class FurutaPendulum(System):
     """
 
     name: ClassVar[str] = "furuta"
+    coordinates = Coordinate("phi", "rad", True, cyclic=True), Coordinate("theta", "rad", True)
+    inputs = (Input("torque", "N m", 0.3),)
+    rest_states: ClassVar[States] = {"upright": (0.0, 0.0), "hanging": (0.0, math.pi)}
 
     J0: float = 0.02
     r: float = 0.25
     m1: float = 0.2
     L1: float = 0.5
     g: float = 9.8
-
-    @property
-    def coordinates(self) -> tuple[Coordinate, ...]:
-        """The angles of arm and rod."""
-        return Coordinate("phi", "rad", True, cyclic=True), Coordinate("theta", "rad", True)
-
-    @property
-    def rest_states(self) -> Mapping[str, tuple[float, ...]]:
-        """The rod up and down."""
-        return {"upright": (0.0, 0.0), "hanging": (0.0, math.pi)}
-
-    @property
-    def inputs(self) -> tuple[Input, ...]:
-        """The torque of the motor."""
-        return (Input("torque", "N m", 0.3),)
-
-    def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
-        """It turns the arm."""
-        return unit_columns(2, 0)
 
     def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
         """Kinetic energy in J."""

@@ -4,10 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from repro.mechanics.coordinate import Coordinate
-from repro.mechanics.inputs import Input, unit_columns
+from repro.mechanics.coordinate import Coordinate, Input
 from repro.mechanics.shapes import Block, InputArrow, Point, Segment, Shape, Spring
-from repro.mechanics.system import Range, System
+from repro.mechanics.system import System
 
 
 @dataclass(frozen=True)
@@ -15,24 +14,13 @@ class SpringLink(System):
     """Mass m1 (kg) at the end of a spring with force k1 s + k3 s^3 (N/m, N/m^3) that hangs on a wall."""
 
     name: ClassVar[str] = "link"
+    coordinates = (Coordinate("x", "m", False),)
+    inputs = (Input("force", "N", 5.0),)
+    reset_ranges = (((0.0, 0.0), (-1.0, 1.0)),)
 
     m1: float = 0.5
     k1: float = 20.0
     k3: float = 40.0
-
-    @property
-    def coordinates(self) -> tuple[Coordinate, ...]:
-        """The extension of the spring."""
-        return (Coordinate("x", "m", False),)
-
-    @property
-    def inputs(self) -> tuple[Input, ...]:
-        """The force on the mass."""
-        return (Input("force", "N", 5.0),)
-
-    def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
-        """The force acts along the extension."""
-        return unit_columns(self.n_q, 0)
 
     def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
         """Kinetic energy in J."""
@@ -41,11 +29,6 @@ class SpringLink(System):
     def potential(self, q: Sequence[Any], m: Any) -> Any:
         """Energy of the spring in J."""
         return 0.5 * self.k1 * q[0] ** 2 + 0.25 * self.k3 * q[0] ** 4
-
-    @property
-    def reset_ranges(self) -> tuple[tuple[Range, Range], ...]:
-        """At rest length, moving."""
-        return (((0.0, 0.0), (-1.0, 1.0)),)
 
     def shapes(self, q: Sequence[Any], m: Any) -> list[Shape]:
         """The mass, and the spring to a wall 1 m away at rest."""

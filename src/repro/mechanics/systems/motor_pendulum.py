@@ -1,14 +1,13 @@
 """An electric motor that swings a rod: a current and an angle in one Lagrangian."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from repro.mechanics.coordinate import Coordinate
-from repro.mechanics.inputs import Input, unit_columns
+from repro.mechanics.coordinate import Coordinate, Input
 from repro.mechanics.shapes import Circle, Segment, Shape, Turn
-from repro.mechanics.system import System
+from repro.mechanics.system import States, System
 
 
 @dataclass(frozen=True)
@@ -20,31 +19,15 @@ class MotorPendulum(System):
     """
 
     name: ClassVar[str] = "motor_pendulum"
+    coordinates = Coordinate("charge", "C", False, cyclic=True), Coordinate("theta", "rad", True)
+    inputs = (Input("voltage", "V", 6.0),)
+    rest_states: ClassVar[States] = {"upright": (0.0, 0.0), "hanging": (0.0, math.pi)}
 
     Li: float = 0.05
     ki: float = 0.3
     m1: float = 0.2
     L1: float = 0.5
     g: float = 9.8
-
-    @property
-    def coordinates(self) -> tuple[Coordinate, ...]:
-        """The charge that has flowed, and the angle of the rod from upright."""
-        return Coordinate("charge", "C", False, cyclic=True), Coordinate("theta", "rad", True)
-
-    @property
-    def rest_states(self) -> Mapping[str, tuple[float, ...]]:
-        """The rod up and down."""
-        return {"upright": (0.0, 0.0), "hanging": (0.0, math.pi)}
-
-    @property
-    def inputs(self) -> tuple[Input, ...]:
-        """The voltage of the supply."""
-        return (Input("voltage", "V", 6.0),)
-
-    def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
-        """It drives the current."""
-        return unit_columns(2, 0)
 
     def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
         """Energy in J of the magnetic field and of the rod."""

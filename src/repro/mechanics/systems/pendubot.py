@@ -1,10 +1,9 @@
 """Two rods on a fixed hinge, driven at the shoulder alone."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from repro.mechanics.inputs import Input
+from repro.mechanics.coordinate import Input
 from repro.mechanics.two_links import TwoLinks
 
 
@@ -14,12 +13,4 @@ class Pendubot(TwoLinks):
 
     name: ClassVar[str] = "pendubot"
     driven: ClassVar[int] = 0
-
-    @property
-    def inputs(self) -> tuple[Input, ...]:
-        """A torque at the shoulder."""
-        return (Input("torque", "N m", 1.0),)
-
-    def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
-        """It acts on the first rod."""
-        return [[1.0], [0.0]]
+    inputs = (Input("torque", "N m", 1.0),)

@@ -1,13 +1,12 @@
 """A planar quadrotor: a body between two rotors whose thrusts go along its own vertical."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from repro.mechanics.coordinate import Coordinate
-from repro.mechanics.inputs import Input
+from repro.mechanics.coordinate import Coordinate, Input
 from repro.mechanics.shapes import Block, InputArrow, Segment, Shape
-from repro.mechanics.system import System
+from repro.mechanics.system import States, System
 
 
 @dataclass(frozen=True)
@@ -15,30 +14,18 @@ class PlanarQuadrotor(System):
     """A body of mass m1 and inertia J1, rotors at the distance L from its centre (kg, kg m^2, m, m/s^2)."""
 
     name: ClassVar[str] = "quadrotor"
+    coordinates = (
+        Coordinate("x", "m", False, cyclic=True),
+        Coordinate("y", "m", False),
+        Coordinate("theta", "rad", True, cyclic=True),
+    )
+    inputs = Input("left_thrust", "N", 6.0), Input("right_thrust", "N", 6.0)
+    rest_states: ClassVar[States] = {"hover": (0.0, 0.0, 0.0)}
 
     m1: float = 0.5
     J1: float = 0.01
     L: float = 0.2
     g: float = 9.8
-
-    @property
-    def coordinates(self) -> tuple[Coordinate, ...]:
-        """The place of the centre, and the tilt of the body."""
-        return (
-            Coordinate("x", "m", False, cyclic=True),
-            Coordinate("y", "m", False),
-            Coordinate("theta", "rad", True, cyclic=True),
-        )
-
-    @property
-    def rest_states(self) -> Mapping[str, tuple[float, ...]]:
-        """In the air, level."""
-        return {"hover": (0.0, 0.0, 0.0)}
-
-    @property
-    def inputs(self) -> tuple[Input, ...]:
-        """The thrusts; half the weight each to hover."""
-        return Input("left_thrust", "N", 6.0), Input("right_thrust", "N", 6.0)
 
     def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
         """Both push along the body's vertical, and turn it against each other."""

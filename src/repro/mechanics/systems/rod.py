@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from repro.mechanics.chain import Link
-from repro.mechanics.coordinate import Coordinate
-from repro.mechanics.inputs import Input, unit_columns
+from repro.mechanics.coordinate import Coordinate, Input
 from repro.mechanics.link_angles import LinkAngles
 from repro.mechanics.shapes import Point, Segment, Shape
-from repro.mechanics.system import TURN, Range
+from repro.mechanics.system import TURN
 
 
 @dataclass(frozen=True)
@@ -20,6 +19,13 @@ class FreeRod(LinkAngles):
     """
 
     name: ClassVar[str] = "rod"
+    coordinates = (
+        Coordinate("x", "m", False, cyclic=True),
+        Coordinate("y", "m", False),
+        Coordinate("theta", "rad", True),
+    )
+    inputs = Input("force_x", "N", 5.0), Input("force_y", "N", 5.0), Input("torque", "N m", 5.0)
+    reset_ranges = ((0.0, 0.0), (-1.0, 1.0)), ((0.0, 0.0), (-1.0, 1.0)), (TURN, (-3.0, 3.0))
 
     m2: float = 0.2
     L2: float = 0.5
@@ -29,30 +35,6 @@ class FreeRod(LinkAngles):
     def link(self) -> Link:
         """The rod as a link that would turn about one of its ends."""
         return Link.rod(self.m2, self.L2)
-
-    @property
-    def coordinates(self) -> tuple[Coordinate, ...]:
-        """Position of the centre of mass, and the angle."""
-        return (
-            Coordinate("x", "m", False, cyclic=True),
-            Coordinate("y", "m", False),
-            Coordinate("theta", "rad", True),
-        )
-
-    @property
-    def inputs(self) -> tuple[Input, ...]:
-        """The components of the force, and the torque."""
-        return Input("force_x", "N", 5.0), Input("force_y", "N", 5.0), Input("torque", "N m", 5.0)
-
-    def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
-        """Each acts along its coordinate."""
-        return unit_columns(self.n_q, 0, 1, 2)
-
-    @property
-    def reset_ranges(self) -> tuple[tuple[Range, Range], ...]:
-        """At the origin, at any angle."""
-        still = (0.0, 0.0)
-        return (still, (-1.0, 1.0)), (still, (-1.0, 1.0)), (TURN, (-3.0, 3.0))
 
     def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
         """Kinetic energy in J."""

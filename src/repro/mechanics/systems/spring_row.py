@@ -1,48 +1,35 @@
 """Masses in a row on springs, the first one tied to a wall, with a force on the last one."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, ClassVar
 
-from repro.errors import UserError
-from repro.mechanics.coordinate import Coordinate
-from repro.mechanics.inputs import Input, unit_columns
+from repro.mechanics.coordinate import Coordinate, Input
 from repro.mechanics.shapes import Block, InputArrow, Segment, Shape, Spring
 from repro.mechanics.system import System
-
-MOST = 8
 
 
 @dataclass(frozen=True)
 class SpringRow(System):
-    """n masses m1 (kg) on springs k1 (N/m); UserError for n outside 1..8."""
+    """n masses m1 (kg) on springs k1 (N/m)."""
 
     name: ClassVar[str] = "spring_row"
+    counts: ClassVar[Mapping[str, int]] = {"n": 8}
+    inputs = (Input("force", "N", 5.0),)
 
     n: int = 3
     m1: float = 0.5
     k1: float = 20.0
-
-    def __post_init__(self) -> None:
-        if self.n != int(self.n) or not 1 <= self.n <= MOST:
-            raise UserError(f"n = {self.n}: a row has 1 to {MOST} masses")
-        object.__setattr__(self, "n", int(self.n))
-        super().__post_init__()
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
         """How far each mass is from its place at rest."""
         return tuple(Coordinate(f"x{number}", "m", False) for number in range(1, self.n + 1))
 
-    @property
-    def inputs(self) -> tuple[Input, ...]:
-        """The force on the last mass."""
-        return (Input("force", "N", 5.0),)
-
     def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
         """It moves the last mass."""
-        return unit_columns(self.n, self.n - 1)
+        return [*[[0.0]] * (self.n - 1), [1.0]]
 
     def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
         """Kinetic energy in J."""

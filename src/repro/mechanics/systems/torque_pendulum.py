@@ -1,14 +1,13 @@
 """A uniform rod on a fixed hinge that a motor turns, too weak to lift it."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from repro.mechanics.coordinate import Coordinate
-from repro.mechanics.inputs import Input, unit_columns
+from repro.mechanics.coordinate import Coordinate, Input
 from repro.mechanics.shapes import Circle, Segment, Shape, Turn
-from repro.mechanics.system import System
+from repro.mechanics.system import States, System
 
 
 @dataclass(frozen=True)
@@ -16,29 +15,13 @@ class TorquePendulum(System):
     """A rod of mass m1 and length L1 (kg, m, m/s^2), its angle from upright, and a torque on the hinge."""
 
     name: ClassVar[str] = "torque_pendulum"
+    coordinates = (Coordinate("theta", "rad", True),)
+    inputs = (Input("torque", "N m", 1.0),)
+    rest_states: ClassVar[States] = {"upright": (0.0,), "hanging": (math.pi,)}
 
     m1: float = 1.0
     L1: float = 1.0
     g: float = 9.8
-
-    @property
-    def coordinates(self) -> tuple[Coordinate, ...]:
-        """The angle of the rod."""
-        return (Coordinate("theta", "rad", True),)
-
-    @property
-    def rest_states(self) -> Mapping[str, tuple[float, ...]]:
-        """Up and down."""
-        return {"upright": (0.0,), "hanging": (math.pi,)}
-
-    @property
-    def inputs(self) -> tuple[Input, ...]:
-        """A torque of a fifth of what holds the rod level."""
-        return (Input("torque", "N m", 1.0),)
-
-    def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
-        """The torque turns the rod."""
-        return unit_columns(1, 0)
 
     def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
         """Kinetic energy in J."""

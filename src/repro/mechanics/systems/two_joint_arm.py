@@ -1,14 +1,13 @@
 """A robot arm of two rods with a motor in each joint."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from repro.mechanics.coordinate import Coordinate
-from repro.mechanics.inputs import Input, unit_columns
+from repro.mechanics.coordinate import Coordinate, Input
 from repro.mechanics.shapes import Circle, Segment, Shape, Turn
-from repro.mechanics.system import System
+from repro.mechanics.system import States, System
 
 
 @dataclass(frozen=True)
@@ -19,31 +18,15 @@ class TwoJointArm(System):
     """
 
     name: ClassVar[str] = "two_joint_arm"
+    coordinates = Coordinate("shoulder", "rad", True), Coordinate("elbow", "rad", True)
+    inputs = Input("shoulder_torque", "N m", 10.0), Input("elbow_torque", "N m", 4.0)
+    rest_states: ClassVar[States] = {"hanging": (math.pi, 0.0), "upright": (0.0, 0.0), "home": (math.pi / 2, 0.0)}
 
     m1: float = 1.0
     m2: float = 0.8
     L1: float = 0.4
     L2: float = 0.3
     g: float = 9.8
-
-    @property
-    def coordinates(self) -> tuple[Coordinate, ...]:
-        """The angles of the joints."""
-        return Coordinate("shoulder", "rad", True), Coordinate("elbow", "rad", True)
-
-    @property
-    def rest_states(self) -> Mapping[str, tuple[float, ...]]:
-        """Down, up, and stretched out level, which the motors hold."""
-        return {"hanging": (math.pi, 0.0), "upright": (0.0, 0.0), "home": (math.pi / 2, 0.0)}
-
-    @property
-    def inputs(self) -> tuple[Input, ...]:
-        """The torques of the motors."""
-        return Input("shoulder_torque", "N m", 10.0), Input("elbow_torque", "N m", 4.0)
-
-    def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
-        """Each turns its own joint."""
-        return unit_columns(2, 0, 1)
 
     def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
         """Kinetic energy in J."""
