@@ -7,9 +7,8 @@ from cart_task import random_start
 from scipy.optimize import least_squares
 
 from repro.codegen.array_evaluation import evaluate
-from repro.control.adaptation import Identification, Prior
+from repro.control.adaptation import Identification, MomentumBalance, Prior, sampled
 from repro.control.conditions import measured
-from repro.control.momentum_balance import MomentumBalance, forces, information, momenta
 from repro.data.random_force import random_force
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
@@ -63,7 +62,7 @@ def fitted(model, samples, tau):
 
 
 def identification(system, model, wrong, samples, noise=2e-3, drift=2e-4):
-    prior = Prior.of(model, wrong, *samples, 0.2, 0.3)
+    prior = Prior.of(model, wrong, samples, 0.2, 0.3)
     return Identification(MomentumBalance(model, system, 8, DT), prior, noise, drift)
 
 
@@ -130,7 +129,9 @@ def test_noise_averages_out_over_long_motions():
     seen = measured(np.concatenate([stretches[0, :1], stretches[:, 1:].reshape(-1, 6)]), system, 1.0, generator)
     for k, applied in enumerate(forced):
         adaptive.update(seen[8 * k : 8 * k + 9], applied)
-    tau, found = (forces(model, *samples, weights) for weights in (model.coefficients, adaptive.weights))
+    tau, found = (
+        sampled(model, model.inverse_dynamics, samples, weights) for weights in (model.coefficients, adaptive.weights)
+    )
     assert np.sqrt(np.mean((found - tau) ** 2) / np.mean(tau**2)) < 0.02
 
 
@@ -183,18 +184,14 @@ def test_what_is_not_finite_teaches_nothing_and_harms_nothing(plant):
 
 
 def test_the_prior_is_what_the_training_data_say(plant):
-    system, model, (q, qd, qdd) = plant
+    system, model, samples = plant
     weights = model.coefficients
-    prior = Prior.of(model, weights, q, qd, qdd, 0.2, 0.3)
+    prior = Prior.of(model, weights, samples, 0.2, 0.3)
     np.testing.assert_array_equal(prior.weights, weights)
     assert np.linalg.eigvalsh(prior.covariance).min() > 0
-    np.testing.assert_allclose(
-        forces(model, q, qd, qdd, weights), evaluate(dynamics_of(system).inverse, q, qd, qdd), atol=1e-10
-    )
+    tau = sampled(model, model.inverse_dynamics, samples, weights)
+    np.testing.assert_allclose(tau, evaluate(dynamics_of(system).inverse, *samples), atol=1e-10)
     # all weights wrong by 20 % make all forces wrong by 20 %: one deviation of the prior, and 0.2 of each weight's
-    raw = information(model, q, qd, qdd, weights)
-    tau = forces(model, q, qd, qdd, weights)
-    assert weights @ raw @ weights == pytest.approx(np.mean(np.sum(tau**2, axis=-1)))
     assert (0.2 * weights) @ np.linalg.inv(prior.covariance) @ (0.2 * weights) == pytest.approx(
         1.0 + 0.2**2 * len(weights)
     )
@@ -205,9 +202,10 @@ def test_friction_is_expected_to_take_a_share_of_the_momentum():
     system = load("sip")
     model = DampedTruth(system)
     weights = model.initial([np.random.default_rng(0)])[0]
-    q, qd, qdd = training(system)
-    loose, tight = (Prior.of(model, weights, q, qd, qdd, 0.2, rate) for rate in (1e6, 1e-3))
-    one = np.sqrt(np.mean(momenta(model, q, qd, weights) ** 2, axis=0) / np.mean(qd**2, axis=0))
+    samples = training(system)
+    loose, tight = (Prior.of(model, weights, samples, 0.2, rate) for rate in (1e6, 1e-3))
+    momentum = sampled(model, model.momentum, samples[:2], weights)
+    one = np.sqrt(np.mean(momentum**2, axis=0) / np.mean(samples[1] ** 2, axis=0))
     np.testing.assert_allclose(np.sqrt(np.diag(tight.covariance)[-2:]), 1e-3 * one, rtol=0.01)
     assert np.all(np.diag(loose.covariance)[-2:] > np.diag(tight.covariance)[-2:])
 

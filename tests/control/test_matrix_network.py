@@ -4,11 +4,10 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from repro.control import matrix_network
+from repro.control import predictive_model as matrix_network
 from repro.control.interval import interval
-from repro.control.matrix_network import MatrixNetwork
 from repro.control.optimal_control_problem import NodeWeights, Obstacle, OptimalControlProblem
-from repro.control.predictive_model import PredictiveModel
+from repro.control.predictive_model import MatrixNetwork, PredictiveModel
 from repro.mechanics.inputs import input_map
 from repro.models.bases import t2
 from repro.models.lagrangian import Lagrangian

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from cart_task import erect
 
-from repro.control.outcome import judge
+from repro.control.goal import judge
 from repro.mechanics.system import load
 
 DIP = load("dip")

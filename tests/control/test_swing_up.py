@@ -8,8 +8,7 @@ import pytest
 from repro.config.plugin_options import checked
 from repro.config.registry import settings
 from repro.control.closed_loop import run_loop
-from repro.control.controller import ControlStep
-from repro.control.controller_options import CONTROLLERS
+from repro.control.controller import CONTROLLERS, ControlStep
 from repro.control.predictive_model import PredictiveModel
 from repro.control.task import Task
 from repro.mechanics.inputs import input_limits

@@ -13,7 +13,7 @@ from repro.codegen import c_library
 from repro.config.plugin_options import checked
 from repro.config.registry import groups
 from repro.config.schema import Config
-from repro.control.controller_options import CONTROLLERS, ControllerOptions
+from repro.control.controller import CONTROLLERS, ControllerOptions
 from repro.control.predictive_model import PredictiveModel
 from repro.errors import UserError
 from repro.mechanics import simulate as engines

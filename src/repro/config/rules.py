@@ -10,7 +10,7 @@ from repro.config.recording_rules import recording, wrong_content
 from repro.config.schema import Config
 from repro.config.sensor_rules import sensors, without_accelerations
 from repro.config.submodels import n_coordinates
-from repro.control.controller_options import ControllerOptions
+from repro.control.controller import ControllerOptions
 from repro.data.data_options import RandomForce, RecordingFile
 from repro.errors import UserError
 from repro.learning.objective_options import Equation

@@ -8,7 +8,7 @@ from pydantic import ConfigDict, Field, field_validator
 
 from repro.config.base import Count, NotNegative, Positive, Section
 from repro.config.plugin_options import MODELS, OPTIMISERS, chosen
-from repro.control.controller_options import CONTROLLERS, ControlOptions
+from repro.control.controller import CONTROLLERS, ControlOptions
 from repro.control.task import Task
 from repro.data.data_options import DataSource, RandomForce, RecordingFile
 from repro.learning.objective_options import ObjectiveOptions

@@ -1,21 +1,81 @@
-"""Online re-identification: a Kalman filter of a model's weights on its momentum balance, with the fit as prior."""
+"""Online re-identification: a Kalman filter of a model's weights on its momentum balance, with the fit as prior.
+
+    p(t_n) - p(t_0) = integral of (tau + dL/dq - friction),   p = dL/dqd,
+
+holds along every motion of a model. It needs positions, velocities and the inputs, no accelerations; for a model
+that is linear in its weights it is linear in them.
+"""
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from repro.codegen.array_evaluation import evaluate
 from repro.control.controller import ControlStep
-from repro.control.momentum_balance import MomentumBalance, forces, friction_jacobian, information, momenta
 from repro.control.predictive_controller import PredictiveController
+from repro.mechanics.inputs import input_matrix
+from repro.mechanics.system import System
 from repro.models.model import Model
 
 POSITIONS = 64  # positions at which the mass matrix must stay positive definite
 LEAST = 0.1  # share of its least eigenvalue before that must remain
 HALVINGS = 6  # of a step that is too long
 ROUNDING = 1e-9  # N s
+
+
+@dataclass(frozen=True)
+class MomentumBalance:
+    """The balance of one model over `intervals` sampling intervals of dt s; the integral by Simpson's rule.
+
+    ValueError for an odd number of intervals.
+    """
+
+    model: Model
+    system: System
+    intervals: int
+    dt: float
+
+    def __post_init__(self) -> None:
+        if self.intervals % 2 or self.intervals < 2:
+            raise ValueError(f"Simpson's rule needs an even number of intervals, got {self.intervals}")
+
+    def error(self, samples: np.ndarray, inputs: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The impulse that the model does not explain, (n_q,) in N s, and d(explained)/d(weights), (n_q, n_weights).
+
+        samples: (intervals + 1, 2 n_q); inputs: (intervals, n_u), held between samples.
+        """
+        at_samples = input_matrix(self.system, samples[:, : self.model.n_q])
+        forces = ((at_samples[:-1] + at_samples[1:]) / 2 @ inputs[..., None])[..., 0]
+        impulse = np.sum(np.ascontiguousarray(forces.T), axis=1) * self.dt
+        explained, jacobian = self._explained(samples.T, weights)
+        return impulse - np.asarray(explained).ravel(), np.asarray(jacobian)
+
+    @cached_property
+    def _explained(self) -> ca.Function:
+        n_q = self.model.n_q
+        q, qd, w = ca.SX.sym("q", n_q), ca.SX.sym("qd", n_q), ca.SX.sym("w", self.model.n_parameters)
+        energies = self.model.energies(q, qd, w)
+        momentum = self.model.momentum(q, qd, w)
+        force = ca.gradient(energies.kinetic - energies.potential, q) - self.model.friction(q, qd, w)
+        parts = ca.Function(
+            "parts",
+            [ca.vertcat(q, qd), w],
+            [momentum, force, ca.jacobian(momentum, w), ca.jacobian(force, w)],
+            {"cse": True},
+        )
+        samples, weights = ca.MX.sym("samples", 2 * n_q, self.intervals + 1), ca.MX.sym("w", w.numel())
+        simpson = self.dt / 3 * np.array([1, *[4, 2] * (self.intervals // 2 - 1), 4, 1])
+        at = [parts(samples[:, k], weights) for k in range(self.intervals + 1)]
+        explained, jacobian = (
+            at[-1][part] - at[0][part] - sum(share * each[1 + part] for share, each in zip(simpson, at, strict=True))
+            for part in (0, 2)
+        )
+        return ca.Function("explained", [samples, weights], [explained, jacobian])
 
 
 @dataclass(frozen=True)
@@ -34,23 +94,23 @@ class Prior:
 
     @classmethod
     def of(
-        cls,
-        model: Model,
-        weights: np.ndarray,
-        q: np.ndarray,
-        qd: np.ndarray,
-        qdd: np.ndarray,
-        error: float,
-        friction: float,
+        cls, model: Model, weights: np.ndarray, samples: tuple[np.ndarray, ...], error: float, friction: float
     ) -> "Prior":
-        """The prior of a model fitted to samples (sample, n_q)."""
-        size = np.sqrt(np.mean(np.sum(forces(model, q, qd, qdd, weights) ** 2, axis=-1)))
-        momentum = np.sqrt(np.mean(momenta(model, q, qd, weights) ** 2, axis=0))
-        jacobian = friction_jacobian(model, q, qd, weights) / (friction * momentum)[:, None]
-        jacobian = jacobian.reshape(-1, len(weights))
-        of_data = information(model, q, qd, qdd, weights) / (error * size) ** 2 + jacobian.T @ jacobian / len(q)
+        """The prior of a model fitted to samples of q, qd and qdd, each (sample, n_q)."""
+        n_w, count = len(weights), len(samples[0])
+
+        def at_samples(expression: Callable[..., Any], *arrays: np.ndarray) -> np.ndarray:
+            return sampled(model, expression, arrays, weights)
+
+        size = np.sqrt(np.mean(np.sum(at_samples(model.inverse_dynamics, *samples) ** 2, axis=-1)))
+        momentum = np.sqrt(np.mean(at_samples(model.momentum, *samples[:2]) ** 2, axis=0))
+        of_forces = at_samples(lambda *at: ca.jacobian(model.inverse_dynamics(*at), at[-1]), *samples)
+        of_friction = at_samples(lambda *at: ca.jacobian(model.friction(*at), at[-1]), *samples[:2])
+        forces = of_forces.reshape(-1, n_w)
+        slowed = (of_friction.reshape(count, -1, n_w) / (friction * momentum)[:, None]).reshape(-1, n_w)
+        of_data = forces.T @ forces / count / (error * size) ** 2 + slowed.T @ slowed / count
         spread = np.mean(weights**2)
-        return cls(weights, np.linalg.inv(of_data + np.eye(len(weights)) / spread), momentum)
+        return cls(weights, np.linalg.inv(of_data + np.eye(n_w) / spread), momentum)
 
 
 @dataclass
@@ -153,3 +213,12 @@ class AdaptiveController:
         self.identification.update(samples, inputs)
         self.controller.weights = self.identification.weights
         self._seconds = time.thread_time() - started
+
+
+def sampled(
+    model: Model, expression: Callable[..., Any], samples: tuple[np.ndarray, ...], weights: np.ndarray
+) -> np.ndarray:
+    """An expression in q, qd, ... and the weights at samples, each (sample, n_q): (sample, entries)."""
+    symbols = [*(ca.SX.sym("at", model.n_q) for _ in samples), ca.SX.sym("w", model.n_parameters)]
+    function = ca.Function("sampled", symbols, [ca.densify(expression(*symbols))], {"cse": True})
+    return evaluate(function, *samples, weights)

@@ -7,7 +7,7 @@ import numpy as np
 from repro.control.conditions import Conditions, Start, measured, plant_of
 from repro.control.controller import Controller, ControlStep
 from repro.control.geometry import Disc
-from repro.control.outcome import Outcome, judge
+from repro.control.goal import Outcome, judge
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.inputs import under_inputs
 from repro.mechanics.simulate import simulate

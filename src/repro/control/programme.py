@@ -11,8 +11,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from repro.control.horizon_cost import Expression
-from repro.control.interval import Interval
+from repro.control.interval import Expression, Interval
 from repro.control.transcription import Transcription
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from repro.codegen.c_source import c_source
 from repro.codegen.lanes import FUNCTIONS, TYPE, vector_function
-from repro.control.horizon_cost import HorizonCost
+from repro.control.interval import HorizonCost
 from repro.control.programme import hessian_places, jacobian_places
 from repro.control.rate import Rate, column_function
 from repro.control.transcription import Transcription

@@ -7,9 +7,9 @@ from typing import Any
 import casadi as ca
 
 from repro.codegen.c_library import has_compiler, library_file
-from repro.control.matrix_network import is_wide
 from repro.control.nonlinear_solver import CompiledProgramme, NonlinearSolver, Solver
 from repro.control.optimal_control_problem import SolverName
+from repro.control.predictive_model import is_wide
 from repro.control.programme import Programme, programme
 from repro.control.shooting import shooting_code
 from repro.control.solver_process import GuardedSolver

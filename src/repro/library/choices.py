@@ -5,7 +5,7 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from repro.control.controller_options import ControllerOptions
+from repro.control.controller import ControllerOptions
 from repro.control.task import Task
 from repro.errors import UserError
 from repro.learning.objective_options import ObjectiveOptions

@@ -8,7 +8,7 @@ import numpy as np
 
 from repro.control.closed_loop import ClosedLoop, run_loop
 from repro.control.conditions import wrong_weights
-from repro.control.controller_options import CONTROLLERS, ControllerOptions
+from repro.control.controller import CONTROLLERS, ControllerOptions
 from repro.control.predictive_model import PredictiveModel
 from repro.control.task import Task
 from repro.data.dataset import Dataset

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from repro.codegen.array_evaluation import evaluate
-from repro.control.controller_options import ControllerOptions
+from repro.control.controller import ControllerOptions
 from repro.control.task import Task
 from repro.data.dataset import Dataset
 from repro.errors import UserError

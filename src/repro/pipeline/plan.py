@@ -6,7 +6,7 @@ from functools import cached_property
 
 from repro.config.schema import Config, scaled
 from repro.config.submodels import fit_of, is_settings, settings_of
-from repro.control.controller_options import CONTROLLERS, ControllerOptions
+from repro.control.controller import CONTROLLERS, ControllerOptions
 from repro.data.data_options import FreeMotionOptions, RandomForce, RecordingFile, Regime
 from repro.learning.sequence_options import SequenceKind, SequenceOptions
 from repro.learning.training_options import Training

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from repro.control.controller_options import ControllerOptions
+from repro.control.controller import ControllerOptions
 from repro.control.task import Task
 from repro.data.data_options import FreeMotionOptions, RandomForce, RecordingFile
 from repro.learning.training_options import Training

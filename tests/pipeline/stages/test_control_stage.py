@@ -7,7 +7,7 @@ from configurations import changed
 
 from repro.config.plugin_options import checked
 from repro.config.registry import groups, settings
-from repro.control.controller_options import CONTROLLERS
+from repro.control.controller import CONTROLLERS
 from repro.control.predictive_model import PredictiveModel
 from repro.control.task import Task
 from repro.data.random_force import random_force

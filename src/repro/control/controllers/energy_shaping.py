@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, ClassVar
 import casadi as ca
 import numpy as np
 
-from repro.control.controller import ControlStep
-from repro.control.controller_options import ControllerOptions
+from repro.control.controller import ControllerOptions, ControlStep
 from repro.errors import UserError
 from repro.mechanics.chain import Chain
 from repro.mechanics.derive import dynamics_of

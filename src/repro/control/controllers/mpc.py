@@ -7,7 +7,7 @@ from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from repro.control.controller_options import ControllerOptions
+from repro.control.controller import ControllerOptions
 from repro.control.optimal_control_problem import (
     AngleError,
     Discretisation,
@@ -111,9 +111,8 @@ class Options(ControllerOptions):
 @contextmanager
 def build(options: Options, model: PredictiveModel, disc: Disc | None, samples: Samples) -> Iterator[MakeController]:
     """Makes predictive controllers that share one problem and one solver."""
-    from repro.control.adaptation import AdaptiveController, Identification, Prior
+    from repro.control.adaptation import AdaptiveController, Identification, MomentumBalance, Prior
     from repro.control.closed_loop import SUBSTEPS
-    from repro.control.momentum_balance import MomentumBalance
     from repro.control.predictive_controller import PredictiveController
     from repro.control.solver import Limits, make_solver
     from repro.control.transcription import Transcription
@@ -128,7 +127,7 @@ def build(options: Options, model: PredictiveModel, disc: Disc | None, samples: 
             controller = PredictiveController(transcription, solver, weights, goal.q)
             if not options.adaptive:
                 return controller
-            prior = Prior.of(model.model, weights, *samples, options.prior_error, options.prior_friction)
+            prior = Prior.of(model.model, weights, samples, options.prior_error, options.prior_friction)
             return AdaptiveController(controller, Identification(balance, prior, options.noise, options.drift))
 
         yield make

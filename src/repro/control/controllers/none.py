@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from repro.control.controller_options import ControlOptions
+from repro.control.controller import ControlOptions
 
 
 @dataclass(frozen=True, kw_only=True)

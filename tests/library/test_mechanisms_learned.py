@@ -1,0 +1,54 @@
+"""Mechanisms of every kind learned from 1,000 exact samples, and a published recording of an arm."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import repro
+from repro.mechanics.inputs import input_limits
+
+ARM = Path(__file__).resolve().parents[3] / "shared" / "data" / "delan_characters.csv.gz"
+SYSTEMS = (
+    *("torque_pendulum", "acrobot", "pendubot", "furuta", "two_joint_arm"),
+    *("ball_and_beam", "quadrotor", "spring_row", "cart_on_slope"),
+)
+TRANSLATIONS = ("ball_and_beam", "quadrotor", "spring_row", "cart_on_slope")
+
+
+def error(system: str, seed: int, model: str, **options: object) -> float:
+    """MAE of tau on test data, as a share of the largest limit of an input."""
+    data = repro.simulate(system, seeds=[seed], samples=1250, episode_steps=50, reset="random", force_limit=None)
+    optimiser = repro.optimiser("levenberg_marquardt", iterations=100, restarts=3, samples=None, damping_decrease=10.0)
+    true = repro.system(system)
+    fitted = repro.fit(data, repro.model(model, **options), optimiser=optimiser, seeds=[seed], system=true)
+    return float(fitted.score(data).loc["mae_tau", seed] / input_limits(true).max())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_a_structured_model_is_learned_from_a_thousand_samples(system, seed):
+    assert error(system, seed, "structured") < 1e-4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("system", TRANSLATIONS)
+def test_a_network_for_all_positions_learns_what_depends_on_translations(system, seed):
+    inertia = "positions" if system == "ball_and_beam" else "angles"
+    assert error(system, seed, "neural_potential", inertia=inertia, potential_hidden=[16]) < 1e-4
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not ARM.is_file(), reason="the published recordings are not beside the checkout")
+def test_the_arm_of_delan_is_learned_by_the_default_recipe():
+    """Lutter, Ritter and Peters 2019: a vertical arm with two torques; its last characters are held out."""
+    data = repro.dataset_from_frame(
+        pd.read_csv(ARM), q=["q1", "q2"], qd=["q1d", "q2d"], qdd=["q1dd", "q2dd"], tau=["tau1", "tau2"],
+        episode="char", angles=["q1", "q2"], time_step=0.04,
+    )  # fmt: skip
+    fitted = repro.fit(data, "structured", seeds=1)
+    mean = np.abs(data.test.tau[0] - data.train.tau[0].mean(axis=0)).mean()
+    assert fitted.score(data).loc["mae_tau", 0] < 1e-3 < mean / 100
