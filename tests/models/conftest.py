@@ -42,7 +42,7 @@ LAGRANGIANS = {
     "structured deep": lambda: Structured(N_Q, np.array([0.9, 5.0]), hidden=(4, 4), skip=False),
 }
 FREE = {
-    "structured beside any matrix of rates": lambda: Damped(Structured(N_Q, np.array([0.9, 5.0])), "general"),
+    "structured beside a gyroscopic matrix": lambda: Damped(Structured(N_Q, np.array([0.9, 5.0])), "gyroscopic"),
     "port-Hamiltonian of free J": lambda: _port("free", "state"),
     "port-Hamiltonian of free J and R": lambda: _port("full", "state"),
     "port-Hamiltonian with a momentum of its own": lambda: PortHamiltonian(

@@ -19,18 +19,19 @@ class Damped(Model):
     """tau = d/dt(dL/dqd) - dL/dq + C qd + ... with a constant C = sum_k c_k E_k.
 
     `diagonal`: one coefficient per joint, on relative rates, so that E_k = e e' with e qd the rate of joint k, see
-    `joint_rates`; `full`: one coefficient per entry of C; `general`: C need not be symmetric, as between a current and
-    a rotor, which exchange power without loss. `coulomb`: beside the diagonal ones a dry friction per joint,
-    e' v / sqrt(v^2 + SLIDING^2) for the rate v = e qd; `offset`: beside these a constant force per coordinate. No sign
-    is imposed. positions: a cart with links by default. parameters: [those of the model | c | dry | constant].
+    `joint_rates`; `full`: one coefficient per entry of a symmetric C; `gyroscopic`: beside the diagonal ones an
+    antisymmetric matrix, as between a current and a rotor, which exchange power without loss. (Any matrix would leave
+    the scale of the energies open where a coordinate has no input.) `coulomb`: beside the diagonal ones a dry friction
+    per joint, e' v / sqrt(v^2 + SLIDING^2) for the rate v = e qd; `offset`: beside these a constant force per
+    coordinate. No sign is imposed. positions: a cart with links by default. parameters: [those of the model | c | dry | constant].
     """
 
     def __init__(self, model: Model, damping: Damping, positions: PositionFeatures | None = None) -> None:
         self.model, self.n_q = model, model.n_q
         jointed = (positions or cart_with_links(model.n_q)).jointed
         self.shapes = full(model.n_q) if damping == "full" else diagonal(model.n_q, jointed)
-        if damping == "general":
-            self.shapes = np.eye(model.n_q**2).reshape(-1, model.n_q, model.n_q)
+        if damping == "gyroscopic":
+            self.shapes = np.concatenate([self.shapes, antisymmetric(model.n_q)])
         self.rates = joint_rates(model.n_q, jointed) if damping in ("coulomb", "offset") else np.zeros((0, model.n_q))
         self.constant = np.eye(model.n_q) if damping == "offset" else np.zeros((model.n_q, 0))
         counts = {"c": len(self.shapes), "dry": len(self.rates), "offset": self.constant.shape[1]}
@@ -117,6 +118,15 @@ def diagonal(n_q: int, jointed: Sequence[int]) -> np.ndarray:
     """Shapes E_k (n_q, n_q, n_q) of the matrix of a viscous friction in every joint."""
     rates = joint_rates(n_q, jointed)
     shapes: np.ndarray = np.einsum("ki,kj->kij", rates, rates)
+    return shapes
+
+
+def antisymmetric(n_q: int) -> np.ndarray:
+    """Shapes E_k (n_q (n_q - 1) / 2, n_q, n_q) of an antisymmetric matrix, upper entries in row order."""
+    rows, columns = np.triu_indices(n_q, 1)
+    shapes = np.zeros((len(rows), n_q, n_q))
+    numbers = np.arange(len(rows))
+    shapes[numbers, rows, columns], shapes[numbers, columns, rows] = 1, -1
     return shapes
 
 

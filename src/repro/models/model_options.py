@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from repro.mechanics.system import System
 
 Activation = Literal["softplus", "tanh"]
-Damping = Literal["none", "diagonal", "full", "general", "coulomb", "offset"]
+Damping = Literal["none", "diagonal", "full", "gyroscopic", "coulomb", "offset"]
 Factor = Literal["wide", "triangular"]
 Initialisation = Literal["inertia", "glorot"]
 Rod = Literal["part", "rigid_body", "mass"]
@@ -67,7 +67,7 @@ class ModelOptions(PluginOptions):
     @property
     def couples_rates(self) -> bool:
         """Whether it has forces that are linear in other rates and store no energy, as a motor has."""
-        return getattr(self, "damping", "none") == "general"
+        return getattr(self, "damping", "none") == "gyroscopic"
 
     def is_linear(self, basis_is_linear: bool) -> bool:
         """Whether tau is linear in what is fitted, on a basis that is linear or not."""
@@ -82,8 +82,9 @@ class ModelOptions(PluginOptions):
         if not system.is_coupled or not self.fitted or not self.energetic or self.couples_rates:
             return None
         return (
-            f"model.kind = {self.kind!r}: system={system.name} has forces between its rates, as a motor has, which it "
-            "cannot learn; use model=structured model.damping=general, or model=port_hamiltonian model.structure=free"
+            f"model.kind = {self.kind!r}: system={system.name} has forces between its rates, as a motor has, which "
+            "it cannot learn; use model=structured model.damping=gyroscopic, or model=port_hamiltonian "
+            "model.structure=free"
         )
 
     def parts_problem(self, n_q: int, part_sizes: Sequence[int]) -> str | None:

@@ -15,7 +15,8 @@ class MotorPendulum(System):
     """A direct-current motor with inductance Li (H) and motor constant ki (N m/A, V s/rad), and a rod m1 of length L1.
 
     kg, m, m/s^2. The rate of the charge is the current; its friction, damping[0], is the resistance in ohm. The term
-    ki theta i of L gives the torque ki i and the voltage ki thetad, which exchange power without storing energy.
+    ki theta i of L gives the torque ki i and the voltage ki thetad, which exchange power without storing energy: H is
+    that of the magnetic field and of the rod.
     """
 
     name: ClassVar[str] = "motor_pendulum"
