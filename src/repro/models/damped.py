@@ -23,7 +23,8 @@ class Damped(Model):
     antisymmetric matrix, as between a current and a rotor, which exchange power without loss. (Any matrix would leave
     the scale of the energies open where a coordinate has no input.) `coulomb`: beside the diagonal ones a dry friction
     per joint, e' v / sqrt(v^2 + SLIDING^2) for the rate v = e qd; `offset`: beside these a constant force per
-    coordinate. No sign is imposed. positions: a cart with links by default. parameters: [those of the model | c | dry | constant].
+    coordinate. No sign is imposed. positions: a cart with links by default.
+    parameters: [those of the model | c | dry | constant].
     """
 
     def __init__(self, model: Model, damping: Damping, positions: PositionFeatures | None = None) -> None:
