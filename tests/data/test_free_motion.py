@@ -4,8 +4,8 @@ import pytest
 from repro.codegen.array_evaluation import evaluate
 from repro.data.free_motion import free_motion
 from repro.errors import UserError
+from repro.mechanics.chain import LinkAngles
 from repro.mechanics.derive import dynamics_of
-from repro.mechanics.link_angles import LinkAngles
 from repro.mechanics.system import load, names
 
 SWINGING = [load(name) for name in names() if name != "link"]  # it is released from its rest length alone

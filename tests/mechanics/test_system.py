@@ -5,9 +5,8 @@ import pytest
 
 from repro.codegen.array_evaluation import evaluate
 from repro.errors import UserError
-from repro.mechanics.chain import Chain
+from repro.mechanics.chain import DAMPING_FRAMES, READINGS, Chain, LinkAngles
 from repro.mechanics.derive import dynamics_of
-from repro.mechanics.link_angles import DAMPING_FRAMES, READINGS, LinkAngles
 from repro.mechanics.simulate import simulate
 from repro.mechanics.system import System, load, names
 

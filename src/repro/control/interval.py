@@ -14,6 +14,7 @@ from repro.mechanics.runge_kutta import rk4_step
 LARGEST_INLINE = 400  # instructions of the model's derivative
 DEGREE, ELEMENTS = 2, 2  # Gauss-Radau, V-A.1
 Expression = Any  # casadi.SX, or casadi.MX where the model is large
+Motion = tuple[Expression, Expression, list[Any], list[Any]]  # state at the end and in the middle, unknowns, equations
 
 
 @dataclass(frozen=True)
@@ -145,14 +146,6 @@ class Interval:
     cost: Expression
 
 
-@dataclass(frozen=True)
-class _Motion:
-    following: Expression
-    middle: Expression
-    inner: list[Any]
-    equalities: list[Any]
-
-
 def interval(
     model: PredictiveModel, problem: OptimalControlProblem, discretisation: Discretisation, substeps: int
 ) -> Interval:
@@ -168,25 +161,16 @@ def interval(
     weights, length = parameters[costs.n_goal :], data[0]
     match discretisation:
         case "shooting":
-            motion = _shoot(model, state, u, weights, length, substeps)
+            following, middle, inner, equalities = _shoot(model, state, u, weights, length, substeps)
         case "collocation":
-            motion = _collocate(model, state, u, weights, length)
+            following, middle, inner, equalities = _collocate(model, state, u, weights, length)
         case other:
             assert_never(other)
     cost, margins = costs.start()(state, u, parameters, data)
-    penalty, further = costs.middle(motion.middle)
-    cost += penalty
+    penalty, further = costs.middle(middle)
+    unknowns, rows = ca.vertcat(u, *inner), ca.vertcat(kind(0, 1), *equalities)
     margins = ca.vertcat(margins, further)
-    return Interval(
-        state,
-        ca.vertcat(u, *motion.inner),
-        parameters,
-        data,
-        motion.following,
-        ca.vertcat(kind(0, 1), *motion.equalities),
-        margins,
-        cost,
-    )
+    return Interval(state, unknowns, parameters, data, following, rows, margins, cost + penalty)
 
 
 def horizon_end(model: PredictiveModel, problem: OptimalControlProblem) -> Interval:
@@ -200,16 +184,16 @@ def horizon_end(model: PredictiveModel, problem: OptimalControlProblem) -> Inter
 
 def _shoot(
     model: PredictiveModel, state: Expression, u: Expression, weights: Expression, length: Expression, substeps: int
-) -> _Motion:
+) -> Motion:
     reached, h, derivative = [state], length / substeps, model.derivative
     for _ in range(substeps):
         reached.append(rk4_step(lambda x: derivative(x, u, weights), reached[-1], h))
-    return _Motion(reached[-1], reached[substeps // 2], [], [])
+    return reached[-1], reached[substeps // 2], [], []
 
 
 def _collocate(
     model: PredictiveModel, state: Expression, u: Expression, weights: Expression, length: Expression
-) -> _Motion:
+) -> Motion:
     n_q, symbol = model.n_q, type(state).sym
     rates = ca.DM(np.array(ca.collocation_coeff(ca.collocation_points(DEGREE, "radau"))[0]))
     h = length / ELEMENTS
@@ -228,4 +212,4 @@ def _collocate(
             ]
         inner += [*points, *accelerations]
         starts.append(points[-1])
-    return _Motion(starts[-1], starts[ELEMENTS // 2], inner, equalities)
+    return starts[-1], starts[ELEMENTS // 2], inner, equalities

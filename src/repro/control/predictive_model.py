@@ -10,9 +10,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from repro.mechanics.chain import LinkAngles
 from repro.mechanics.derive import solve_symmetric
 from repro.mechanics.inputs import input_map, inputs_from_force
-from repro.mechanics.link_angles import LinkAngles
 from repro.mechanics.system import System
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import EnergyExpressions, Model

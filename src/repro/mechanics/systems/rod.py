@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from repro.mechanics.chain import Link
+from repro.mechanics.chain import Link, LinkAngles
 from repro.mechanics.coordinate import Coordinate, Input
-from repro.mechanics.link_angles import LinkAngles
 from repro.mechanics.shapes import Point, Segment, Shape
 from repro.mechanics.system import TURN
 

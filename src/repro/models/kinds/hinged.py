@@ -57,7 +57,7 @@ def build(context: Context, options: Options) -> Model:
     """The joined model; UserError for parts that do not fit together."""
     import numpy as np
 
-    from repro.mechanics.link_angles import LinkAngles
+    from repro.mechanics.chain import LinkAngles
     from repro.models.bases import rigid_body
     from repro.models.hinged import Hinged, RodOfUnknownMass
     from repro.models.lagrangian import Lagrangian
