@@ -79,8 +79,9 @@ class HorizonCost:
             kinetic, potential = self.model.energy(state, parameters[self.n_goal :])
             cost += weights.kinetic * kinetic + weights.potential * self._potential_cost(potential, parameters)
         if weights.angle:
-            errors = [self._angle_error(q[i] - goal[i]) for i, moved in enumerate(located) if not moved]
-            cost += weights.angle * sum(errors)
+            errors = [q[i] - goal[i] for i, moved in enumerate(located) if not moved]
+            squared = self.problem.angle_error == "square"
+            cost += weights.angle * sum(error**2 if squared else 1 - ca.cos(error) for error in errors)
         return cost
 
     def _potential_cost(self, potential: Expression, parameters: Expression) -> Expression:
@@ -92,15 +93,6 @@ class HorizonCost:
             case "goal":
                 rest = ca.vertcat(parameters[: self.model.n_q], ca.DM.zeros(self.model.n_q))
                 return (potential - self.model.energy(rest, parameters[self.n_goal :])[1]) ** 2
-            case other:
-                assert_never(other)
-
-    def _angle_error(self, error: Expression) -> Expression:
-        match self.problem.angle_error:
-            case "cosine":
-                return 1 - ca.cos(error)
-            case "square":
-                return error**2
             case other:
                 assert_never(other)
 

@@ -51,13 +51,13 @@ class MatrixNetwork:
     @cached_property
     def derivative(self) -> ca.Function:
         """(x, u, weights) -> xd."""
+        n_q, u = self.model.n_q, self._inputs
         x, weights = self._symbols()
-        u = self._inputs
         mass, rest = self._motion(x, weights)
-        push = ca.mtimes(self.input_map(x[: self.model.n_q]), u) - rest
-        return ca.Function(
-            "derivative", [x, u, weights], [ca.vertcat(x[self.model.n_q :], _solver(self.model.n_q)(mass, push))]
-        )
+        push = ca.mtimes(self.input_map(x[:n_q]), u) - rest
+        matrix, right = ca.SX.sym("A", n_q, n_q), ca.SX.sym("b", n_q)
+        solve = ca.Function("solve", [matrix, right], [solve_symmetric(matrix, right)])
+        return ca.Function("derivative", [x, u, weights], [ca.vertcat(x[n_q:], solve(mass, push))])
 
     @cached_property
     def inverse(self) -> ca.Function:
@@ -82,12 +82,6 @@ class MatrixNetwork:
 
     def _symbols(self) -> tuple[ca.MX, ca.MX]:
         return ca.MX.sym("x", 2 * self.model.n_q), ca.MX.sym("w", self.model.n_parameters)
-
-
-def _solver(n: int) -> ca.Function:
-    """(A, b) -> x of A x = b for a small matrix, by cofactors: no pivot needs to be non-zero."""
-    matrix, right = ca.SX.sym("A", n, n), ca.SX.sym("b", n)
-    return ca.Function("solve", [matrix, right], [solve_symmetric(matrix, right)])
 
 
 @dataclass(frozen=True)

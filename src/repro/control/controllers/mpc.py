@@ -77,16 +77,8 @@ class Options(ControllerOptions):
 
     def problem(self, disc: Disc | None, system: System) -> OptimalControlProblem:
         """Problem (9) for a system, with a disc to avoid or without."""
-        obstacle = None
-        if disc is not None:
-            obstacle = Obstacle(
-                centre=disc.centre,
-                radius=disc.radius,
-                clearance_radii=self.clearance_radii,
-                constraint=self.obstacle_constraint,
-                weight=self.obstacle_weight,
-                midpoints=self.midpoints,
-            )
+        avoided = self.clearance_radii, self.obstacle_constraint, self.obstacle_weight, self.midpoints
+        obstacle = None if disc is None else Obstacle(disc.centre, disc.radius, *avoided)
         return OptimalControlProblem(
             intervals=(self.time_step,) * self.intervals + (self.coarse_step,) * self.coarse_intervals,
             stage_cost=self.stage_cost,
