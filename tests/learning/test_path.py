@@ -46,21 +46,24 @@ def test_steps_are_differentiated_and_need_no_compiler(name: str) -> None:
     states, tau, step = draw.normal(size=(5, 4)), draw.normal(size=(5, 2)), np.full(5, 0.04)
     found = StepModel(model)(states, tau, step, weights, 3)
     slow = StepModel(model, compiled=False)(states, tau, step, weights, 3)
-    for part in ("states", "by_state", "by_weights", "by_force"):
-        np.testing.assert_allclose(getattr(found, part), getattr(slow, part), rtol=1e-9, atol=1e-11)
+    np.testing.assert_allclose(found.values, slow.values, rtol=1e-9, atol=1e-11)
     h = 1e-6
-    for part, size in (("by_state", 4), ("by_weights", len(weights)), ("by_force", 2)):
-        direction = draw.normal(size=size)
+    for part, slope in (
+        ("by_state", found.by_state),
+        ("by_weights", found.columns[..., 1:]),
+        ("by_force", found.by_force),
+    ):
+        direction = draw.normal(size=slope.shape[-1])
         moves = [
             (
-                states + sign * h * direction * (part == "by_state") if size == 4 else states,
+                states + sign * h * direction if part == "by_state" else states,
                 tau + sign * h * direction if part == "by_force" else tau,
                 weights + sign * h * direction if part == "by_weights" else weights,
             )
             for sign in (1, -1)
         ]
         ahead, behind = (StepModel(model)(x, u, step, w, 3).states for x, u, w in moves)
-        np.testing.assert_allclose(getattr(found, part) @ direction, (ahead - behind) / (2 * h), atol=2e-7)
+        np.testing.assert_allclose(slope @ direction, (ahead - behind) / (2 * h), atol=2e-7)
 
 
 def _dense(windows: Windows, linear: Linearised, initial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

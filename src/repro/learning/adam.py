@@ -11,7 +11,7 @@ from torch import Tensor
 from repro.learning.batch_order import shuffled
 from repro.learning.native import NativeProblem, native
 from repro.learning.optimiser import Optimiser
-from repro.learning.optimisers.adam import Options
+from repro.learning.optimiser_options import AdamOptions
 from repro.learning.result import Checkpoint, Curve, Fitted, Notes, Progress
 from repro.learning.training_problem import TrainingProblem
 
@@ -40,7 +40,7 @@ class AdamState:
 
 
 @dataclass(frozen=True)
-class Adam(Options, Optimiser):
+class Adam(AdamOptions, Optimiser):
     """Kingma and Ba (2015) in the form of legacy Keras: step lr sqrt(1 - b2^k) / (1 - b1^k) m / (sqrt(v) + epsilon).
 
     A member whose loss is no longer finite is put back to its last finite weights and left there.

@@ -7,13 +7,13 @@ import numpy as np
 from repro.codegen.lazy_torch import Tensor
 from repro.learning.least_squares import regression, solve
 from repro.learning.optimiser import Optimiser
-from repro.learning.optimisers.basis_selection import Options
+from repro.learning.optimiser_options import SelectionOptions
 from repro.learning.result import Checkpoint, Fitted, Notes, Progress
 from repro.learning.training_problem import TrainingProblem
 
 
 @dataclass(frozen=True)
-class Selection(Options, Optimiser):
+class Selection(SelectionOptions, Optimiser):
     """Sparse regression on columns of unit norm, after dropping the exact gauge columns.
 
     method `thresholded`: sequentially thresholded least squares (Brunton et al. 2016), a term stays while its share

@@ -6,14 +6,14 @@ import numpy as np
 
 from repro.learning.full_batch import FullBatch, Solution
 from repro.learning.members import MemberProblem
-from repro.learning.optimisers.lbfgs import Options
+from repro.learning.optimiser_options import LBFGSOptions
 from repro.learning.result import Progress
 
 NOT_FINITE = 1e30  # loss for the line search where the model is singular
 
 
 @dataclass(frozen=True)
-class LBFGS(Options, FullBatch):
+class LBFGS(LBFGSOptions, FullBatch):
     """Limited-memory BFGS with `memory` pairs (Liu and Nocedal 1989) on a full batch of `samples` a member."""
 
     def solve(self, problem: MemberProblem, start: np.ndarray, progress: Progress) -> Solution:

@@ -13,7 +13,7 @@ from repro.codegen.lazy_torch import Tensor
 from repro.codegen.point_function import LEAST_POINTS
 from repro.learning.objective import Objective
 from repro.learning.optimiser import Optimiser
-from repro.learning.optimisers.least_squares import Options
+from repro.learning.optimiser_options import LeastSquaresOptions
 from repro.learning.result import Checkpoint, Fitted, Notes, Progress
 from repro.learning.symbolic import COLUMNS, residual, symbols
 from repro.learning.training_problem import TrainingProblem, TrainingTask
@@ -23,7 +23,7 @@ BLOCK = LEAST_POINTS  # samples at a time: their features are compiled, and neve
 
 
 @dataclass(frozen=True)
-class LeastSquares(Options, Optimiser):
+class LeastSquares(LeastSquaresOptions, Optimiser):
     """Of all least-squares solutions the one nearest to `regularise_towards`, in columns of unit norm.
 
     Singular values below `cutoff` of the largest count as zero: what the data do not show stays as it was, at zero or

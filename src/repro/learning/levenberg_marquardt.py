@@ -7,14 +7,14 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from repro.learning.full_batch import FullBatch, Solution
 from repro.learning.members import MemberProblem
-from repro.learning.optimisers.levenberg_marquardt import Options
+from repro.learning.optimiser_options import LevenbergMarquardtOptions
 from repro.learning.result import Progress, silent
 
 INCREASE = 4.0  # of the damping after a failed step
 
 
 @dataclass(frozen=True)
-class LevenbergMarquardt(Options, FullBatch):
+class LevenbergMarquardt(LevenbergMarquardtOptions, FullBatch):
     """Damped Gauss-Newton steps (J'J + lambda D) d = -J'r (Marquardt 1963), full batch of `samples` a member.
 
     D is the largest diagonal of J'J so far (More 1978). lambda is divided by `damping_decrease` after a success (3

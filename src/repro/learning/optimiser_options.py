@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, Literal, Self
 
-from repro.plugins.options import Count, Natural, PluginOptions
+from repro.plugins.options import Count, Natural, NotNegative, PluginOptions, Positive
 
 
 @dataclass(frozen=True)
@@ -62,3 +62,111 @@ class FullBatchOptions(OptimiserOptions):
     def shortened(self, share: float) -> Self:
         """The same for a share of the iterations."""
         return replace(self, iterations=math.ceil(share * self.iterations))
+
+
+@dataclass(frozen=True)
+class AdamOptions(OptimiserOptions):
+    """Options of optimiser=adam and adam_cosine.
+
+    schedule `keras`: learning rate / (1 + decay k) at step k; `cosine`: down to 1e-4 of it along half a cosine. engine
+    `auto`: compiled code where a compiler and a kernel for model and precision exist, else torch. precision: Keras's
+    default is float32, which only networks of features have a kernel for.
+    """
+
+    unit: ClassVar[Literal["epochs", "iterations"] | None] = "epochs"
+    handles_l1: ClassVar[bool] = True
+    runs_on_device: ClassVar[bool] = True
+
+    epochs: Count = 1000
+    learning_rate: NotNegative = 0.01
+    decay: NotNegative = 1e-6
+    schedule: Literal["keras", "cosine"] = "keras"
+    batch_size: Count = 2048
+    epsilon: Positive = 1e-7
+    curve_points: Count = 200
+    engine: Literal["auto", "torch"] = "auto"
+    precision: Literal["float64", "float32"] = "float64"
+
+    @property
+    def length(self) -> int:
+        """Epochs."""
+        return self.epochs
+
+    def shortened(self, share: float) -> Self:
+        """The same for a share of the epochs."""
+        return replace(self, epochs=math.ceil(share * self.epochs))
+
+    def lasting(self, epochs: int) -> Self:
+        """The same for so many epochs."""
+        return replace(self, epochs=epochs)
+
+
+@dataclass(frozen=True)
+class SelectionOptions(OptimiserOptions):
+    """Options of optimiser=thresholded_least_squares and lasso.
+
+    threshold: share of the signal that a term must carry (method `thresholded`). penalty: weight of the absolute
+    coefficients, and refit: by least squares on the terms that remain (method `lasso`).
+    """
+
+    linear_only: ClassVar[bool] = True
+    selects: ClassVar[bool] = True
+
+    method: Literal["thresholded", "lasso"] = "thresholded"
+    threshold: NotNegative = 0.05
+    penalty: NotNegative = 1e-2
+    refit: bool = True
+
+
+@dataclass(frozen=True)
+class LBFGSOptions(FullBatchOptions):
+    """Options of optimiser=lbfgs; memory: pairs that the Hessian is made of."""
+
+    iterations: Count = 1000
+    samples: Count | None = 6000
+    memory: Count = 30
+
+
+@dataclass(frozen=True)
+class LeastSquaresOptions(OptimiserOptions):
+    """Options of optimiser=least_squares.
+
+    cutoff: singular values below this share of the largest count as zero. regularise_towards: where the directions stay
+    that the data do not determine.
+    """
+
+    linear_only: ClassVar[bool] = True
+
+    cutoff: NotNegative = 1e-8
+    regularise_towards: Literal["zero", "start"] = "zero"
+
+    def continued(self) -> Self:
+        """What the data of a later phase do not determine stays as the phases before have left it."""
+        return replace(self, regularise_towards="start")
+
+
+@dataclass(frozen=True)
+class LevenbergMarquardtOptions(FullBatchOptions):
+    """Options of optimiser=levenberg_marquardt.
+
+    damping: at the start, divided by `damping_decrease` after a success (3 suits free-form networks, 10 models that
+    contain the truth). tolerance: a step that gains less than this share of the loss counts as stalled. restarts:
+    random starts, tried for `trial_iterations` each; the one with the lowest training loss goes on.
+    """
+
+    iterations: Count = 300
+    samples: Count | None = 3000
+    damping: NotNegative = 1.0
+    damping_decrease: Positive = 3.0
+    tolerance: NotNegative = 1e-10
+    restarts: Count = 8
+    trial_iterations: Count = 40
+
+    def shortened(self, share: float) -> Self:
+        """The same for a share of the iterations, those of the trials too."""
+        trial = math.ceil(share * self.trial_iterations)
+        return replace(super().shortened(share), trial_iterations=trial)
+
+    def continued(self) -> Self:
+        """A later phase starts from the weights of the one before."""
+        return replace(self, restarts=1)

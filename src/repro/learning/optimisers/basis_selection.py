@@ -2,31 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING
 
-from repro.learning.optimiser_options import OptimiserOptions
-from repro.plugins.options import NotNegative
+from repro.learning.optimiser_options import SelectionOptions
 
 if TYPE_CHECKING:
     from repro.learning.optimiser import Optimiser
 
 
-@dataclass(frozen=True)
-class Options(OptimiserOptions):
-    """Options of optimiser=thresholded_least_squares and lasso.
-
-    threshold: share of the signal that a term must carry (method `thresholded`). penalty: weight of the absolute
-    coefficients, and refit: by least squares on the terms that remain (method `lasso`).
-    """
-
-    linear_only: ClassVar[bool] = True
-    selects: ClassVar[bool] = True
-
-    method: Literal["thresholded", "lasso"] = "thresholded"
-    threshold: NotNegative = 0.05
-    penalty: NotNegative = 1e-2
-    refit: bool = True
+class Options(SelectionOptions):
+    """Options of optimiser=thresholded_least_squares and lasso."""
 
 
 def build(options: Options) -> Optimiser:

@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from repro.learning.optimiser_options import FullBatchOptions
-from repro.plugins.options import Count
+from repro.learning.optimiser_options import LBFGSOptions
 
 if TYPE_CHECKING:
     from repro.learning.optimiser import Optimiser
 
 
-@dataclass(frozen=True)
-class Options(FullBatchOptions):
-    """Options of optimiser=lbfgs; memory: pairs that the Hessian is made of."""
-
-    iterations: Count = 1000
-    samples: Count | None = 6000
-    memory: Count = 30
+class Options(LBFGSOptions):
+    """Options of optimiser=lbfgs."""
 
 
 def build(options: Options) -> Optimiser:

@@ -23,7 +23,8 @@ from repro.models.zeroed import Zeroed
 TURN = 0.08  # rad that an angle turns within a sub-step
 LONGEST = 0.01  # s of a sub-step
 LEAVE = 3e-3  # share of the loss below which a gain ends a stage that another one follows
-SETTLED = 1e-5  # and the last one
+SETTLED = 3e-5  # and the last one
+MOST_GROWTH = 256.0  # of the damping in one step, after which no step gains any more
 ROUNDS = 3  # of the estimates of noise
 LEAST_SPREAD = np.array([1e-16, 1e-14])  # variances of unknown motion in a step, so that no spread is singular
 
@@ -58,26 +59,19 @@ class MemberPath:
         self.tau = self.recorded.copy()
         self.substeps = options.substeps or substeps_for(dataset.qd[member], float(np.nanmax(self.windows.step)))
         self.initial = np.repeat(np.square(options.initial), dataset.n_q)
-        self.process = 0.0
+        self.process = 0.0  # standard deviation of unknown accelerations
 
     def linearised(self, states: np.ndarray, tau: np.ndarray, parameters: np.ndarray) -> Linearised:
         """The motion near a path (window, position, 2 n_q) under forces (window, position, n_q)."""
-        window, position = self.windows.steps
-        step = self.windows.step[window, position]
-        found = self.steps(states[window, position], tau[window, position], step, parameters, self.substeps)
-        gap = found.states - states[window, position + 1]
-        error = self.recorded[window, position] - tau[window, position]
-        gap = gap + np.einsum("sxi,si->sx", found.by_force, error)
-        columns = np.concatenate([gap[..., None], found.by_weights], axis=2)
-
-        def placed(values: np.ndarray) -> np.ndarray:
-            whole = np.zeros((*self.windows.step.shape, *values.shape[1:]))
-            whole[window, position] = values
-            return whole
-
-        sizes = np.array([0.0, (self.process * float(np.median(step))) ** 2]) + LEAST_SPREAD
-        process = np.repeat(sizes, self.windows.n_q)
-        return Linearised(states, placed(found.by_state), placed(found.by_force), placed(columns), process)
+        # half as many sub-steps have errors far below what unknown accelerations allow
+        substeps = self.substeps if self.process == 0 else -(-self.substeps // 2)
+        found = self.steps(states, tau, self.windows.step, parameters, substeps)
+        columns = found.columns
+        columns[:, :-1, :, 0] -= states[:, 1:]
+        columns[..., 0] += np.einsum("wkxi,wki->wkx", found.by_force, self.recorded - tau)
+        interval = float(np.nanmedian(self.windows.step))
+        sizes = np.array([0.0, (self.process * interval) ** 2]) + LEAST_SPREAD
+        return Linearised(states, found.by_state, found.by_force, columns, np.repeat(sizes, self.windows.n_q))
 
     def regression(self, linear: Linearised) -> np.ndarray:
         """[e | E]'[e | E] of the whitened rows, 0 at fixed weights."""
@@ -87,29 +81,33 @@ class MemberPath:
         return products
 
     def descend(self, parameters: np.ndarray, losses: list[float], leave: float) -> tuple[np.ndarray, np.ndarray]:
-        """Levenberg-Marquardt at one size of process noise; returns the weights and [e | E]'[e | E] there."""
+        """Levenberg-Marquardt at one size of process noise; returns the weights and [e | E]'[e | E] there.
+
+        The damping follows the ratio of gain and expected gain (Nielsen 1999).
+        """
         linear = self.linearised(self.states, self.tau, parameters)
         products = self.regression(linear)
         losses.append(float(products[0, 0]))
-        damping, scale = 1e-3, products.diagonal()[1:].copy()
-        failures = 0
+        damping, growth, scale = 1e-3, 2.0, products.diagonal()[1:].copy()
         for _ in range(self.options.iterations):
-            change = damped_step(products[1:, 1:], products[0, 1:], damping * scale)
+            gram, gradient = products[1:, 1:], products[0, 1:]
+            change = damped_step(gram, gradient, damping * scale)
             path = smoothed(self.windows, linear, change, self.initial)
             states, tau = self.states + path.deviations, self.recorded + path.force_errors
             trial = self.linearised(states, tau, parameters + change)
             tried = self.regression(trial) if np.isfinite(trial.columns).all() else np.full_like(products, np.inf)
-            if tried[0, 0] < products[0, 0]:
-                gain = float(products[0, 0] - tried[0, 0])
+            gain = losses[-1] - float(tried[0, 0])
+            if gain > 0:
+                ratio = gain / max(-float((2 * gradient + gram @ change) @ change), gain / 2)
                 self.states, self.tau, parameters, linear, products = states, tau, parameters + change, trial, tried
                 scale = np.maximum(scale, products.diagonal()[1:])
-                damping, failures = max(damping / 10, 1e-12), 0
+                damping, growth = damping * max(1 / 3, 1 - (2 * ratio - 1) ** 3), 2.0
                 losses.append(float(products[0, 0]))
                 if gain < leave * losses[-1]:
                     break
             else:
-                damping, failures = damping * 10, failures + 1
-                if failures == 10:
+                damping, growth = damping * growth, 2 * growth
+                if growth > MOST_GROWTH:
                     break
         return parameters, products
 

@@ -23,12 +23,31 @@ TOGETHER = 512  # steps that are differentiated at once, without a compiler
 
 @dataclass(frozen=True)
 class StepDerivatives:
-    """Linearised steps: next states (step, 2 n_q), and derivatives by state, weights and force (step, 2 n_q, ...)."""
+    """Linearised steps (..., 2 n_q, column): by state, the next state, by weights, by force; n_q."""
 
-    states: np.ndarray
-    by_state: np.ndarray
-    by_weights: np.ndarray
-    by_force: np.ndarray
+    values: np.ndarray
+    n_q: int
+
+    @property
+    def states(self) -> np.ndarray:
+        """The next states (..., 2 n_q)."""
+        next_states: np.ndarray = self.values[..., 2 * self.n_q]
+        return next_states
+
+    @property
+    def by_state(self) -> np.ndarray:
+        """Of the next states (..., 2 n_q, 2 n_q)."""
+        return self.values[..., : 2 * self.n_q]
+
+    @property
+    def columns(self) -> np.ndarray:
+        """The next states, and their derivatives by weights (..., 2 n_q, 1 + n_weights)."""
+        return self.values[..., 2 * self.n_q : -self.n_q]
+
+    @property
+    def by_force(self) -> np.ndarray:
+        """Of the next states (..., 2 n_q, n_q)."""
+        return self.values[..., -self.n_q :]
 
 
 class StepModel:
@@ -42,27 +61,29 @@ class StepModel:
     def __call__(
         self, states: np.ndarray, tau: np.ndarray, step: np.ndarray, weights: np.ndarray, substeps: int
     ) -> StepDerivatives:
-        """states (step, 2 n_q), tau (step, n_q) held over step (step,) s, each divided into `substeps`."""
-        points = np.concatenate([states, tau, step[:, None]], axis=1)
-        with np.errstate(all="ignore"):
-            result = self._interpreted(points, weights, substeps) if self._run is None else self._run(
-                points, weights, substeps
-            )  # fmt: skip
-        edges = np.cumsum([1, 2 * self.n_q, self.n_weights])
-        following, *parts = np.split(result, edges, axis=2)
-        return StepDerivatives(following[..., 0], *parts)
+        """states (..., 2 n_q), tau (..., n_q) held over step (...) s, each divided into `substeps`.
 
-    def _interpreted(self, points: np.ndarray, weights: np.ndarray, substeps: int) -> np.ndarray:
-        parts = [points[start : start + TOGETHER] for start in range(0, len(points), TOGETHER)]
-        return np.concatenate([self._some(part, weights, substeps) for part in parts])
+        Where a step is NaN there is none, and everything is 0.
+        """
+        places = np.flatnonzero(np.isfinite(step))
+        points = np.concatenate([states, tau, step[..., None]], axis=-1).reshape(-1, 3 * self.n_q + 1)[places]
+        result = np.zeros((step.size, 2 * self.n_q, 1 + 3 * self.n_q + self.n_weights))
+        if self._run is not None:
+            self._run(points, places, np.ascontiguousarray(weights, dtype=float), substeps, result)
+        else:
+            with np.errstate(all="ignore"):
+                for first in range(0, len(places), TOGETHER):
+                    part = slice(first, first + TOGETHER)
+                    result[places[part]] = self._some(points[part], weights, substeps)
+        return StepDerivatives(result.reshape(*step.shape, *result.shape[1:]), self.n_q)
 
     def _some(self, points: np.ndarray, weights: np.ndarray, substeps: int) -> np.ndarray:
         n_x = 2 * self.n_q
         tau, h = points[:, n_x:-1], points[:, -1, None, None] / substeps
-        # the state is the first column, so that one rule advances it and its derivatives
+        # one rule advances the state and its derivatives
         joined = np.zeros((len(points), n_x, 1 + n_x + self.n_weights + self.n_q))
-        joined[..., 0] = points[:, :n_x]
-        joined[:, :, 1 : 1 + n_x] = np.eye(n_x)
+        joined[..., :n_x] = np.eye(n_x)
+        joined[..., n_x] = points[:, :n_x]
         for _ in range(substeps):
             k1 = self._rate(joined, tau, weights)
             k2 = self._rate(joined + h / 2 * k1, tau, weights)
@@ -73,7 +94,7 @@ class StepModel:
 
     def _rate(self, joined: np.ndarray, tau: np.ndarray, weights: np.ndarray) -> np.ndarray:
         n, n_x = self.n_q, 2 * self.n_q
-        state, columns = joined[..., 0], joined[..., 1:]
+        state = joined[..., n_x]
         own = evaluation(self.inertia)(state, weights)
         inverse = _inverse(own[:, : n * n].reshape(-1, n, n))
         acceleration = (inverse @ (tau - own[:, n * n :])[..., None])[..., 0]
@@ -81,10 +102,10 @@ class StepModel:
         jacobian = inverse @ evaluation(self.jacobians)(at, weights).reshape(len(at), n, -1)
         rate = np.empty_like(joined)
         rate[:, :n] = joined[:, n:]
-        rate[:, n:, 0] = acceleration
-        rate[:, n:, 1:] = -jacobian[..., :n_x] @ columns
-        rate[:, n:, 1 + n_x : 1 + n_x + self.n_weights] -= jacobian[..., n_x:]
-        rate[:, n:, 1 + n_x + self.n_weights :] += inverse
+        rate[:, n:] = -jacobian[..., :n_x] @ joined
+        rate[:, n:, n_x] = acceleration
+        rate[:, n:, 1 + n_x : -n] -= jacobian[..., n_x:]
+        rate[:, n:, -n:] += inverse
         return rate
 
 
@@ -115,24 +136,23 @@ def _functions(model: Model) -> tuple[casadi.Function, casadi.Function]:
 
 
 @lru_cache(maxsize=16)
-def _library(model: Model) -> Callable[[np.ndarray, np.ndarray, int], np.ndarray] | None:
-    """The compiled steps, or None where there is no compiler."""
+def _library(model: Model) -> Callable[[np.ndarray, np.ndarray, np.ndarray, int, np.ndarray], None] | None:
+    """The compiled steps (points, places, weights, substeps, result), or None where there is no compiler."""
     inertia, jacobians = _functions(model)
-    n, n_weights = model.n_q, model.n_parameters
     parts = [vector_function(inertia, "inertia"), vector_function(jacobians, "jacobians")]
-    text = TYPE + FUNCTIONS + "".join(parts) + c_source(__file__, "linearised_steps", n_q=n, n_weights=n_weights)
-    flags = ("-O1", *FAST[1:]) if jacobians.n_instructions() > LONG else FAST
+    own = c_source(__file__, "linearised_steps", n_q=model.n_q, n_weights=model.n_parameters)
+    flags = FAST if jacobians.n_instructions() < 2 * LONG else ("-O1", *FAST[1:])  # evaluated often: worth optimising
     try:
-        run = load_library(text, flags).linearised
+        run = load_library(TYPE + FUNCTIONS + "".join(parts) + own, flags).linearised
     except (CompilerError, OSError):
         return None
-    run.argtypes = [ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p]
+    run.argtypes = [*[ctypes.c_void_p] * 2, *[ctypes.c_int64] * 2, *[ctypes.c_void_p] * 2]
     run.restype = None
 
-    def linearised(points: np.ndarray, weights: np.ndarray, substeps: int) -> np.ndarray:
-        given, at = (np.ascontiguousarray(each, dtype=float) for each in (points, weights))
-        result = np.empty((len(given), 2 * n, 1 + 3 * n + n_weights))
-        run(given.ctypes.data, len(given), substeps, at.ctypes.data, result.ctypes.data)
-        return result
+    def linearised(
+        points: np.ndarray, places: np.ndarray, weights: np.ndarray, substeps: int, result: np.ndarray
+    ) -> None:
+        arrays = points.ctypes.data, places.ctypes.data
+        run(*arrays, len(points), substeps, weights.ctypes.data, result.ctypes.data)
 
     return linearised

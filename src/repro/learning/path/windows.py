@@ -56,12 +56,6 @@ class Windows:
         return placed
 
     @property
-    def steps(self) -> tuple[np.ndarray, np.ndarray]:
-        """Window and position of every sample that another one follows."""
-        window, position = np.nonzero(np.isfinite(self.step))
-        return window, position
-
-    @property
     def count(self) -> int:
         """Recorded numbers, less those that the unknown states at the start of the windows take up."""
         return int(np.isfinite(self.measured).sum()) - 2 * self.n_q * len(self.measured)
