@@ -23,7 +23,7 @@ from repro.models.zeroed import Zeroed
 TURN = 0.08  # rad that an angle turns within a sub-step
 LONGEST = 0.01  # s of a sub-step
 LEAVE = 3e-3  # share of the loss below which a gain ends a stage that another one follows
-SETTLED = 3e-5  # and the last one
+SETTLED = 1e-4  # and the last one, where the rest is small beside what noise does to the weights
 MOST_GROWTH = 256.0  # of the damping in one step, after which no step gains any more
 ROUNDS = 3  # of the estimates of noise
 LEAST_SPREAD = np.array([1e-16, 1e-14])  # variances of unknown motion in a step, so that no spread is singular
