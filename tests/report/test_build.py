@@ -28,8 +28,8 @@ def test_a_build_writes_results_tables_figures_and_the_pages(built):
         "sensitivity",
     }
     for figure in load_figures(paper_folder()):
-        assert (built.figures / f"{figure.name}.pdf").read_bytes().startswith(b"%PDF")
-        assert (built.figures / f"{figure.name}.png").read_bytes().startswith(b"\x89PNG")
+        assert (built.folder / "figures" / f"{figure.name}.pdf").read_bytes().startswith(b"%PDF")
+        assert (built.folder / "figures" / f"{figure.name}.png").read_bytes().startswith(b"\x89PNG")
     assert list(built.folder.rglob(".*")) == []
 
 

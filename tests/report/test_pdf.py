@@ -46,7 +46,7 @@ def body(results):
 
 
 def test_the_same_content_gives_the_same_bytes(built, body):
-    first, second = (typeset(body, built.figures, SOURCE) for _ in range(2))
+    first, second = (typeset(body, built.folder / "figures", SOURCE) for _ in range(2))
     assert first == second
     assert first.startswith(b"%PDF")
 

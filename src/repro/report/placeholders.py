@@ -17,6 +17,7 @@ A result that is missing reads "not run"; a selector that means several settings
 import re
 import traceback
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -80,33 +81,24 @@ class Texts:
             "ratio": self._ratio,
             "loops": self._loops,
             "runs": self._runs,
-            "cost": lambda name: _or_not_run(lambda: cost_fact(self._results, name)),
-            "claims": lambda: self._headline,
+            "cost": partial(cost_fact, self._results),
         }
-        environment.globals |= functions | {"claim": self._claims}
+        answered = {name: _or_not_run(read) for name, read in functions.items()}
+        environment.globals |= {**answered, "claims": lambda: self._headline, "claim": self._claims}
         return environment
 
     def _metric(self, experiment: str, metric: str, **where: Any) -> str:
-        def read() -> str:
-            estimate = one_setting(self._results, experiment, _checked(where, CARD)).estimate(metric)
-            return writing.interval(estimate) if estimate.n else NOT_RUN
-
-        return _or_not_run(read)
+        estimate = one_setting(self._results, experiment, _checked(where, CARD)).estimate(metric)
+        return writing.interval(estimate) if estimate.n else NOT_RUN
 
     def _ratio(self, experiment: str, metric: str, ours: Mapping[str, Any], other: Mapping[str, Any]) -> str:
-        def read() -> str:
-            first, second = (one_setting(self._results, experiment, _checked(where, CARD)) for where in (ours, other))
-            ratio = paired_ratio(*paired_values(first, second, metric))
-            return writing.interval(ratio) if ratio.n else NOT_RUN
-
-        return _or_not_run(read)
+        first, second = (one_setting(self._results, experiment, _checked(where, CARD)) for where in (ours, other))
+        ratio = paired_ratio(*paired_values(first, second, metric))
+        return writing.interval(ratio) if ratio.n else NOT_RUN
 
     def _loops(self, experiment: str, **where: Any) -> str:
-        def read() -> str:
-            loops = loops_of_one_setting(self._results, experiment, _checked(where, TABLES["control"]))
-            return f"{int(loops['success'].sum())} of {len(loops)}" if len(loops) else NOT_RUN
-
-        return _or_not_run(read)
+        loops = loops_of_one_setting(self._results, experiment, _checked(where, TABLES["control"]))
+        return f"{int(loops['success'].sum())} of {len(loops)}" if len(loops) else NOT_RUN
 
     def _runs(self, *experiments: str) -> str:
         finished = self._results.runs[self._results.runs["outcome"] == "ok"]
@@ -149,13 +141,16 @@ def _facts(verdict: Verdict) -> dict[str, str | bool]:
     }
 
 
-def _or_not_run(read: Callable[[], str]) -> str:
-    try:
-        return read()
-    except AmbiguousError:
-        return AMBIGUOUS
-    except NotRunError:
-        return NOT_RUN
+def _or_not_run(read: Callable[..., str]) -> Callable[..., str]:
+    def answered(*arguments: Any, **where: Any) -> str:
+        try:
+            return read(*arguments, **where)
+        except AmbiguousError:
+            return AMBIGUOUS
+        except NotRunError:
+            return NOT_RUN
+
+    return answered
 
 
 def _checked(where: Mapping[str, Any], columns: Mapping[str, type]) -> Mapping[str, Any]:

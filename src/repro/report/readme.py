@@ -25,11 +25,6 @@ SHORT = ("claim", "what the paper says", "printed", "ours [95 %]", "verdict")
 TITLES = ("claim", "what the paper says", "measured", "printed", "ours [95 %]", "units", "verdict", "smallest change")
 
 
-def count_block(verdicts: Sequence[Verdict]) -> str:
-    """Return the count of claims by class in one line."""
-    return f"**{headline(verdicts)}.**"
-
-
 def verdict_block(verdicts: Sequence[Verdict]) -> str:
     """Return one line per claim or part of one."""
     lines = markdown_head(TITLES)
@@ -63,9 +58,8 @@ def _line(*cells: str) -> str:
 def write_tables(root: Path, results: Results, verdicts: Sequence[Verdict]) -> None:
     """Replace the text between the marks of each table in a checkout. Raises UserError where a page lacks them."""
     for name, block in _blocks(results, verdicts).items():
-        page = root / _page(name)
-        before, _, after = _parts(page, name)
-        write_text(page, f"{before}{_begin(name)}\n{block}\n{_end(name)}{after}")
+        before, _, after = _parts(_page(root, name), name)
+        write_text(_page(root, name), f"{before}\n{block}\n{after}")
 
 
 def drift(root: Path) -> list[str]:
@@ -78,9 +72,10 @@ def drift(root: Path) -> list[str]:
     verdicts = judge_all(claims, results)
     differences = []
     for name, block in _blocks(results, verdicts).items():
-        _, stands, _ = _parts(root / _page(name), name)
-        if stands.strip() != block.strip():
-            differences.append(f"{_page(name)} shows another table of {name} than paper/results gives")
+        page = _page(root, name)
+        if _parts(page, name)[1].strip() != block.strip():
+            shown = page.relative_to(root).as_posix()
+            differences.append(f"{shown} shows another table of {name} than paper/results gives")
     computed: dict[str, tuple[Table, Sequence[str]]] = {"claims.csv": (verdict_table(verdicts), ("id",))}
     if results.sensitivity is not None:
         ledger = load_assumptions(paper / "assumptions.yaml")
@@ -94,27 +89,19 @@ def drift(root: Path) -> list[str]:
 def _blocks(results: Results, verdicts: Sequence[Verdict]) -> dict[str, str]:
     paper = load_paper(paper_folder())
     tables = {table.name: front_block(results, table) for table in paper.front_tables}
-    shown = {"count": count_block(verdicts), "headlines": headline_block(verdicts, paper.headlines)}
+    shown = {"count": f"**{headline(verdicts)}.**", "headlines": headline_block(verdicts, paper.headlines)}
     return shown | {"verdicts": verdict_block(verdicts)} | tables
 
 
-def _page(name: str) -> str:
-    return PAGES.get(name, "docs/better-models.md")
+def _page(root: Path, name: str) -> Path:
+    return root / PAGES.get(name, "docs/better-models.md")
 
 
-def _begin(name: str) -> str:
-    return f"<!-- {name}:begin -->"
-
-
-def _end(name: str) -> str:
-    return f"<!-- {name}:end -->"
-
-
-def _parts(readme: Path, name: str) -> tuple[str, str, str]:
-    text = readme.read_text(encoding="utf-8")
-    begin, end = _begin(name), _end(name)
-    match = re.fullmatch(rf"(.*?){re.escape(begin)}(.*?){re.escape(end)}(.*)", text, flags=re.DOTALL)
+def _parts(page: Path, name: str) -> tuple[str, str, str]:
+    """The text of a page up to the table of this name, the table, and the rest; the marks belong to neither table."""
+    begin, end = f"<!-- {name}:begin -->", f"<!-- {name}:end -->"
+    match = re.fullmatch(rf"(.*?{begin})(.*?)({end}.*)", page.read_text(encoding="utf-8"), flags=re.DOTALL)
     if match is None:
-        message = f"{readme} lacks the marks {begin} and {end}; the table of {name} goes between them"
+        message = f"{page} lacks the marks {begin} and {end}; the table of {name} goes between them"
         raise UserError(message)
     return match[1], match[2], match[3]

@@ -48,24 +48,9 @@ class Summary:
         return self.folder / "index.html"
 
     @property
-    def paper(self) -> Path:
-        """The report as a paper."""
-        return self.folder / "report.pdf"
-
-    @property
     def results(self) -> Path:
         """The result tables."""
         return self.folder / "results"
-
-    @property
-    def tables(self) -> Path:
-        """The tables for people."""
-        return self.folder / "tables"
-
-    @property
-    def figures(self) -> Path:
-        """The figures."""
-        return self.folder / "figures"
 
 
 def finished_runs(results: Results) -> int:

@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from repro.claims.assumption_effects import AssumptionEffect
@@ -49,17 +48,13 @@ def show(summary: Summary, console: "Console | None" = None) -> None:
     counts += [f"{summary.stale} stale (the code has changed since)"] if summary.stale else []
     console.print(", ".join(counts), highlight=False)
     console.print()
-    places = {
-        "report": summary.page,
-        "paper": summary.paper,
-        "figures": summary.figures,
-        "tables": summary.tables,
-        "results": summary.results,
-        "recordings": summary.recordings,
-    }
-    for title, place in places.items():
+    names = {"report": "index.html", "paper": "report.pdf"} | dict.fromkeys(("figures", "tables", "results"), "")
+    places = {title: summary.folder / (name or title) for title, name in names.items()}
+    for title, place in {**places, "recordings": summary.recordings}.items():
         if place.exists():
-            console.print(f"{title:<11}{_short(place)}", highlight=False, soft_wrap=True)
+            near = os.path.relpath(place)
+            shown = place if near.startswith("..") else near
+            console.print(f"{title:<11}{shown}", highlight=False, soft_wrap=True)
 
 
 def show_sensitivity(compared: Sequence[AssumptionEffect], console: "Console | None" = None) -> None:
@@ -113,8 +108,3 @@ def _table(lines: Sequence[VerdictLine], scale: str, *, wide: bool) -> "Table":
         members = [line.members] if wide else []
         table.add_row(line.claim, Text(line.about), line.printed, Text(ours), *members, verdict)
     return table
-
-
-def _short(path: Path) -> str:
-    relative = os.path.relpath(path)
-    return str(path) if relative.startswith("..") else relative

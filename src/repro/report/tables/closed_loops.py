@@ -1,5 +1,6 @@
 """Closed loops by setting and conditions: how many succeed, how near they come to the obstacle, what a step costs."""
 
+import math
 from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic.dataclasses import dataclass as checked
@@ -9,7 +10,7 @@ from repro.report.tables.table import Row, Table
 from repro.results.metric_names import written
 from repro.results.results import Results
 from repro.results.statistics import share
-from repro.results.table_schema import as_text, plain
+from repro.results.table_schema import cell_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,6 +26,8 @@ MEASURED = (
     *("loops", "success", "contacts", "clearance [m]", "erect from [s]", "offset [m]", "median [ms]", "p95 [ms]"),
     *("p99 [ms]", "iterations", "second try", "old plan", "no force", "killed"),
 )
+MEDIANS = ("held_from_s", "steady_error_m", "solve_ms_median", "solve_ms_p95", "solve_ms_p99", "iterations_median")
+MEANS = ("fallbacks_1", "fallbacks_2", "fallbacks_3")
 CAPTION = (
     "Success: every angle within 5 degrees of upright and |x - x_des| < 0.05 m for all of the last 2 s, and no link "
     "ever in the disc; share with its 95 % Wilson interval. Least clearance over all loops; time from which "
@@ -45,18 +48,21 @@ class LoopTable:
     def make(self, results: Results) -> Table:
         """Make one row per setting and conditions; without loops it has no rows."""
         loops = results.control[results.control["experiment"] == self.experiment]
-        varied = [column for column in IF_VARIED if loops[column].map(as_text_of).nunique() > 1]
+        varied = [column for column in IF_VARIED if loops[column].map(cell_text).nunique() > 1]
         keys = [*ALWAYS, *varied]
         titles = (*(KEY_TITLES.get(key, key) for key in keys), *MEASURED)
-        grouped = loops.groupby([loops[key].map(as_text_of) for key in keys], sort=False)
+        grouped = loops.groupby([loops[key].map(cell_text) for key in keys], sort=False)
         rows = tuple(_row(results, keys, group) for _, group in grouped)
         return Table(self.name, self.title, CAPTION, titles, rows)
 
 
 def _row(results: Results, keys: list[str], loops: "pd.DataFrame") -> Row:
-    place = {key: as_text_of(loops[key].iloc[0]) for key in keys}
+    def over_loops(column: str, how: Literal["median", "mean"] = "median") -> float | None:
+        value = loops[column].dropna().agg(how)
+        return None if math.isnan(value) else float(value)
+
+    place = {key: cell_text(loops[key].iloc[0]) for key in keys}
     success = share(loops["success"].to_numpy(dtype=bool))
-    held = loops["held_from_s"].dropna()
     data: dict[str, Any] = {
         "loops": len(loops),
         "success": success.median,
@@ -64,11 +70,8 @@ def _row(results: Results, keys: list[str], loops: "pd.DataFrame") -> Row:
         "success_high": success.high,
         "contacts": int(loops["contact"].sum()),
         "clearance_min_m": float(loops["clearance_min_m"].min()),
-        "held_from_s": float(held.median()) if len(held) else None,
-        "steady_error_m": _median(loops, "steady_error_m"),
-        **{name: _median(loops, name) for name in ("solve_ms_median", "solve_ms_p95", "solve_ms_p99")},
-        "iterations_median": _median(loops, "iterations_median"),
-        **{f"fallbacks_{level}": _mean(loops, f"fallbacks_{level}") for level in (1, 2, 3)},
+        **{name: over_loops(name) for name in MEDIANS},
+        **{name: over_loops(name, "mean") for name in MEANS},
         "killed": int(loops["killed"].sum()),
     }
     shown = [name for name in data if name not in ("success_low", "success_high")]
@@ -84,18 +87,3 @@ def _row(results: Results, keys: list[str], loops: "pd.DataFrame") -> Row:
         commands=tuple(command for command in dict.fromkeys(commands) if command),
         anchor=place["model"] == "truth",
     )
-
-
-def as_text_of(value: Any) -> str:
-    """Spell one cell, with nothing for what is missing."""
-    return as_text(plain(value))
-
-
-def _mean(loops: "pd.DataFrame", column: str) -> float | None:
-    values = loops[column].dropna()
-    return float(values.mean()) if len(values) else None
-
-
-def _median(loops: "pd.DataFrame", column: str) -> float | None:
-    values = loops[column].dropna()
-    return float(values.median()) if len(values) else None

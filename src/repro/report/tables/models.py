@@ -62,17 +62,17 @@ class ModelTable:
             metrics=[m for m in (*self.metrics, *CORE) if any(setting.values(m).size for setting in shown)],
         )
         rows: list[Row] = []
-        for test_set in _test_sets(shown):
+        distinct: list[dict[str, Any]] = []
+        for test_set in (test_set_of(setting.card) for setting in shown):
+            if test_set not in distinct:
+                distinct.append(test_set)
+        for test_set in distinct:
             anchors = {name: anchor(results, self.experiment, name, test_set) for name in ANCHORS}
             oracle = anchors[ORACLE]
             for setting in shown:
                 if test_set_of(setting.card) == test_set and not (oracle and setting.runs == oracle.runs):
                     rows.append(layout.row(setting))
-            for name, reference in anchors.items():
-                if reference is None:
-                    rows.append(layout.absent_row(f"{ANCHOR_TITLES[name]}: not run", test_set))
-                else:
-                    rows.append(layout.row(reference, anchor_as=name))
+            rows += [layout.anchor_row(name, found, test_set) for name, found in anchors.items()]
         return Table(self.name, self.title, CAPTION, layout.columns, tuple(rows))
 
 
@@ -132,15 +132,10 @@ class _Layout:
         )
         return Row.of([setting], cells, data, anchor=bool(anchor_as))
 
-    def absent_row(self, title: str, test_set: Mapping[str, Any]) -> Row:
+    def anchor_row(self, name: str, found: RunSetting | None, test_set: Mapping[str, Any]) -> Row:
+        if found is not None:
+            return self.row(found, anchor_as=name)
+        title = f"{ANCHOR_TITLES[name]}: not run"
         card = {column: as_text(test_set.get(column)) for column in self.card}
         absent = [ABSENT] * len(self.metrics)
         return Row((title, *card.values(), *absent, "0", "0", ""), {"model": title, **card, "n": 0}, anchor=True)
-
-
-def _test_sets(shown: Sequence[RunSetting]) -> list[dict[str, Any]]:
-    distinct: list[dict[str, Any]] = []
-    for setting in shown:
-        if test_set_of(setting.card) not in distinct:
-            distinct.append(test_set_of(setting.card))
-    return distinct

@@ -14,6 +14,7 @@ CAPTION = (
     "few to decide anything. Shown is which way the point estimate leans; moved: it leans another way. The baseline "
     "of this scale can lean another way than the verdict of full length."
 )
+COLUMNS = ("ours", "ci_low", "ci_high", "n", "failed", "leaning")  # of either verdict, in the CSV
 MOVED = {True: "moved", False: "no", None: writing.ABSENT}
 
 
@@ -66,15 +67,9 @@ def _compared(comparison: AssumptionEffect) -> Row:
 
 
 def _data(prefix: str, verdict: Verdict) -> dict[str, object]:
-    estimate = verdict.estimate
-    columns = {
-        "ours": estimate.median,
-        "ci_low": estimate.low,
-        "ci_high": estimate.high,
-        "n": estimate.n,
-        "failed": estimate.failed,
-    }
-    return {f"{prefix}{name}": value for name, value in {**columns, "leaning": verdict.leaning}.items()}
+    one = verdict.estimate
+    values = (one.median, one.low, one.high, one.n, one.failed, verdict.leaning)
+    return {f"{prefix}{name}": value for name, value in zip(COLUMNS, values, strict=True)}
 
 
 def _untried(row: Assumption) -> Row:

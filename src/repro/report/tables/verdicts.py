@@ -7,7 +7,6 @@ from repro.claims.verdicts import Verdict
 from repro.report import writing
 from repro.report.tables.table import Row, Table
 from repro.results.metric_names import metric_named
-from repro.results.statistics import Estimate
 
 READING = (
     "Numbers: a printed value is one draw of an unknown seed; consistent when it lies within the 95 % prediction "
@@ -24,13 +23,7 @@ def verdict_table(verdicts: Sequence[Verdict]) -> Table:
         *("claim", "what the paper says", "verdict", "printed", "ours [95 %]", "measured", "units", "where"),
         *("smallest change that makes it hold", "remarks"),
     )
-    return Table(
-        "verdicts",
-        "Verdicts",
-        READING,
-        columns,
-        tuple(_verdict_row(verdict) for verdict in verdicts),
-    )
+    return Table("verdicts", "Verdicts", READING, columns, tuple(_verdict_row(verdict) for verdict in verdicts))
 
 
 def mark(verdict: Verdict) -> str:
@@ -64,14 +57,9 @@ def measured(verdict: Verdict) -> str:
     return f"{label}, in {verdict.unit}" if verdict.unit not in ("", "1") else label
 
 
-def _members(estimate: Estimate) -> str:
-    failed = f", {estimate.failed} failed" if estimate.failed else ""
-    return f"{estimate.n or writing.ABSENT}{failed}"
-
-
 def _verdict_row(verdict: Verdict) -> Row:
     claim, estimate = verdict.claim, verdict.estimate
-    remarks = "; ".join(part for part in (verdict.flag, verdict.note) if part)
+    failed = f", {estimate.failed} failed" if estimate.failed else ""
     return Row(
         cells=(
             claim.name,
@@ -80,10 +68,10 @@ def _verdict_row(verdict: Verdict) -> Row:
             writing.number(claim.printed),
             writing.interval(estimate),
             measured(verdict),
-            _members(estimate),
+            f"{estimate.n or writing.ABSENT}{failed}",
             claim.section,
             cure(verdict),
-            remarks,
+            "; ".join(filter(None, (verdict.flag, verdict.note))),
         ),
         data={
             "id": claim.name,
