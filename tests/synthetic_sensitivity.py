@@ -3,37 +3,23 @@
 import json
 from dataclasses import asdict
 
+from sample_claims import number, statement
 from synthetic_store import PAPER, SyntheticStore
 
 from repro.claims.assumption_effects import gather_sensitivity
-from repro.claims.claims import Claim
 from repro.results.results import SENSITIVITY, Case, Sensitivity
 from repro.results.stored import stored_runs
 
-TEXTS = dict.fromkeys(("section", "quote", "about"), "text")
-NUMBER = Claim(
-    **TEXTS,
-    id="C4",
-    part="a",
-    kind="number",
-    experiment="sip_basis",
-    metric="mae_tau",
-    unit="N",
-    printed=0.3,
-    selector={"basis": "t2", "regime": "episodes", "objective": "inverse"},
-)
-PAIR = Claim(
-    **TEXTS,
-    id="C14",
-    part="a",
-    kind="statement",
-    experiment="sip_basis",
-    predicate={
+NUMBER = number(part="a", selector={"basis": "t2", "regime": "episodes", "objective": "inverse"})
+PAIR = statement(
+    {
         "name": "paired_ratio_below",
         "metrics": ["mae_tau"],
         "where": {"objective": "inverse"},
         "against": {"objective": "forward"},
     },
+    id="C14",
+    part="a",
 )
 CLAIMS = [NUMBER, PAIR]
 

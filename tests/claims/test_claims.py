@@ -2,33 +2,12 @@ from pathlib import Path
 
 import pytest
 import yaml
+from sample_claims import NUMBER, PREDICATE, STATEMENT
 
 from repro.claims.claims import load_claims
 from repro.errors import UserError
 from repro.tracking.paths import project_folder
 
-NUMBER = {
-    "id": "C1",
-    "kind": "number",
-    "section": "V",
-    "quote": "q",
-    "about": "a",
-    "experiment": "sip_basis",
-    "metric": "mae_tau",
-    "unit": "N",
-    "printed": 0.26,
-    "selector": {"basis": "t2"},
-}
-STATEMENT = {
-    "id": "C2",
-    "kind": "statement",
-    "section": "V",
-    "quote": "q",
-    "about": "a",
-    "experiment": "sip_basis",
-    "predicate": {"name": "median_below", "metric": "mae_tau", "value": 1.0, "where": {"basis": "t2"}},
-}
-PREDICATE = STATEMENT["predicate"]
 DECLARED = NUMBER | {"id": "C3", "kind": "declared", "declared": "not comparable", "reason": "r"}
 
 
@@ -80,16 +59,16 @@ def test_every_mistake_of_the_file_has_a_line(tmp_path):
     with pytest.raises(UserError) as caught:
         load_claims(write(tmp_path, {**NUMBER, "quote": "", "printed": "x"}, STATEMENT, {**DECLARED, "unit": 1}))
     assert [line.partition(" is ")[0] for line in str(caught.value).splitlines()] == [
-        "claims.yaml, row 1 (C1): quote",
-        "claims.yaml, row 1 (C1): printed",
+        "claims.yaml, row 1 (C4): quote",
+        "claims.yaml, row 1 (C4): printed",
         "claims.yaml, row 3 (C3): unit",
     ]
 
 
 def test_two_rows_of_one_name_are_an_error(tmp_path):
-    with pytest.raises(UserError, match=r"^claims.yaml: C1 occurs twice"):
+    with pytest.raises(UserError, match=r"^claims.yaml: C4 occurs twice"):
         load_claims(write(tmp_path, NUMBER, NUMBER))
-    assert [claim.name for claim in load_claims(write(tmp_path, NUMBER, {**NUMBER, "part": "b"}))] == ["C1", "C1b"]
+    assert [claim.name for claim in load_claims(write(tmp_path, NUMBER, {**NUMBER, "part": "b"}))] == ["C4", "C4b"]
 
 
 def test_a_file_that_is_no_list_is_an_error(tmp_path):

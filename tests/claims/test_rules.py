@@ -8,24 +8,14 @@ import math
 import numpy as np
 import pytest
 from pydantic import TypeAdapter
+from sample_claims import number, statement
 from synthetic_loops import EXPERIMENT, loop, results
 
-from repro.claims.claims import Claim
 from repro.claims.evidence import Evidence
 from repro.claims.predicate import Predicate
 from repro.claims.verdicts import judge, verdict_of_number
 from repro.results.selectors import AmbiguousError
 from repro.results.statistics import median_interval, wilson_interval
-
-TEXTS = dict.fromkeys(("section", "quote", "about"), "text")
-
-
-def claim(**fields) -> Claim:
-    return Claim(**TEXTS, **{"id": "C1", "experiment": "sip_basis", **fields})
-
-
-def statement(predicate, **fields) -> Claim:
-    return claim(kind="statement", predicate=predicate, **fields)
 
 
 def geometric_t_interval(values):
@@ -61,9 +51,8 @@ def test_a_threshold_inside_the_interval_decides_nothing(store):
 
 def test_two_members_are_too_few(store):
     store.run("sip_basis", {"mae_tau": [0.29, 0.31], "mae_H_sum": [0.01, 0.01]})
-    number = claim(kind="number", metric="mae_tau", unit="N", printed=0.3, selector={"basis": "t2"})
     exact = {"name": "median_below", "metric": "mae_H_sum", "value": 0.1, "where": {"basis": "t2"}}
-    assert [judge(each, store.gathered()).verdict for each in (number, statement(exact))] == ["too few", "too few"]
+    assert [judge(each, store.gathered()).verdict for each in (number(), statement(exact))] == ["too few", "too few"]
 
 
 def test_settings_that_differ_in_what_matters_are_not_pooled():
@@ -95,8 +84,7 @@ def test_an_anchor_is_named_only_where_it_satisfies_the_verdict(store, degenerat
     store.run("sip_basis", {"mae_tau": [8.0, 9.0, 10.0, 11.0, 12.0]})
     store.anchors("sip_basis", trivial={"mae_tau": 100.0}, degenerate={"mae_tau": degenerate})
     assert 12.35 / 5 < degenerate < 12.35 * 5
-    number = claim(kind="number", metric="mae_tau", unit="N", printed=12.35, selector={"basis": "t2"})
-    verdict = judge(number, store.gathered())
+    verdict = judge(number(printed=12.35), store.gathered())
     assert (verdict.verdict, verdict.flag) == ("consistent", flag)
 
 
