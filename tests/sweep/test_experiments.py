@@ -80,7 +80,7 @@ def test_the_smallest_scale_leaves_out_long_motions_and_long_chains():
         links = [number for config in configs for number in (*config.chain, *config.whole_chain)]
         return max(horizon for config in configs for horizon in config.energies.horizons), max(links)
 
-    assert longest("smoke") == (2, 100)
+    assert longest("smoke") == (2, 10)
     assert longest("quick") == (100, 10_000)
 
 

@@ -12,12 +12,12 @@ from repro.codegen.point_function import pays, point_function
 BLOCK = 1024  # points evaluated together: enough to hide the call, few enough that repeated weights stay small
 
 
-def evaluate(function: ca.Function, *arrays: np.ndarray) -> np.ndarray:
+def evaluate(function: ca.Function, *arrays: np.ndarray, repeated: bool = False) -> np.ndarray:
     """Evaluate a function of column vectors over arrays of points.
 
     arrays: (..., n_i) with leading axes that broadcast; an array (n_i,) is used at every point, and inputs of size 0 at
-    the end may be left out. At many points the function is compiled, where there is a compiler. Returns (..., r) for a
-    column of r, (..., r, c) for a wider matrix. ValueError where sizes do not fit.
+    the end may be left out. At many points the function is compiled, where there is a compiler; `repeated`: at few
+    points too. Returns (..., r) for a column of r, (..., r, c) for a wider matrix. ValueError where sizes do not fit.
     """
     given = [np.asarray(array, dtype=float) for array in arrays]
     given += [np.zeros(0)] * (function.n_in() - len(given))
@@ -29,7 +29,8 @@ def evaluate(function: ca.Function, *arrays: np.ndarray) -> np.ndarray:
     rows, columns = function.size_out(0)
     flat = [array if array.ndim == 1 else _flatten(array, leading) for array in given]
     result = np.empty((points, columns, rows))
-    compiled = point_function(function, tuple(array.ndim == 1 for array in flat)) if pays(function, points) else None
+    worth = repeated or pays(function, points)
+    compiled = point_function(function, tuple(array.ndim == 1 for array in flat)) if worth else None
     if compiled is not None:
         compiled([np.ascontiguousarray(array) for array in flat], result)
     else:

@@ -14,6 +14,7 @@ from repro.codegen.lanes import CONSTANT, FAST, FUNCTIONS, TYPE, vectorised
 LEAST_POINTS = 8000  # below this a compiler takes longer than CasADi's own evaluation
 LEAST_WORK = 2_000_000  # instructions at all points together
 MOST_INSTRUCTIONS = 6000
+LONG = 8000  # instructions: above it the compiler optimises little, which takes a fraction of the time
 
 PointFunction = Callable[[Sequence[np.ndarray], np.ndarray], None]  # arrays (point, n_i) or (n_i,); result (point, ...)
 
@@ -23,6 +24,11 @@ def pays(function: ca.Function, points: int) -> bool:
     size = function.n_instructions() if function.is_a("SXFunction") else 0
     dense = size > 0 and function.sparsity_out(0).is_dense()
     return dense and size <= MOST_INSTRUCTIONS and points >= LEAST_POINTS and points * size >= LEAST_WORK
+
+
+def flags(function: ca.Function) -> Sequence[str]:
+    """For the compiler, by the length of a function."""
+    return ("-O1", *FAST[1:]) if function.n_instructions() > LONG else FAST
 
 
 @lru_cache(maxsize=64)
@@ -44,7 +50,7 @@ def point_function(function: ca.Function, constant: tuple[bool, ...]) -> PointFu
             work=", ".join(f"w{i}" for i in range(max(1, n_work))),
             statements="\n".join(f"    {line};" for line in lines),
         )
-        library = load_library(TYPE + FUNCTIONS + text, FAST)
+        library = load_library(TYPE + FUNCTIONS + text, flags(function))
     except (ValueError, CompilerError, OSError):
         return None
 

@@ -2,7 +2,9 @@
 
 from collections.abc import Sequence
 
+from repro.claims.claims import load_claims
 from repro.commands.arguments import add_workers, command_parser
+from repro.config.compose import Overrides
 from repro.config.overrides import expand, experiments
 from repro.errors import UserError
 from repro.launch import own_progress
@@ -12,11 +14,13 @@ from repro.report import drawing
 from repro.sweep.listing import list_jobs
 from repro.sweep.missing import preload, run_missing
 from repro.sweep.planned_job import plan_jobs
+from repro.sweep.sample import SAMPLED, plan_sample
 from repro.tracking.paths import Paths, outputs_root, project_folder
 from repro.tracking.store import StageFailed
 
 DESCRIPTION = """Run every experiment, then make the report.
-An experiment whose file lists other scales under reproduced_at runs only by name."""
+An experiment whose file lists other scales under reproduced_at runs only by name. scale=smoke tries a sample: the first
+job of every line of an experiment, and one for every claim; an experiment that is named runs as a whole."""
 EPILOGUE = "example: repro reproduce scale=smoke experiment=sip_basis,sip_energies"
 
 
@@ -30,13 +34,16 @@ def main(argv: Sequence[str]) -> int:
     if unknown := set(chosen) - {"scale", "experiment"}:
         raise UserError(f"{', '.join(sorted(unknown))}: reproduce takes scale= and experiment= only; see `repro run`")
     scale = chosen.get("scale", "quick")
-    names = chosen["experiment"].split(",") if "experiment" in chosen else experiments(scale)
     paths = Paths(outputs_root())
-    overrides = [job for name in names for job in expand([f"experiment={name}", f"scale={scale}"])]
-    jobs = plan_jobs(overrides, paths, on_unknown=lambda jobs: start_server((*preload(jobs), *drawing.PRELOAD)))
+    own = project_folder() in plugin_roots()  # of the user: its report has no timings of this project
+    if "experiment" not in chosen and scale == SAMPLED and not own:
+        jobs = plan_sample(load_claims(project_folder() / "paper" / "claims.yaml"), paths, _start)
+    else:
+        names = chosen["experiment"].split(",") if "experiment" in chosen else experiments(scale)
+        overrides = [job for name in names for job in expand([f"experiment={name}", f"scale={scale}"])]
+        jobs = plan_jobs(overrides, paths, _start)
     list_jobs(paths, jobs)
     results = run_missing(jobs, paths, options.workers)
-    own = project_folder() in plugin_roots()  # of the user: its report has no timings of this project
     timed = own or "experiment" in chosen or _time(paths, scale)
     from repro.report import build, terminal  # after the runs: their start must not wait for it
     from repro.results.stored import stale_runs
@@ -45,6 +52,10 @@ def main(argv: Sequence[str]) -> int:
         summary = build.build(paths.root, scale, stale=stale_runs(paths.root))
     terminal.show(summary)
     return 0 if timed and all(result.ok for result in results) else 1
+
+
+def _start(jobs: Sequence[Overrides]) -> None:
+    start_server((*preload(jobs), *drawing.PRELOAD))
 
 
 def _time(paths: Paths, scale: str) -> bool:

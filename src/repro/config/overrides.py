@@ -39,11 +39,14 @@ def experiments(reproduced_at: str = "") -> list[str]:
     return [name for name in names if reproduced_at in (scales[name] or [reproduced_at])]
 
 
-def expand(overrides: Sequence[str], *, paired: bool = False, lines: bool = True) -> list[tuple[str, ...]]:
+def expand(
+    overrides: Sequence[str], *, paired: bool = False, lines: bool = True, first_of_line: bool = False
+) -> list[tuple[str, ...]]:
     """The jobs of a sweep, as the overrides of each, without repetition.
 
     `experiment=NAME` takes the `lines` of that file's `sweep`, whose keys the overrides replace; in a line, and in the
-    overrides, `key=a,b` makes one job per value. `paired` walks the overrides' lists side by side, not as a product.
+    overrides, `key=a,b` makes one job per value; `first_of_line` takes the first job of every line alone, `paired`
+    walks the overrides' lists side by side, not as a product.
     UserError for lists that do not pair, or for an override that is not understood.
     """
     overrides = [renamed(override) for override in overrides]
@@ -54,7 +57,7 @@ def expand(overrides: Sequence[str], *, paired: bool = False, lines: bool = True
         (*(override for override in line_job if key_of(override) not in replaced), *own)
         for own in (_pairs(overrides) if paired else _product(overrides))
         for line in (_sweep_lines(own) if lines else [[]])
-        for line_job in _product(line)
+        for line_job in itertools.islice(_product(line), 1 if first_of_line else None)
     ]
     return list(dict.fromkeys(jobs))
 

@@ -13,6 +13,7 @@ from repro.mechanics.simulate import simulate
 from repro.mechanics.system import System
 from repro.models.model import Model
 
+FEW_STEPS = 1000  # of all trajectories: below this CasADi integrates in less time than a compiler takes
 SUBSTEPS = 4  # of a sample time, where every one costs four predictions
 
 
@@ -32,7 +33,8 @@ def model_motion(
     """
     if model.not_symbolic is None:
         motion = acceleration(model) if system is None else under_inputs(acceleration(model), system)
-        return simulate(motion, initial, held, time_step, parameters=weights, angles=angles)
+        engine = "casadi" if held.shape[0] * held.shape[1] < FEW_STEPS else "auto"
+        return simulate(motion, initial, held, time_step, parameters=weights, angles=angles, engine=engine)
     states = np.empty((len(held), held.shape[1] + 1, initial.shape[1]))
     states[:, 0] = initial
     for step in range(held.shape[1]):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import casadi
 import numpy as np
 
-from repro.codegen.compiled_evaluation import evaluation
+from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
 from repro.evaluation.identifiability import Identifiability, identifiability
 from repro.evaluation.metrics import ACCELERATION, FORCE, MetricValues
@@ -106,7 +106,7 @@ def expected_errors(
     every = slice(None, None, max(1, part.samples // STATES))
     points = np.concatenate([array[member, every] for array in (part.q, part.qd, part.qdd)], axis=1)
     slopes = inverse_model(model).linear(points, parameters)[..., 1:]
-    mass = evaluation(_mass(model))(points[:, : 2 * model.n_q], parameters).reshape(-1, model.n_q, model.n_q)
+    mass = evaluate(_mass(model), points[:, : 2 * model.n_q], parameters).reshape(-1, model.n_q, model.n_q)
     means = []
     for rows in (slopes, np.linalg.solve(mass, slopes)):
         variance = np.einsum("niw,wv,niv->ni", rows, known.covariance, rows, optimize=True)

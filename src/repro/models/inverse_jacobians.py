@@ -6,7 +6,7 @@ from functools import lru_cache
 import casadi
 import numpy as np
 
-from repro.codegen.compiled_evaluation import evaluation
+from repro.codegen.array_evaluation import evaluate
 from repro.models.model import Model
 
 
@@ -23,11 +23,11 @@ class InverseModel:
 
     def forces(self, points: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """tau_hat (point, n_q) at points (point, 3 n_q)."""
-        return evaluation(self.force)(points, parameters)
+        return evaluate(self.force, points, parameters, repeated=True)
 
     def linear(self, points: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """[tau_hat, d tau_hat / d w] (point, n_q, 1 + n_parameters)."""
-        return evaluation(self.by_weights)(points, parameters).reshape(len(points), self.n_q, -1)
+        return evaluate(self.by_weights, points, parameters, repeated=True).reshape(len(points), self.n_q, -1)
 
 
 @lru_cache(maxsize=16)

@@ -9,7 +9,7 @@ from repro.config.compose import Composed, Overrides, plan
 from repro.data.data_options import RandomForce
 from repro.pipeline.card import card_of
 from repro.pipeline.plan import Pipeline
-from repro.results.selectors import agrees
+from repro.results.selectors import Where, agrees
 from repro.results.table_schema import as_text
 from repro.sweep.expected_cost import MeasuredStages, expected_mib, expected_seconds
 from repro.tracking.paths import Paths
@@ -52,7 +52,11 @@ class PlannedJob:
 
     def answers(self, claim: "Claim") -> bool:
         """Whether a selector of the claim means its run, as far as the settings show before it is run."""
-        return any(agrees(lambda name: as_text(self._columns.get(name)), where) for where in claim.selectors)
+        return any(map(self.agrees, claim.selectors))
+
+    def agrees(self, where: Where) -> bool:
+        """Whether a selector means its run."""
+        return agrees(lambda name: as_text(self._columns.get(name)), where)
 
     @cached_property
     def _columns(self) -> dict[str, Any]:

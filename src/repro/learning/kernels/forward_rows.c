@@ -23,7 +23,7 @@ static void coordinate_tangents(Layer *layers, const vec *entries, vec *inputs, 
     for (int l = 1; l <= LAYERS; l++) {
       const int64_t units = sizes[l];
       vec *along = layers[l].along + c / 2 * units * UNIT;
-      product(units, sizes[l - 1], layers[l].weight, from, along);
+      product(units, sizes[l - 1], layers[l].own.weight, from, along);
       for (int64_t u = 0; u < units; u++)
         for (int v = 0; v < UNIT; v++)
           scratch[u * UNIT + v] = layers[l].slope[u * UNIT + v % VECTORS] * along[u * UNIT + v];
@@ -39,7 +39,7 @@ static void coordinate_tangents(Layer *layers, const vec *entries, vec *inputs, 
           const vec own = SECOND(value, first) * along[u * UNIT + v] * after;
           back[u * UNIT + v] = l < LAYERS ? first * scratch[u * UNIT + v] + own : own;
         }
-      product(sizes[l - 1], units, layers[l].transposed, back, l > 1 ? scratch : slopes + c / 2 * INPUTS * UNIT);
+      product(sizes[l - 1], units, layers[l].own.transposed, back, l > 1 ? scratch : slopes + c / 2 * INPUTS * UNIT);
     }
   }
 }

@@ -13,8 +13,7 @@ typedef void Physics(const vec *columns, const vec *outputs, const double *param
 
 typedef struct {
   vec *before, *after, *slope, *cotangents;
-  const double *weight, *bias;
-  double *transposed, *weight_total, *bias_total;
+  Weights own;
 } Layer;
 
 static void load_block(const double *data, const int32_t *order, int64_t first, int64_t count, vec *jets,
@@ -35,10 +34,10 @@ static void load_block(const double *data, const int32_t *order, int64_t first, 
 static void forward(Layer *layers) {
   for (int l = 1; l <= LAYERS + 1; l++) {
     Layer *layer = layers + l;
-    product(sizes[l], sizes[l - 1], layer->weight, layers[l - 1].after, layer->before);
+    product(sizes[l], sizes[l - 1], layer->own.weight, layers[l - 1].after, layer->before);
     for (int64_t u = 0; u < sizes[l]; u++) {
       vec *before = layer->before + u * UNIT, *after = layer->after + u * UNIT, *first = layer->slope + u * VECTORS;
-      for (int v = 0; v < VECTORS; v++) after[v] = before[v] += layer->bias[u];
+      for (int v = 0; v < VECTORS; v++) after[v] = before[v] += layer->own.bias[u];
       if (l <= LAYERS) curve((double *)after, (double *)first, 1);
       for (int v = VECTORS; v < UNIT; v++) after[v] = l <= LAYERS ? first[v % VECTORS] * before[v] : before[v];
     }
@@ -63,10 +62,10 @@ static void backward(Layer *layers) {
         }
         sum += cotangent[v];
       }
-      layer->bias_total[u] += lanes_sum(sum);
+      layer->own.bias_total[u] += lanes_sum(sum);
     }
-    outer_products(sizes[l], sizes[l - 1], layer->cotangents, layers[l - 1].after, 0, 0, layer->weight_total);
-    if (l > 1) product(sizes[l - 1], sizes[l], layer->transposed, layer->cotangents, layers[l - 1].cotangents);
+    outer_products(sizes[l], sizes[l - 1], layer->cotangents, layers[l - 1].after, 0, 0, layer->own.weight_total);
+    if (l > 1) product(sizes[l - 1], sizes[l], layer->own.transposed, layer->cotangents, layers[l - 1].cotangents);
   }
 }
 
@@ -86,15 +85,7 @@ static void jets_gradient(const double *data, const int32_t *order, int64_t coun
     layer->after = take(&memory, n * UNIT);
     layer->cotangents = take(&memory, n * UNIT);
     layer->slope = take(&memory, n * VECTORS);
-    if (!l) continue;
-    layer->weight = weights;
-    layer->bias = weights + n * inner;
-    layer->weight_total = total + 1 + (weights - parameters);
-    layer->bias_total = layer->weight_total + n * inner;
-    layer->transposed = (double *)take(&memory, n * inner / LANES + 1);
-    for (int64_t o = 0; o < n; o++)
-      for (int64_t i = 0; i < inner; i++) layer->transposed[i * n + o] = layer->weight[o * inner + i];
-    weights += n * (inner + 1);
+    if (l) layer->own = take_weights(n, inner, &weights, parameters, total, &memory);
   }
   Layer *last = layers + LAYERS + 1;
   vec *columns = take(&memory, MEASURED * VECTORS), *skipped = take(&memory, OUTPUTS * UNIT);

@@ -26,6 +26,24 @@ static vec *take(vec **memory, int64_t vectors) {
   return taken;
 }
 
+/* The weights of a layer, also transposed, and the places of their gradient in the total. */
+typedef struct {
+  const real *weight, *bias;
+  real *transposed, *weight_total, *bias_total;
+} Weights;
+
+/* Those of n units with `inner` inputs, which begin at *at; moves *at behind them. */
+static Weights take_weights(int64_t n, int64_t inner, const real **at, const real *parameters, real *total,
+                            vec **memory) {
+  const real *weight = *at, *bias = weight + n * inner;
+  real *weight_total = total + 1 + (weight - parameters);
+  real *transposed = (real *)take(memory, n * inner / LANES + 1);
+  for (int64_t o = 0; o < n; o++)
+    for (int64_t i = 0; i < inner; i++) transposed[i * n + o] = weight[o * inner + i];
+  *at = bias + n;
+  return (Weights){weight, bias, transposed, weight_total, weight_total + n * inner};
+}
+
 ALWAYS void product_tile(const int rows, const int64_t inner, const real *weight, const vec *in, vec *out) {
   vec sum[TILE][3];
   for (int r = 0; r < rows; r++) for (int c = 0; c < 3; c++) sum[r][c] = (vec){0};

@@ -13,8 +13,7 @@ typedef struct {
   vec *cotangents;   /* before the activation: of the value, of the tangent along zdot */
   vec *along;        /* forward rows: before the activation, the tangents along u_1, u_2, ... two by two */
   vec *along_back;   /* and what `backward` would be for each of them */
-  const real *weight, *bias;
-  real *transposed, *weight_total, *bias_total;
+  Weights own;
 } Layer;
 
 /* value and tangent before the activation, in place -> after it; its slope and the tangent before it are kept */
@@ -72,6 +71,6 @@ static void activate_seconds_backward(const Layer *layer, int64_t units) {
       cotangent[VECTORS + v] = first * cotangent[VECTORS + v] + second * along * p;
     }
     for (int v = 0; v < VECTORS; v++) total += lanes_sum(cotangent[v]);
-    layer->bias_total[u] += total;
+    layer->own.bias_total[u] += total;
   }
 }

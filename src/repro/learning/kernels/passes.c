@@ -32,15 +32,7 @@ static void network_gradient(const real *data, const int32_t *order, int64_t cou
     layer->cotangents = take(&memory, n * UNIT);
     layer->along = take(&memory, n * along / 2);
     layer->along_back = take(&memory, n * along / 2);
-    if (!l) continue;
-    layer->weight = weights;
-    layer->bias = weights + n * inner;
-    layer->weight_total = total + 1 + (weights - parameters);
-    layer->bias_total = layer->weight_total + n * inner;
-    layer->transposed = (real *)take(&memory, n * inner / LANES + 1);
-    for (int64_t o = 0; o < n; o++)
-      for (int64_t i = 0; i < inner; i++) layer->transposed[i * n + o] = layer->weight[o * inner + i];
-    weights += n * (inner + 1);
+    if (l) layer->own = take_weights(n, inner, &weights, parameters, total, &memory);
   }
   Layer *last = layers + LAYERS;
   const int64_t width = sizes[LAYERS];
@@ -55,9 +47,9 @@ static void network_gradient(const real *data, const int32_t *order, int64_t cou
     if (first + BLOCK > count) load_fixed(form, row_entries);
     load_block(form, data, order, first, count, layers[0].values, row_entries);
     for (int l = 1; l <= LAYERS; l++) {
-      product(sizes[l], sizes[l - 1], layers[l].weight, layers[l - 1].values, layers[l].values);
+      product(sizes[l], sizes[l - 1], layers[l].own.weight, layers[l - 1].values, layers[l].values);
       for (int64_t u = 0; u < sizes[l]; u++)
-        for (int v = 0; v < VECTORS; v++) layers[l].values[u * UNIT + v] += layers[l].bias[u];
+        for (int v = 0; v < VECTORS; v++) layers[l].values[u * UNIT + v] += layers[l].own.bias[u];
       activate(sizes[l], layers[l].values, layers[l].slope, form->valued || l < LAYERS);
     }
     for (int v = 0; v < VECTORS; v++) {
@@ -71,7 +63,7 @@ static void network_gradient(const real *data, const int32_t *order, int64_t cou
       }
     for (int l = LAYERS; l >= 1; l--) {
       activate_backward(layers + l, sizes[l]);
-      product(sizes[l - 1], sizes[l], layers[l].transposed, layers[l].backward, layers[l - 1].backward);
+      product(sizes[l - 1], sizes[l], layers[l].own.transposed, layers[l].backward, layers[l - 1].backward);
     }
     evaluate_rows(form, row_entries, layers[0].backward, value, potential, residual);
     for (int64_t r = 0; r < form->rows * VECTORS; r++) lambda[r] = 2 * residual[r];
@@ -90,7 +82,7 @@ static void network_gradient(const real *data, const int32_t *order, int64_t cou
     pull_rows(form, row_entries, lambda, layers[0].seconds, alpha, total + 1 + (potential - parameters));
     if (form->solved) pull_bends(form, row_entries, lambda, residual, layers[0].seconds);
     for (int l = 1; l <= LAYERS; l++) {
-      product(sizes[l], sizes[l - 1], layers[l].weight, layers[l - 1].seconds, layers[l].before);
+      product(sizes[l], sizes[l - 1], layers[l].own.weight, layers[l - 1].seconds, layers[l].before);
       activate_seconds(layers + l, sizes[l]);
     }
     for (int64_t u = 0; u < width; u++) {
@@ -107,9 +99,9 @@ static void network_gradient(const real *data, const int32_t *order, int64_t cou
     for (int l = LAYERS; l >= 1; l--) {
       activate_seconds_backward(layers + l, sizes[l]);
       outer_products(sizes[l], sizes[l - 1], layers[l].cotangents, layers[l - 1].values, layers[l].backward,
-                     layers[l - 1].seconds, layers[l].weight_total);
+                     layers[l - 1].seconds, layers[l].own.weight_total);
       if (l > 1)
-        product(sizes[l - 1], sizes[l], layers[l].transposed, layers[l].cotangents, layers[l - 1].cotangents);
+        product(sizes[l - 1], sizes[l], layers[l].own.transposed, layers[l].cotangents, layers[l - 1].cotangents);
     }
   }
   free(allocated);

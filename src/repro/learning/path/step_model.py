@@ -12,10 +12,11 @@ from functools import lru_cache
 import casadi
 import numpy as np
 
+from repro.codegen.array_evaluation import evaluate
 from repro.codegen.c_library import CompilerError, load_library
 from repro.codegen.c_source import c_source
-from repro.codegen.compiled_evaluation import LONG, evaluation, vector_function
-from repro.codegen.lanes import FAST, FUNCTIONS, TYPE
+from repro.codegen.lanes import FAST, FUNCTIONS, TYPE, vector_function
+from repro.codegen.point_function import LONG
 from repro.models.model import Model
 
 TOGETHER = 512  # steps that are differentiated at once, without a compiler
@@ -95,11 +96,11 @@ class StepModel:
     def _rate(self, joined: np.ndarray, tau: np.ndarray, weights: np.ndarray) -> np.ndarray:
         n, n_x = self.n_q, 2 * self.n_q
         state = joined[..., n_x]
-        own = evaluation(self.inertia)(state, weights)
+        own = evaluate(self.inertia, state, weights, repeated=True)
         inverse = _inverse(own[:, : n * n].reshape(-1, n, n))
         acceleration = (inverse @ (tau - own[:, n * n :])[..., None])[..., 0]
         at = np.concatenate([state, acceleration], axis=1)
-        jacobian = inverse @ evaluation(self.jacobians)(at, weights).reshape(len(at), n, -1)
+        jacobian = inverse @ evaluate(self.jacobians, at, weights, repeated=True).reshape(len(at), n, -1)
         rate = np.empty_like(joined)
         rate[:, :n] = joined[:, n:]
         rate[:, n:] = -jacobian[..., :n_x] @ joined
@@ -139,7 +140,7 @@ def _functions(model: Model) -> tuple[casadi.Function, casadi.Function]:
 def _library(model: Model) -> Callable[[np.ndarray, np.ndarray, np.ndarray, int, np.ndarray], None] | None:
     """The compiled steps (points, places, weights, substeps, result), or None where there is no compiler."""
     inertia, jacobians = _functions(model)
-    parts = [vector_function(inertia, "inertia"), vector_function(jacobians, "jacobians")]
+    parts = [vector_function(each, ("x", "parameters")) for each in (inertia, jacobians)]
     own = c_source(__file__, "linearised_steps", n_q=model.n_q, n_weights=model.n_parameters)
     flags = FAST if jacobians.n_instructions() < 2 * LONG else ("-O1", *FAST[1:])  # evaluated often: worth optimising
     try:
