@@ -3,8 +3,11 @@
 import pytest
 
 from repro.config.overrides import EXPERIMENT, belongs, check, expand, experiments, setting
-from repro.config.renamed_keys import KEYS, OPTIONS
+from repro.config.places import CONF
+from repro.config.registry import read_settings
 from repro.errors import UserError
+
+RENAMED = read_settings(CONF / "renamed.yaml")
 
 
 def test_lists_multiply():
@@ -57,9 +60,9 @@ def test_a_job_belongs_to_its_experiment_with_more_seeds_but_not_with_other_sett
     assert setting([*job, "seeds=3"]) == setting(job)
 
 
-@pytest.mark.parametrize("old", [f"{key}=1" for key in KEYS] + [f"{group}={word}" for group, word in OPTIONS])
+@pytest.mark.parametrize("old", [*(f"{key}=1" for key in RENAMED["keys"]), *RENAMED["options"]])
 def test_a_name_of_the_first_version_is_answered_with_the_present_one(old):
-    group, _, word = old.partition("=")
-    new = KEYS.get(group) or OPTIONS[group, word]
+    key = old.partition("=")[0]
+    new = RENAMED["keys"].get(key) or RENAMED["options"][old]
     with pytest.raises(UserError, match=f"called .*{new}"):
         check([old])

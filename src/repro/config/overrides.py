@@ -7,8 +7,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from repro.config import registry
-from repro.config.places import check_checkout, experiment_files
-from repro.config.renamed_keys import refuse_renamed
+from repro.config.places import CONF, check_checkout, experiment_files
 from repro.errors import UserError
 from repro.plugins.plugin import nearest
 from repro.tracking.paths import project_folder
@@ -159,6 +158,18 @@ def _values(override: str) -> list[str]:
             raise UserError(f"{override}: fits nothing; {allowed}")
         return [f"{key}={name}" for name in chosen]
     return [f"{key}={value}" for value in one.sweep_string_iterator()]
+
+
+def refuse_renamed(override: str) -> None:
+    """UserError with the present name where an override uses one of version 0.1 (conf/renamed.yaml)."""
+    renamed = registry.read_settings(CONF / "renamed.yaml")
+    key, _, value = override.lstrip("+~").partition("=")
+    for old, new in renamed["keys"].items():
+        if key == old or key.startswith(f"{old}."):
+            raise UserError(f"{override}: {old} is called {new} now; write {override.replace(old, new, 1)}")
+    for chosen in (f"{key}={word}" for word in value.split(",")):
+        if chosen in renamed["options"]:
+            raise UserError(f"{override}: {chosen} is called {key}={renamed['options'][chosen]} now")
 
 
 def check(overrides: Sequence[str]) -> None:

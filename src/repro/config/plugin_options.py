@@ -6,10 +6,10 @@ from typing import Any
 
 from pydantic import PlainSerializer, PlainValidator, TypeAdapter, ValidationError
 
-from repro.config.error_lines import lines
 from repro.errors import UserError
 from repro.learning.optimiser_options import OptimiserOptions
 from repro.models.model_options import ModelOptions
+from repro.plugins.checked import lines
 from repro.plugins.options import PluginOptions
 from repro.plugins.plugin import not_allowed, plugin, plugin_names
 

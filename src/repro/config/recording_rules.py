@@ -3,8 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-from repro.config.described_system import true_system
-from repro.config.schema import Config
+from repro.config.schema import Config, true_system
 from repro.data.data_options import RecordingFile
 from repro.errors import UserError
 from repro.learning.objective_options import Equation

@@ -4,12 +4,11 @@ from collections.abc import Callable, Iterator
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from repro.config.described_system import coordinates_of, true_system
 from repro.config.plugin_options import MODELS
 from repro.config.recording_rules import recording, wrong_content
-from repro.config.schema import Config
+from repro.config.schema import Config, coordinates_of, true_system
 from repro.config.sensor_rules import sensors, without_accelerations
-from repro.config.submodels import n_coordinates
+from repro.config.submodels import is_settings, n_coordinates, settings_of
 from repro.control.controller import ControllerOptions
 from repro.data.data_options import RandomForce, RecordingFile
 from repro.errors import UserError
@@ -183,6 +182,8 @@ def _model_of_system(config: Config) -> Iterator[str]:
 def _parts(config: Config) -> Iterator[str]:
     if not config.model.sub_models or [*_system(config)] or isinstance(config.data, RecordingFile):
         return
+    for part in filter(is_settings, config.model.sub_models):
+        yield from impossible(settings_of(part, config))
     sizes = [n_coordinates(part, config) for part in config.model.sub_models]
     if problem := config.model.parts_problem(true_system(config).n_q, sizes):
         yield problem

@@ -2,11 +2,10 @@
 
 import math
 from dataclasses import replace
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, field_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from repro.config.base import Count, NotNegative, Positive, Section
 from repro.config.plugin_options import MODELS, OPTIMISERS, chosen
 from repro.control.controller import CONTROLLERS, ControlOptions
 from repro.control.task import Task
@@ -17,14 +16,25 @@ from repro.learning.sequence_options import SequenceOptions
 from repro.mechanics.system_options import Reading, SystemOptions
 from repro.models.gauge import Gauge
 from repro.models.model_options import ModelOptions
+from repro.plugins.options import Count, NotNegative, Positive
+
+if TYPE_CHECKING:
+    from repro.mechanics.coordinate import Coordinate
+    from repro.mechanics.system import System
 
 LARGEST_SEED = 2**32  # what the generators of all libraries take
+
+
+class Section(BaseModel):
+    """A group of keys; a key that is not listed is an error."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class SystemSection(Section):
     """The true system (conf/system); further keys are constants that the system declares."""
 
-    model_config = ConfigDict(extra="allow", frozen=True)
+    model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
     __pydantic_extra__: dict[str, int | float]
 
     name: str
@@ -164,6 +174,20 @@ class Config(Section):
         count = self.scale.seeds if self.seeds is None else self.seeds
         chosen = list(range(count)) if isinstance(count, int) else list(count)
         return chosen[: self.scale.most_seeds] if self.cuts("seeds") else chosen
+
+
+def coordinates_of(config: Config) -> "tuple[Coordinate, ...]":
+    """The coordinates of the data: those of a recording that names them, else those of the system."""
+    if isinstance(config.data, RecordingFile) and config.own_coordinates:
+        return config.data.coordinates.described()
+    return true_system(config).coordinates
+
+
+def true_system(config: Config) -> "System":
+    """The system that the configuration describes; UserError for constants that it cannot have."""
+    from repro.mechanics.system import load_system
+
+    return load_system(config.system_options)
 
 
 def scaled(config: Config) -> Config:

@@ -4,6 +4,8 @@ import re
 from functools import cache, lru_cache
 from pathlib import Path
 
+from repro.config.composition import composed, typed
+from repro.config.overrides import check, renamed
 from repro.config.places import CONF
 from repro.config.registry import read_settings
 from repro.config.schema import Config
@@ -55,7 +57,7 @@ def _named() -> dict[str, str]:
 
 @lru_cache(maxsize=64)
 def _composed(overrides: tuple[str, ...]) -> Config:
-    from repro.config.compose import compose
-
-    # What a scale cuts it cuts of the parts as well, whose settings are no command line; their seeds are the whole's.
-    return compose((*overrides, "record=false")).config.model_copy(update={"explicit": ["seeds"]})
+    job = tuple(renamed(override) for override in (*overrides, "record=false"))
+    check(job)
+    # What a scale cuts it cuts of the parts as well, whose settings are no command line.
+    return typed({**composed(job), "explicit": []})

@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
-
 from repro.control.controller import ControllerOptions
 from repro.control.task import Task
 from repro.errors import UserError
@@ -13,7 +11,8 @@ from repro.learning.optimiser_options import OptimiserOptions
 from repro.mechanics.system import System, load_system
 from repro.mechanics.system_options import SystemOptions
 from repro.models.model_options import ModelOptions
-from repro.plugins.plugin import nearest, plugin
+from repro.plugins.checked import validated
+from repro.plugins.plugin import plugin
 
 
 def model(name: str, **options: Any) -> ModelOptions:
@@ -66,16 +65,3 @@ def system(name: str, *, damping: Sequence[float] = (), reading: str = "physical
 
 def _checked(folder: str, name: str, options: dict[str, Any]) -> object:
     return validated(plugin(folder, name).Options, name, options)
-
-
-def validated(kind: type[Any], name: str, options: dict[str, Any]) -> Any:
-    """Options of a dataclass from keywords; UserError names the key, and what is allowed."""
-    try:
-        return TypeAdapter(kind).validate_python(options)
-    except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(str(part) for part in first["loc"])
-        if first["type"] == "unexpected_keyword_argument":
-            allowed = sorted(kind.__dataclass_fields__)
-            raise UserError(f"{name} has no option {key}{nearest(key, allowed)}; it has {', '.join(allowed)}") from None
-        raise UserError(f"{key} = {first['input']!r} of {name}: {first['msg']}") from None

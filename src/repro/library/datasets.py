@@ -14,9 +14,9 @@ from repro.data.differentiation import difference
 from repro.data.random_force import random_force
 from repro.errors import UserError
 from repro.library.choices import system as system_of
-from repro.library.choices import validated
 from repro.mechanics.coordinate import Coordinate
 from repro.mechanics.system import System
+from repro.plugins.checked import validated
 
 if TYPE_CHECKING:
     import pandas as pd

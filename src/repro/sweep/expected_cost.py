@@ -5,8 +5,7 @@ from collections.abc import Mapping
 from functools import cached_property
 from statistics import median
 
-from repro.config.described_system import true_system
-from repro.config.schema import Config
+from repro.config.schema import Config, true_system
 from repro.models.model_options import ModelOptions
 from repro.pipeline.plan import Pipeline
 from repro.tracking import index
