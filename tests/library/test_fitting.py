@@ -97,7 +97,7 @@ def test_arrays_that_do_not_fit_are_named(change, message):
         (lambda: repro.model("structurd"), "did you mean structured"),
         (lambda: repro.model("structured", hiden=[3]), "did you mean hidden"),
         (lambda: repro.model("structured", hidden=[-3]), "hidden.0 = -3"),
-        (lambda: repro.optimiser("adam", epochs=0), "epochs = 0 of adam"),
+        (lambda: repro.optimiser("adam", epochs=0), "adam.epochs = 0: should be greater than 0"),
         (lambda: repro.objective("backward"), "backward"),
         (lambda: repro.simulate("sip", samples=5), "samples = 5"),
         (lambda: repro.fit(repro.simulate("sip", samples=50, seeds=2), seeds=3), "2 members and 3 seeds"),
