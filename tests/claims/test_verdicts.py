@@ -3,8 +3,7 @@ import math
 import pytest
 from sample_claims import PREDICATE, number, statement
 
-from repro.claims.headline import classes_of_claims, headline
-from repro.claims.verdicts import judge, verdict_of_number
+from repro.claims.verdicts import classes_of_claims, headline, judge, verdict_of_number
 from repro.report.tables.verdicts import cure, mark
 
 

@@ -7,8 +7,8 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
+from repro.claims.evidence import CardSelector, Selector
 from repro.claims.predicate import Predicate
-from repro.claims.selector import CardSelector, Selector
 from repro.claims.verdict_kind import VerdictKind
 from repro.claims.yaml_rows import NamedRow, Number, Text, YamlRow, load_rows
 

@@ -1,15 +1,39 @@
-"""What a predicate is judged on, what comes of it, and the base of all predicates."""
+"""What a predicate selects and is judged on, what comes of it, and the base of all predicates."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from typing import Annotated
+
+from pydantic import AfterValidator
 
 from repro.claims.decision import Decision
-from repro.claims.selector import Selector
 from repro.claims.yaml_rows import YamlRow
 from repro.results.results import Results
 from repro.results.run_setting import RunSetting
 from repro.results.selectors import NotRunError, Where, one_setting
 from repro.results.statistics import Estimate
+from repro.results.table_schema import CARD, TABLES
+
+# Columns of a result table or settings, and the value or values that a run must have there.
+Value = bool | int | float | str
+Selector = dict[str, Value | list[Value]]
+
+
+def _columns_of(columns: Collection[str], settings: bool = True) -> Callable[[Selector], Selector]:
+    def checked(selector: Selector) -> Selector:
+        unknown = sorted(name for name in selector if name not in columns and not (settings and "." in name))
+        if unknown:
+            dotted = ", and settings by their dotted keys, such as model.hidden" if settings else ""
+            raise ValueError(f"has no column {', '.join(unknown)}; allowed are {', '.join(columns)}{dotted}")
+        return selector
+
+    return checked
+
+
+CardSelector = Annotated[Selector, AfterValidator(_columns_of(CARD))]
+LoopSelector = Annotated[Selector, AfterValidator(_columns_of(TABLES["control"]))]
+BenchSelector = Annotated[Selector, AfterValidator(_columns_of(TABLES["bench"], settings=False))]
 
 
 @dataclass(frozen=True)

@@ -4,15 +4,14 @@ What is drawn at random is the unit of a share: the learned model where there is
 """
 
 import json
-from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
 from repro.claims.decision import Decision, Ruling
-from repro.claims.evidence import Evidence, Finding, StatementPredicate
-from repro.claims.selector import LoopSelector, Value
+from repro.claims.evidence import Evidence, Finding, LoopSelector, StatementPredicate, Value
 from repro.claims.yaml_rows import Number, Text
 from repro.results.selectors import NotRunError, find_loops, loops_of_one_setting
 from repro.results.statistics import FEWEST, Estimate, estimate, share
@@ -44,7 +43,8 @@ class LoopsSucceed(StatementPredicate):
 
     def judge(self, evidence: Evidence) -> Finding:
         """Compare the share of successes with the bound."""
-        judged = [self._judged(evidence, reading) for reading in _each(self.readings)]
+        readings: list[LoopSelector] = [{key: value} for key, values in self.readings.items() for value in values]
+        judged = [(reading, self._judged(evidence, reading)) for reading in readings or [{}]]
         run = [found for _, found in judged if found is not None]
         if not run:
             raise NotRunError(f"no closed loop of {evidence.experiment} with any of the readings")
@@ -52,26 +52,23 @@ class LoopsSucceed(StatementPredicate):
         if not self.readings:
             return shown
         notes = [f"{_spelled(reading)}: {found.note if found else 'not run'}" for reading, found in judged]
-        return Finding(
-            _together([found.decision if found else None for _, found in judged]),
-            shown.quantity,
-            shown.unit,
-            shown.estimate,
-            f"criterion: at least {self.share_of_loops:g}; the best reading is shown. " + "; ".join(notes),
+        return replace(
+            shown,
+            decision=_together([found.decision if found else None for _, found in judged]),
+            note=f"criterion: at least {self.share_of_loops:g}; the best reading is shown. " + "; ".join(notes),
             runs=tuple(dict.fromkeys(name for found in run for name in found.runs)),
             commands=tuple(dict.fromkeys(command for found in run for command in found.commands)),
             stale=any(found.stale for found in run),
+            as_printed=False,
         )
 
-    def _judged(self, evidence: Evidence, reading: LoopSelector) -> tuple[LoopSelector, Finding | None]:
+    def _judged(self, evidence: Evidence, reading: LoopSelector) -> Finding | None:
         try:
-            selected = _selected(evidence, {**self.loops, **reading})
+            selected = self._loops(evidence, {**self.loops, **reading})
         except NotRunError:
             if reading:
-                return reading, None
+                return None
             raise
-        if self.outcome == "no_contact":
-            selected = selected.assign(success=~selected["contact"].astype(bool))
         successes = _successes(selected, self.unit)
         note = (
             f"{int(selected['success'].sum())} of {len(selected)} loops, {int(selected['contact'].sum())} with contact"
@@ -81,20 +78,18 @@ class LoopsSucceed(StatementPredicate):
         else:
             note = f"criterion: at least {self.share_of_loops:g}; {note}"
         if self.reference:
-            note += self._reference(evidence, reading)
+            with suppress(NotRunError):
+                loops = self._loops(evidence, {**self.reference, **reading})
+                note += f" ({_spelled(self.reference)}: {int(loops['success'].sum())} of {len(loops)})"
         decision = Decision.at_least(successes, self.share_of_loops)
         if reading and successes.n < FEWEST:
             decision = Decision(Ruling.OPEN, decision.leans)
-        return reading, _finding(decision, self.outcome, "1", successes, note, evidence, selected)
+        return _finding(decision, self.outcome, "1", successes, note, evidence, selected)
 
-    def _reference(self, evidence: Evidence, reading: LoopSelector) -> str:
-        try:
-            loops = _selected(evidence, {**self.reference, **reading})
-        except NotRunError:
-            return ""
-        if self.outcome == "no_contact":
-            loops = loops.assign(success=~loops["contact"].astype(bool))
-        return f" ({_spelled(self.reference)}: {int(loops['success'].sum())} of {len(loops)})"
+    def _loops(self, evidence: Evidence, selector: LoopSelector) -> "pd.DataFrame":
+        """The loops of a selector, by the outcome that is meant."""
+        loops = _selected(evidence, selector)
+        return loops if self.outcome == "success" else loops.assign(success=~loops["contact"].astype(bool))
 
 
 class LoopsSucceedMoreOften(StatementPredicate):
@@ -166,14 +161,6 @@ class TimeTakesLonger(StatementPredicate):
         return _finding(decision, quantity, "ms", measured, note, evidence, selected)
 
 
-def _each(readings: Readings) -> Iterator[LoopSelector]:
-    for key, values in readings.items():
-        for value in values:
-            yield {key: value}
-    if not readings:
-        yield {}
-
-
 def _together(decisions: list[Decision | None]) -> Decision:
     """All readings alike, or it depends on the reading; open where one was not run or is open."""
     known = [decision for decision in decisions if decision is not None]
@@ -217,11 +204,8 @@ def _finding(
     loops: "pd.DataFrame",
 ) -> Finding:
     names = tuple(dict.fromkeys(loops["run"]))
-    rows = evidence.results.runs
-    rows = rows[rows["run"].isin(names)]
+    rows = evidence.results.runs[evidence.results.runs["run"].isin(names)]
     commands = tuple(command for command in dict.fromkeys(rows["command"]) if command)
-    stale, as_printed = (
-        bool(rows["stale"].fillna(value=False).any()),
-        bool(rows["as_printed"].fillna(value=False).all()),
-    )
+    stale = bool(rows["stale"].fillna(value=False).any())
+    as_printed = bool(rows["as_printed"].fillna(value=False).all())
     return Finding(decision, quantity, unit, estimate, note, names, commands, stale, as_printed)

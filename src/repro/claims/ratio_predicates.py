@@ -6,8 +6,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from repro.claims.decision import MARGIN, Decision
-from repro.claims.evidence import Evidence, Finding, StatementPredicate
-from repro.claims.selector import BenchSelector, CardSelector
+from repro.claims.evidence import BenchSelector, CardSelector, Evidence, Finding, StatementPredicate
 from repro.claims.yaml_rows import Number, Text
 from repro.results.selectors import NotRunError, like_for_like, paired_values
 from repro.results.statistics import Estimate, paired_ratio

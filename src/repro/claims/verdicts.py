@@ -1,15 +1,15 @@
 """A claim and the stored runs in, a verdict out: by rule, never by hand."""
 
 import math
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import assert_never
 
 import numpy as np
 
 from repro.claims.claims import Claim, ClaimKind
 from repro.claims.decision import Ruling
-from repro.claims.evidence import Evidence, Finding
+from repro.claims.evidence import Evidence
 from repro.claims.verdict_kind import CLASSES, VerdictClass, VerdictKind
 from repro.results.metric_names import metric_named
 from repro.results.results import Results
@@ -20,6 +20,17 @@ from repro.results.statistics import BY_RANK, FEWEST, NOTHING, Estimate, predict
 VERDICTS = tuple(VerdictKind)
 FULL_SCALE = "paper"
 WIDEST = 100.0  # a prediction interval over more than this factor excludes too little to support a number
+
+
+# From the weakest: a claim of several parts is counted under the first of these that one of them has.
+WEAKEST_FIRST = (
+    VerdictClass.NOT_SUPPORTED,
+    VerdictClass.NOT_RUN,
+    VerdictClass.UNDECIDED,
+    VerdictClass.WITH_CHANGES,
+    VerdictClass.SUPPORTED,
+    VerdictClass.BY_CONSTRUCTION,
+)
 
 
 @dataclass(frozen=True)
@@ -69,13 +80,7 @@ def judge(claim: Claim, results: Results) -> Verdict:
     evidence = Evidence(results, claim.experiment)
     cure = _cure(claim, results)
     try:
-        match claim.kind:
-            case ClaimKind.STATEMENT:
-                return _statement(claim, evidence, cure)
-            case ClaimKind.NUMBER | ClaimKind.DECLARED:
-                return _number(claim, evidence, cure)
-            case _:
-                assert_never(claim.kind)
+        return (_statement if claim.kind is ClaimKind.STATEMENT else _number)(claim, evidence, cure)
     except NotRunError as reason:
         note = f"{claim.reason}; {reason}" if claim.reason else str(reason)
         verdict = VerdictKind(claim.declared or VerdictKind.NOT_RUN)
@@ -133,11 +138,20 @@ def _number(claim: Claim, evidence: Evidence, cure: Verdict | None) -> Verdict:
 def _statement(claim: Claim, evidence: Evidence, cure: Verdict | None) -> Verdict:
     assert claim.predicate is not None
     finding = claim.predicate.judge(evidence)
-    holds = _if_it_holds(claim)
     reason = claim.by_construction or claim.with_changes
+    holds = VerdictKind.WITH_CHANGES if claim.with_changes else VerdictKind.SUPPORTED
+    holds = VerdictKind.BY_CONSTRUCTION if claim.by_construction else holds
+    verdict = {
+        Ruling.HOLDS: holds,
+        Ruling.FAILS: VerdictKind.NOT_SUPPORTED,
+        Ruling.OPEN: VerdictKind.UNDECIDED,
+        Ruling.DEPENDS: VerdictKind.UNDER_SPECIFIED,
+    }[finding.decision.outcome]
+    if finding.estimate.n < FEWEST and verdict is not VerdictKind.UNDER_SPECIFIED:
+        verdict = VerdictKind.TOO_FEW
     return Verdict(
         claim,
-        _verdict_of_statement(finding, holds),
+        verdict,
         finding.quantity,
         finding.unit,
         finding.estimate,
@@ -151,26 +165,6 @@ def _statement(claim: Claim, evidence: Evidence, cure: Verdict | None) -> Verdic
         cure=cure,
         other=finding.other,
     )
-
-
-def _if_it_holds(claim: Claim) -> VerdictKind:
-    if claim.by_construction:
-        return VerdictKind.BY_CONSTRUCTION
-    return VerdictKind.WITH_CHANGES if claim.with_changes else VerdictKind.SUPPORTED
-
-
-def _verdict_of_statement(finding: Finding, holds: VerdictKind) -> VerdictKind:
-    match finding.decision.outcome:
-        case Ruling.DEPENDS:
-            return VerdictKind.UNDER_SPECIFIED
-        case _ if finding.estimate.n < FEWEST:
-            return VerdictKind.TOO_FEW
-        case Ruling.HOLDS:
-            return holds
-        case Ruling.FAILS:
-            return VerdictKind.NOT_SUPPORTED
-        case Ruling.OPEN:
-            return VerdictKind.UNDECIDED
 
 
 def _cure(claim: Claim, results: Results) -> Verdict | None:
@@ -213,3 +207,23 @@ def _flag(claim: Claim, evidence: Evidence, setting: RunSetting, prediction: tup
     }
     reached = [f"{name} {score:.3g}" for name, score in scores.items() if prediction[0] <= score <= prediction[1]]
     return "also reached by: " + ", ".join(reached) if reached else ""
+
+
+def classes_of_claims(verdicts: Sequence[Verdict]) -> Mapping[str, VerdictClass]:
+    """Return claim -> the class under which it is counted, in the order of the claims."""
+    found: dict[str, set[VerdictClass]] = {}
+    for verdict in verdicts:
+        found.setdefault(verdict.claim.id, set()).add(verdict.counted_as)
+    return {id: next(kind for kind in WEAKEST_FIRST if kind in kinds) for id, kinds in found.items()}
+
+
+def counts_of_claims(verdicts: Sequence[Verdict]) -> Mapping[VerdictClass, int]:
+    """Return class -> the number of claims in it, for the classes that occur, in the order of the front page."""
+    counted = Counter(classes_of_claims(verdicts).values())
+    return {kind: counted[kind] for kind in VerdictClass if counted[kind]}
+
+
+def headline(verdicts: Sequence[Verdict]) -> str:
+    """Write the counts of claims in one line: 24 claims: 8 supported, 3 undecided."""
+    counts = counts_of_claims(verdicts)
+    return f"{sum(counts.values())} claims: " + ", ".join(f"{number} {kind}" for kind, number in counts.items())

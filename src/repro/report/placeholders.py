@@ -21,9 +21,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from repro.claims.headline import headline
 from repro.claims.verdict_kind import VerdictClass, VerdictKind
-from repro.claims.verdicts import VERDICTS, Verdict
+from repro.claims.verdicts import VERDICTS, Verdict, headline
 from repro.errors import UserError
 from repro.report import writing
 from repro.report.tables.cost import cost_fact

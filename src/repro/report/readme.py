@@ -7,8 +7,7 @@ from pathlib import Path
 from repro.claims.assumption_effects import assumption_effects
 from repro.claims.assumptions import load_assumptions
 from repro.claims.claims import load_claims
-from repro.claims.headline import headline
-from repro.claims.verdicts import Verdict, judge_all
+from repro.claims.verdicts import Verdict, headline, judge_all
 from repro.errors import UserError
 from repro.report import writing
 from repro.report.paper import load_paper, paper_folder

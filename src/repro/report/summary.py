@@ -5,8 +5,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from repro.claims.headline import headline
-from repro.claims.verdicts import Verdict
+from repro.claims.verdicts import Verdict, headline
 from repro.report import writing
 from repro.report.tables.verdicts import mark
 from repro.results.results import Results

@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from repro.claims.headline import headline
-from repro.claims.verdicts import VERDICTS, Verdict
+from repro.claims.verdicts import VERDICTS, Verdict, headline
 from repro.report.html.environment import ASSETS, rendered
 from repro.report.html.run_page import LOOP_COLUMNS, SPLITS, run_pages
 from repro.report.paper import Animation

@@ -5,8 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from repro.claims.assumption_effects import AssumptionEffect
-from repro.claims.headline import counts_of_claims
-from repro.claims.verdicts import Verdict
+from repro.claims.verdicts import Verdict, counts_of_claims
 from repro.report import writing
 from repro.report.pdf.prose import blocks
 from repro.report.sections import Content, ReportSection

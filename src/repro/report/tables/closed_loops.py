@@ -1,6 +1,5 @@
 """Closed loops by setting and conditions: how many succeed, how near they come to the obstacle, what a step costs."""
 
-import math
 from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic.dataclasses import dataclass as checked
@@ -58,8 +57,8 @@ class LoopTable:
 
 def _row(results: Results, keys: list[str], loops: "pd.DataFrame") -> Row:
     def over_loops(column: str, how: Literal["median", "mean"] = "median") -> float | None:
-        value = loops[column].dropna().agg(how)
-        return None if math.isnan(value) else float(value)
+        values = loops[column].dropna()
+        return float(values.agg(how)) if len(values) else None
 
     place = {key: cell_text(loops[key].iloc[0]) for key in keys}
     success = share(loops["success"].to_numpy(dtype=bool))
