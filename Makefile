@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: help setup reproduce docs test test-all lint clean
+.PHONY: help setup reproduce docs test test-all wheel lint clean
 
 help: ## show this help
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -37,6 +37,9 @@ test: $(STAMP) lint ## lint, types and the quick test suite
 
 test-all: $(STAMP) lint ## the quick suite and the long checks
 	$(BIN)/pytest -n 2 -m ''
+
+wheel: $(STAMP) ## build the wheel, install it in a new environment, and fit and record there
+	$(BIN)/pytest -n 0 -m slow tests/plugins/test_wheel.py
 
 clean: ## remove the virtual environment (results in outputs/ stay)
 	rm -rf $(VENV)

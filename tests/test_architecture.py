@@ -15,8 +15,9 @@ SOURCE = ROOT / "src" / "repro"
 LONGEST = 300  # lines
 FILES = sorted(SOURCE.rglob("*.py"))
 DRAWING = runpy.run_path(str(ROOT / "docs" / "architecture.py"))  # reads the imports
+CHOSEN_BY_KIND = ("objectives", "sequences", "metrics", "controllers")
 # Files of one name in these folders hold different things that the folder tells apart: a command, a figure, a choice.
-NAMED_BY_THEIR_FOLDER = ("commands", "figures", "tables", "bases", "systems", "kinds", "optimisers")
+NAMED_BY_THEIR_FOLDER = ("commands", "figures", "tables", "bases", "systems", "kinds", "optimisers", *CHOSEN_BY_KIND)
 REPEATED = ("Options",)  # of a plugin, one class in each of its files
 
 SCIENCE = ("codegen", "plugins", "mechanics", "models", "data", "learning", "control", "evaluation")
@@ -35,7 +36,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     "results": ("tracking",),
     "learning": ("codegen", "plugins", "mechanics", "models", "data"),
     "control": ("codegen", "plugins", "mechanics", "models", "data"),
-    "evaluation": ("codegen", "mechanics", "models", "data"),
+    "evaluation": ("codegen", "plugins", "mechanics", "models", "data"),
     "export": ("codegen", "mechanics", "models", "tracking"),
     "claims": ("tracking", "results"),
     "config": (*SCIENCE, "tracking"),
@@ -59,7 +60,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     ),
     "cli": ("commands", "plugins"),
     "__main__": ("cli",),
-    "__init__": ("tracking", "library", "pipeline"),
+    "__init__": ("tracking", "recording", "library", "pipeline"),
 }
 
 
@@ -145,14 +146,19 @@ def test_a_basis_is_a_flag_and_two_functions(name):
         ("system", "name", "mechanics/systems"),
         ("optimiser", "kind", "learning/optimisers"),
         ("control", "kind", "control/controllers"),
+        ("objective", "kind", "learning/objectives"),
+        ("sequence", "kind", "learning/sequences"),
+        ("metric", "kind", "evaluation/metrics"),
     ],
-    ids=["model", "basis", "system", "optimiser", "control"],
+    ids=["model", "basis", "system", "optimiser", "control", "objective", "sequence", "metric"],
 )
 def test_every_file_is_a_choice_and_every_choice_a_file(group, key, folder):
     assert _choices(group, key) == _modules(folder)
 
 
-@pytest.mark.parametrize("group", ["model", "basis", "system", "optimiser", "control", "task"])
+@pytest.mark.parametrize(
+    "group", ["model", "basis", "system", "optimiser", "control", "task", "objective", "sequence", "metric"]
+)
 def test_a_setting_is_named_after_its_file(group):
     """`basis=t1` chooses conf/basis/t1.yaml, which names t1; an optimiser may have several settings."""
     for option in groups()[group]:

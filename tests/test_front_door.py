@@ -179,11 +179,14 @@ def test_a_killed_server_is_one_line(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("how", ["file", "stdin"])
+@pytest.mark.parametrize("how", ["file", "stdin", "asyncio"])
 def test_a_script_without_a_guard_may_run_jobs(how, tmp_path):
-    script = f"from repro.cli import main\nmain(['run', *{TINY!r}])\n"
+    call = f"main(['run', *{TINY!r}])"
+    script = f"from repro.cli import main\n{call}\n"
+    if how == "asyncio":
+        script = f"import asyncio\nfrom repro.cli import main\nasync def all():\n    {call}\nasyncio.run(all())\n"
     (tmp_path / "script.py").write_text(script)
-    done = shell(f"{sys.executable} script.py" if how == "file" else f"{sys.executable} - < script.py", tmp_path)
+    done = shell(f"{sys.executable} script.py" if how != "stdin" else f"{sys.executable} - < script.py", tmp_path)
     assert done.returncode == 0 and "Traceback" not in done.stderr and "killed" not in done.stderr
     assert len(list((tmp_path / "outputs" / "runs").glob("*/run.json"))) == 1
 

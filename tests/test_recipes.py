@@ -136,6 +136,31 @@ def an_optimiser(project: Project, told: str) -> None:
     assert "2 jobs" in told
 
 
+def an_objective(project: Project, told: str) -> None:
+    assert metrics(project, objective="robust")["mae_tau"] < 1e-6
+
+
+def a_sequence(project: Project, told: str) -> None:
+    worst = metrics(project, sequence="rehearsal")
+    assert worst["mae_tau"] < 1e-8
+    assert worst["mae_H_legendre"] < 1e-8
+
+
+def a_metric(project: Project, told: str) -> None:
+    assert metrics(project, basis="t1")["mirror_tau"] < 1e-10
+
+
+def a_controller(project: Project, told: str) -> None:
+    loops = pd.concat(pd.read_parquet(path) for path in (project.outputs / "control").glob("*/control.parquet"))
+    assert loops["success"].all()
+
+
+def a_figure(project: Project, told: str) -> None:
+    report = project.outputs / "report" / "smoke"
+    assert (report / "figures" / "bases.png").is_file()
+    assert "Bases, seed by seed" in (report / "index.html").read_text()
+
+
 def an_experiment(project: Project, told: str) -> None:
     table = pd.read_csv(project.outputs / "report" / "smoke" / "tables" / "sip_noise.csv")
     noises = table.loc[table["model"] == "structured", "qdd_noise"]
@@ -160,8 +185,13 @@ OUTCOMES: dict[str, Callable[[Project, str], None]] = {
     "A basis": a_basis,
     "A model": a_model,
     "An optimiser": an_optimiser,
+    "An objective": an_objective,
+    "A sequence": a_sequence,
+    "A metric": a_metric,
+    "A controller": a_controller,
     "An experiment": an_experiment,
     "A claim": a_claim,
+    "A figure": a_figure,
 }
 
 

@@ -6,13 +6,16 @@ import pytest
 
 from repro.config.registry import groups, settings
 from repro.data.data_options import RandomForce
-from repro.learning.objective_options import ObjectiveOptions
-from repro.learning.sequence_options import SequenceOptions
+from repro.learning.objective_options import OBJECTIVES
+from repro.learning.sequence_options import SEQUENCES
 from repro.plugins.options import plain
 from repro.plugins.plugin import plugin
 
-FOLDERS = {"model": "models.kinds", "optimiser": "learning.optimisers", "control": "control.controllers"}
-DECLARED = {"data": RandomForce, "objective": ObjectiveOptions, "sequence": SequenceOptions}
+FOLDERS = {
+    "model": "models.kinds", "optimiser": "learning.optimisers", "control": "control.controllers",
+    "objective": OBJECTIVES, "sequence": SEQUENCES,
+}  # fmt: skip
+DECLARED = {"data": RandomForce}
 # By which keys the options of one group differ from each other, on purpose.
 CHOSEN = {"kind", "name", "source", "regime", "force_limit"}
 VARIANTS = {"adam_cosine": {"schedule", "decay"}, "lasso": {"method"}}

@@ -5,7 +5,7 @@ import pytest
 
 from repro.data.dataset import Dataset
 from repro.evaluation.doubts import doubts, mean_predictor
-from repro.evaluation.metrics import MetricValues
+from repro.evaluation.pointwise import MetricValues
 from repro.mechanics.coordinate import Coordinate
 
 

@@ -53,7 +53,22 @@ for folder in sys.argv[1:]:
         for source, function in functions.items():
             values = [np.array(function(*(points[key][k] for key in needed))) for k in range(len(points["q"]))]
             result[f"{source} {name}"] = values
-        result[f"torch {name}"] = getattr(model, name)(*(tensors[key] for key in needed)).numpy()
+        function, given = getattr(model, name), [tensors[key] for key in needed]
+        whole = function(*given)
+        result[f"torch {name}"] = whole.numpy()
+        close = lambda ours, other: torch.testing.assert_close(ours, other, rtol=1e-9, atol=1e-9)
+        close(function(*(each.tolist() for each in given)), whole)
+        close(function(*(each.numpy() for each in given)), whole)
+        close(torch.func.vmap(function)(*given), whole)
+        close(function(*(each[:1].expand(5, 2) for each in given))[4], whole[0])
+        close(function(given[0][0], *given[1:])[0], whole[0])
+        for wrong in ([each[:, :1] for each in given], [given[0][:2], *given[1:]]):
+            try:
+                function(*wrong)
+            except ValueError as error:
+                assert "\\n" not in str(error)
+            else:
+                raise AssertionError(f"{name} takes {wrong}")
     np.savez(f"{folder}.npz", **result)
 """
 

@@ -11,7 +11,7 @@ from repro.learning.balance import balance_task
 from repro.learning.least_squares import LeastSquares
 from repro.learning.members import MemberProblem
 from repro.learning.objective import Objective
-from repro.learning.objective_options import Equation
+from repro.learning.objectives import balance
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
@@ -32,7 +32,7 @@ def _data(time_step: float = 0.02, labels: str = "differenced") -> Dataset:
 
 
 def _problem(model: Model, data: Dataset, window: float = 0.1) -> TrainingProblem:
-    return TrainingProblem(model, [balance_task(model, data, Objective(Equation.BALANCE), window, 20.0)], seeds=[0])
+    return TrainingProblem(model, [balance_task(model, data, Objective(balance.Options()), window, 20.0)], seeds=[0])
 
 
 def test_the_rows_vanish_at_the_truth_with_the_fourth_power_of_the_step() -> None:

@@ -14,6 +14,7 @@ from repro.learning.device.cuda import captured, check_device
 from repro.learning.device.device_adam import DeviceAdam, device_order
 from repro.learning.device.device_problem import DeviceProblem, KeptIndices
 from repro.learning.objective import Objective
+from repro.learning.objective_options import OBJECTIVES
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import Phase, make_task, train
 from repro.learning.training_problem import TrainingProblem
@@ -22,6 +23,7 @@ from repro.models.blackbox import BlackBox
 from repro.models.damped import Damped
 from repro.models.lagrangian import Lagrangian
 from repro.models.structured import Structured
+from repro.plugins.plugin import plugin
 
 CPU = torch.device("cpu")
 MODELS = {
@@ -41,6 +43,11 @@ def _on_the_device(**settings):
     return DeviceAdam.of(Adam(**SETTINGS | settings), "cpu")
 
 
+def _objective(name, equation):
+    weight = 0.3 if name == "momentum transform" else 0.0
+    return Objective(plugin(OBJECTIVES, equation).Options(momentum_weight=weight))
+
+
 def _hosts_order(seeds, samples, epoch, device):
     return torch.from_numpy(np.stack([adam.shuffled(seed, samples, epoch) for seed in seeds]))
 
@@ -50,8 +57,10 @@ def _hosts_order(seeds, samples, epoch, device):
 def test_the_weights_are_those_of_the_host(engine, name, equation, data, make_problem, start, monkeypatch):
     """Compiled, or the ensemble in torch; 135 samples in batches of 60 end with a short one."""
     model = MODELS[name]()
-    weight = 0.3 if name == "momentum transform" else 0.0
-    problem, weights = make_problem(model, data, Objective(equation, weight)), start(model)
+    problem, weights = (
+        make_problem(model, data, _objective(name, equation)),
+        start(model),
+    )
     monkeypatch.setattr(device_adam, "device_order", _hosts_order)
     ours = _on_the_device(epochs=5).fit(problem, weights, silent, NoCheckpoint())
     host = Adam(epochs=5, engine=engine, **SETTINGS).fit(problem, weights, silent, NoCheckpoint())
@@ -116,8 +125,11 @@ def test_an_order_follows_from_seed_and_epoch_alone():
 def test_the_loss_needs_nothing_from_the_host(name, equation, data, make_problem, start):
     """On the device without numbers, which any machine has, a tensor of the host beside the others is an error."""
     model, meta = MODELS[name](), torch.device("meta")
-    weight = 0.3 if name == "momentum transform" else 0.0
-    problem = DeviceProblem.of(make_problem(model, data, Objective(equation, weight)), meta, torch.float64)
+    problem = DeviceProblem.of(
+        make_problem(model, data, _objective(name, equation)),
+        meta,
+        torch.float64,
+    )
     weights = start(model).to(meta).requires_grad_()
     loss = problem.loss(weights, torch.zeros(3, 20, dtype=torch.int64, device=meta))
     (gradient,) = torch.autograd.grad(loss.sum(), weights)

@@ -11,7 +11,7 @@ from repro.evaluation.uncertainty import Uncertainty, expected_errors
 from repro.learning.balance import balance_task
 from repro.learning.least_squares import LeastSquares
 from repro.learning.objective import Objective
-from repro.learning.objective_options import Equation
+from repro.learning.objectives import balance
 from repro.learning.path.path_fit import PathFit, fit_path
 from repro.learning.path.path_options import PathOptions
 from repro.learning.result import NoCheckpoint, silent
@@ -47,7 +47,7 @@ def _fitted(system: str, sensors: dict[str, object], seed: int, samples: int) ->
     )  # type: ignore[arg-type]  # fmt: skip
     basis, n_q = (t1, 2) if system == "sip" else (fxf, 3)
     model = Lagrangian(basis, n_q)
-    task = balance_task(model, data.train, Objective(Equation.BALANCE), 0.2)
+    task = balance_task(model, data.train, Objective(balance.Options()), 0.2)
     start = LeastSquares(cutoff=1e-5).fit(
         TrainingProblem(model, [task], [seed]), torch.zeros(1, model.n_parameters), silent, NoCheckpoint()
     )

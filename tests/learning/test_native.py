@@ -14,6 +14,7 @@ from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.members import MemberProblem
 from repro.learning.native import NativeProblem, can_compile, native
 from repro.learning.objective import Objective
+from repro.learning.objectives import forward, inverse
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
@@ -35,27 +36,27 @@ MODELS = {
     "blackbox": lambda: BlackBox(2, hidden=(3,)),
     "blackbox, large": lambda: BlackBox(2, hidden=(24, 12)),
 }
-INVERSE, FORWARD = Objective("inverse"), Objective("forward")
+INVERSE, FORWARD = Objective(inverse.Options()), Objective(forward.Options())
 ANCHOR = Objective(None, energy_weight=0.7, energy_form="sum")
 CASES = {
     "t1 inverse": ("t1", [INVERSE]),
     "t1 forward": ("t1", [FORWARD]),
-    "t1 joint": ("t1", [INVERSE, Objective("inverse", energy_weight=0.4)]),
+    "t1 joint": ("t1", [INVERSE, Objective(inverse.Options(), energy_weight=0.4)]),
     "t2 inverse": ("t2", [INVERSE]),
     "t2 deep inverse": ("t2 deep", [INVERSE]),
     "t2 deep forward": ("t2 deep", [FORWARD]),
     "t2 deep, energy as sum": ("t2 deep", [ANCHOR]),
-    "raw, forward and joint": ("raw", [FORWARD, Objective("forward", energy_weight=0.4)]),
+    "raw, forward and joint": ("raw", [FORWARD, Objective(forward.Options(), energy_weight=0.4)]),
     "t2 forward": ("t2", [FORWARD]),
     "structured inverse": ("structured", [INVERSE]),
     "structured forward": ("structured", [FORWARD]),
-    "structured deep, joint": ("structured deep", [INVERSE, Objective("inverse", energy_weight=0.4)]),
+    "structured deep, joint": ("structured deep", [INVERSE, Objective(inverse.Options(), energy_weight=0.4)]),
     "structured deep, energy as sum": ("structured deep", [ANCHOR]),
-    "momentum transform": ("transformed", [Objective("inverse", momentum_weight=0.3)]),
+    "momentum transform": ("transformed", [Objective(inverse.Options(momentum_weight=0.3))]),
     "black box": ("blackbox", [FORWARD]),
     "black box, large": ("blackbox, large", [FORWARD]),
     "energy as sum, alone": ("t2", [ANCHOR]),
-    "joint with the Legendre energy": ("t2", [INVERSE, Objective("inverse", energy_weight=0.4)]),
+    "joint with the Legendre energy": ("t2", [INVERSE, Objective(inverse.Options(), energy_weight=0.4)]),
 }
 
 
@@ -147,7 +148,7 @@ def test_weights_that_are_exactly_zero_leave_softplus_its_curvature(data, start)
         assert native(problem).loss_and_gradient(0, parameters[0])[0] == pytest.approx(expected, rel=1e-11)
 
 
-JOINT = [INVERSE, Objective("inverse", energy_weight=0.4)]
+JOINT = [INVERSE, Objective(inverse.Options(), energy_weight=0.4)]
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import torch
 
 from repro.codegen.array_evaluation import evaluate
 from repro.learning.objective import Objective
+from repro.learning.objectives import forward, inverse
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.derive import derive
@@ -21,7 +22,7 @@ def _evaluated(task, parameters):
 
 def test_forward_rows_are_casadis_acceleration_minus_the_measured_one(data, start):
     parameters, part = start(MODEL), data.train
-    task = make_task(MODEL, part, Objective("forward"))
+    task = make_task(MODEL, part, Objective(forward.Options()))
     rows = task.objective.rows(_evaluated(task, parameters), task.measured).numpy()
     q, qd, weights = casadi.SX.sym("q", 2), casadi.SX.sym("qd", 2), casadi.SX.sym("w", MODEL.n_parameters)
     energies = MODEL.energies(q, qd, weights)
@@ -34,7 +35,7 @@ def test_forward_rows_are_casadis_acceleration_minus_the_measured_one(data, star
 def test_the_forward_gradient_is_the_inverse_one_with_the_adjoint(data, start):
     """d/dw |e|^2 = d/dw lambda . tau_hat(q, qd, qdd_hat; w), lambda = -2 M^-1 e, at the predicted acceleration."""
     parameters, part = start(MODEL), data.train
-    task = make_task(MODEL, part, Objective("forward"))
+    task = make_task(MODEL, part, Objective(forward.Options()))
     problem = TrainingProblem(MODEL, [task], [0, 1, 2])
     weights = parameters.clone().requires_grad_()
     (expected,) = torch.autograd.grad(problem.loss(weights).sum(), weights)
@@ -63,7 +64,7 @@ def test_energy_rows_ask_for_the_legendre_transform_or_the_printed_sum(free, sta
 
 def test_rows_come_in_order_with_the_roots_of_their_weights(free, start):
     model = Lagrangian(t2, 2, hidden=(4,), momentum_hidden=(2,))
-    task = make_task(model, free.train, Objective("inverse", momentum_weight=9.0, energy_weight=0.25))
+    task = make_task(model, free.train, Objective(inverse.Options(momentum_weight=9.0), energy_weight=0.25))
     terms = model.evaluate(start(model), task.prepared)
     rows = task.objective.rows(terms, task.measured)
     assert rows.shape[-1] == 2 + 2 + 1
@@ -74,6 +75,6 @@ def test_rows_come_in_order_with_the_roots_of_their_weights(free, start):
 
 
 def test_only_the_forward_equation_needs_the_mass_matrix():
-    assert Objective("forward").mass
-    assert not Objective("inverse", energy_weight=1.0).mass
+    assert Objective(forward.Options()).mass
+    assert not Objective(inverse.Options(), energy_weight=1.0).mass
     assert not Objective(None, energy_weight=1.0).mass

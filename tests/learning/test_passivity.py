@@ -9,6 +9,7 @@ from repro.learning.adam import Adam
 from repro.learning.lbfgs import LBFGS
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.objective import Objective
+from repro.learning.objectives import port
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
@@ -126,7 +127,7 @@ def test_the_margin_is_watched_at_every_step(optimiser, data, states):
     seeds = [0, 1, 2]
     start = torch.from_numpy(model.initial([np.random.default_rng(seed) for seed in seeds]))
     problem = TrainingProblem(
-        model, [make_task(model, data.train, Objective("port"))], seeds, watches=[PassivityWatch(model, states)]
+        model, [make_task(model, data.train, Objective(port.Options()))], seeds, watches=[PassivityWatch(model, states)]
     )
     fitted = optimiser.fit(problem, start, silent, NoCheckpoint())
     margin = [values for _, name, values in fitted.curves if name == "passivity_margin"]
@@ -139,6 +140,6 @@ def test_the_margin_is_watched_at_every_step(optimiser, data, states):
 def test_nothing_is_watched_unless_asked_for(data):
     model = _model("canonical", "none")
     start = torch.from_numpy(model.initial([np.random.default_rng(seed) for seed in range(3)]))
-    problem = TrainingProblem(model, [make_task(model, data.train, Objective("port"))], [0, 1, 2])
+    problem = TrainingProblem(model, [make_task(model, data.train, Objective(port.Options()))], [0, 1, 2])
     fitted = LevenbergMarquardt(restarts=1, iterations=2).fit(problem, start, silent, NoCheckpoint())
     assert {name for _, name, _ in fitted.curves} == {"loss"}

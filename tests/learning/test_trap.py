@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from repro.data.random_force import random_force
-from repro.evaluation.metrics import pointwise
+from repro.evaluation.pointwise import pointwise
 from repro.learning.lbfgs import LBFGS
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.objective import Objective

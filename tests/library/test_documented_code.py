@@ -12,7 +12,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "library.md"
 BLOCKS = re.findall(r"^```python\n(.*?)^```$", PAGE.read_text(), re.MULTILINE | re.DOTALL)
 HOOK = PAGE.parent / "hooks" / "notebooks.py"
 NOTEBOOKS = sorted((PAGE.parent / "notebooks").glob("*.py"))
-MODULES = ["repro", "repro.library.datasets", "repro.library.fitting"]
+MODULES = ["repro", *(f"repro.library.{name}" for name in ("choices", "datasets", "fitting", "ensemble_model"))]
 
 
 @pytest.mark.parametrize("module", MODULES)

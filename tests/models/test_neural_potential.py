@@ -7,6 +7,7 @@ import torch
 from repro.data.random_force import random_force
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.objective import Objective
+from repro.learning.objectives import inverse
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
@@ -56,7 +57,7 @@ def test_a_spring_is_learned_with_the_mass_and_the_damper():
     data = random_force(LINK, seeds=[0], samples=400, episode_steps=50, reset="random")
     context = Context(t1, LINK.coordinates, data.q, data.qd, data.train.qd, LINK)
     model = neural_potential.build(context, neural_potential.Options(hidden=(4,), damping="diagonal"))
-    problem = TrainingProblem(model, [make_task(model, data.train, Objective("inverse"))], [0])
+    problem = TrainingProblem(model, [make_task(model, data.train, Objective(inverse.Options()))], [0])
     start = torch.from_numpy(model.initial([np.random.default_rng(0)]))
     found = LevenbergMarquardt(restarts=1, iterations=150).fit(problem, start, silent, NoCheckpoint())
     link = ChainLink.learned(model, found.parameters[0].numpy())

@@ -8,6 +8,7 @@ from repro.data.random_force import random_force
 from repro.evaluation.predictions import predict
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.objective import Objective
+from repro.learning.objectives import inverse
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
@@ -48,7 +49,7 @@ def test_a_structured_model_learns_a_free_rod_and_its_weight():
     train = data.train
     context = Context(raw, data.coordinates, train.q, train.qd, train.qd, ROD)
     model = Structured(3, context.velocity_scale, hidden=(8,), positions=context.positions)
-    problem = TrainingProblem(model, [make_task(model, train, Objective("inverse"))], [0])
+    problem = TrainingProblem(model, [make_task(model, train, Objective(inverse.Options()))], [0])
     start = torch.from_numpy(model.initial([np.random.default_rng(0)]))
     fitted = LevenbergMarquardt(iterations=40).fit(problem, start, silent, NoCheckpoint())
     test = data.test

@@ -13,6 +13,7 @@ import torch
 from repro import cli
 from repro.config.compose import compose
 from repro.config.schema import scaled
+from repro.library.signals import learned_energies, true_energies
 from repro.mechanics.system import load
 from repro.models.truth import Truth
 from repro.pipeline.stages import evaluate
@@ -31,10 +32,10 @@ def test_a_motion_that_diverges_has_no_energies_from_there_on():
     fit = evaluate.Fit(model, weights, [0], ["ok"], 0.0, {})
     states = np.random.default_rng(1).normal(size=(1, 6, 4))
     states[0, 4:] = np.nan, np.inf, 0.0, 0.0
-    terms = evaluate._learned_energies(fit, system, states)
+    terms = learned_energies(fit.model, fit.parameters, system, states)
     for energy in (terms.kinetic, terms.potential, terms.energy_sum):
         assert np.isnan(energy[0, 4:]).all() and np.isfinite(energy[0, :4]).all()
-    expected = evaluate._true_energies(system, states[:, :4])
+    expected = true_energies(system, states[:, :4])
     assert terms.energy_sum[0, :4] == pytest.approx(expected.energy_sum[0], abs=1e-9)
 
 

@@ -15,20 +15,20 @@ CASES = {
 IDS = {
     "closed form": [
         "sip-episodes1000-f158d6e121",
-        "sip-lagrangian-t1-inverse-least-squares-28aab1a176",
-        "sip-lagrangian-t1-inverse-least-squares-aec312168c",
+        "sip-lagrangian-t1-inverse-least-squares-e36e4e977d",
+        "sip-lagrangian-t1-inverse-least-squares-29c7f934c8",
     ],
     "pretrained": [
         "dip-long-5c2563e426",
         "dip-free-cfe7fa2133",
-        "dip-lagrangian-fxf-inverse-adam-pretrain-2828a98320",
-        "dip-lagrangian-fxf-inverse-adam-pretrain-04d2b9e070",
+        "dip-lagrangian-fxf-inverse-adam-pretrain-ed2af8e018",
+        "dip-lagrangian-fxf-inverse-adam-pretrain-953eb39e97",
     ],
     "driven": [
         "sip-episodes1000-5db4e73935",
         "sip-truth-587f0e5f28",
         "sip-truth-sip-best-43c375475a",
-        "sip-truth-sip-best-daf245a22a",
+        "sip-truth-sip-best-c762f3d971",
     ],
 }
 

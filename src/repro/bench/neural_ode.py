@@ -23,7 +23,7 @@ from repro.data.random_force import random_force
 from repro.learning.balance import balance_task
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.objective import Objective
-from repro.learning.objective_options import Equation
+from repro.learning.objectives import balance
 from repro.learning.path.path_fit import fit_path
 from repro.learning.path.path_options import PathOptions
 from repro.learning.result import NoCheckpoint, silent
@@ -117,7 +117,7 @@ class NeuralODE:
 def by_path(rival: NeuralODE, start: np.ndarray, seed: int) -> np.ndarray:
     """Weights (n_parameters,) of the path fit, from the momentum balance that starts at the same weights."""
     model, train = rival.model, rival.data.train
-    task = balance_task(model, train, Objective(Equation.BALANCE), 0.2, ERROR_SCALE)
+    task = balance_task(model, train, Objective(balance.Options()), 0.2, ERROR_SCALE)
     optimiser = LevenbergMarquardt(iterations=40, restarts=1)
     problem = TrainingProblem(model, [task], [seed])
     balanced = optimiser.fit(problem, torch.from_numpy(start)[None], silent, NoCheckpoint())

@@ -12,9 +12,9 @@ from torch import Tensor
 from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
 from repro.errors import UserError
-from repro.learning import objective_options
 from repro.learning.native import native
 from repro.learning.objective import Objective
+from repro.learning.objective_options import OBJECTIVES
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
@@ -22,6 +22,7 @@ from repro.models.bases import raw
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
 from repro.models.structured import Structured
+from repro.plugins.plugin import plugin
 
 Step = Callable[[], tuple[np.ndarray, np.ndarray]]  # loss (member,), gradient (member, n_parameters)
 Equation = Literal["inverse", "forward"]
@@ -45,7 +46,7 @@ class TrainingCase:
 
     def problem(self, equation: Equation) -> TrainingProblem:
         """The training problem of this engine."""
-        task = make_task(self.model, self.dataset, Objective(objective_options.Equation(equation)))
+        task = make_task(self.model, self.dataset, Objective(plugin(OBJECTIVES, equation).Options()))
         return TrainingProblem(self.model, [task], range(self.members))
 
     def measured(self, name: str) -> Tensor:

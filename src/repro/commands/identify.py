@@ -12,10 +12,9 @@ from repro.errors import UserError
 from repro.evaluation.identifiability import Identifiability
 from repro.evaluation.uncertainty import Uncertainty, expected_errors, in_words
 from repro.launch import own_progress
-from repro.learning.objective_options import Equation
+from repro.learning.phases import TrainingData
 from repro.learning.result import Fitted
 from repro.library.ensemble import fit_ensemble
-from repro.library.phases import TrainingData
 from repro.models.damped import without_damping
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
@@ -77,8 +76,7 @@ def report(phase: str, members: Sequence[Identifiability]) -> str:
 def _examined(overrides: Sequence[str]) -> tuple[dict[str, list[Identifiability]], list[str]]:
     composed = compose(overrides)
     config = composed.config
-    kind = config.objective.kind
-    if not linear(config) or not (kind is Equation.INVERSE or kind.begins_with_balance):
+    if not linear(config) or not config.objective.linear:
         chosen = f"model={config.model.kind}, basis={config.basis.name}, objective={config.objective.kind}"
         raise UserError(
             f"identify is for model=lagrangian with a linear basis and objective=inverse, balance or path, not {chosen}"
@@ -93,7 +91,7 @@ def _examined(overrides: Sequence[str]) -> tuple[dict[str, list[Identifiability]
     model = model_of(options, upstream)
     given = training_data(options, upstream)
     lines = []
-    if kind is Equation.PATH:
+    if config.objective.is_likelihood:
         progress.report(0.6, "path fit")
         lines = accuracy(model, fit_ensemble(model, options.training, given)[0], given)
     return identified(model, config.objective, config.sequence, given), lines

@@ -11,7 +11,7 @@ from repro.plugins.roots import PROJECT, SOURCE, plugin_roots
 ROOT = PROJECT
 CONF, EXPERIMENTS = ROOT / "conf", ROOT / "experiments"
 READERS = ("config", "pipeline")  # rooms whose code makes stages of the settings
-DECLARERS = ("plugins", "mechanics", "models", "data", "learning", "control")
+DECLARERS = ("plugins", "mechanics", "models", "data", "learning", "control", "evaluation")
 
 
 def settings_roots() -> tuple[Path, ...]:

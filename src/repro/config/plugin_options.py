@@ -7,8 +7,6 @@ from typing import Any
 from pydantic import PlainSerializer, PlainValidator, TypeAdapter, ValidationError
 
 from repro.errors import UserError
-from repro.learning.optimiser_options import OptimiserOptions
-from repro.models.model_options import ModelOptions
 from repro.plugins.checked import lines
 from repro.plugins.options import PluginOptions
 from repro.plugins.plugin import not_allowed, plugin, plugin_names
@@ -44,21 +42,8 @@ def checked(group: str, folder: str, raw: Any) -> PluginOptions:
         raise OptionsError([*lines(error, options, group)]) from None
 
 
-def model_options(raw: Any) -> ModelOptions:
-    """The options of a model from plain data; UserError names what is allowed."""
-    options = _stored("model", MODELS, raw)
-    assert isinstance(options, ModelOptions)
-    return options
-
-
-def optimiser_options(raw: Any) -> OptimiserOptions:
-    """The options of an optimiser from plain data; UserError names what is allowed."""
-    options = _stored("optimiser", OPTIMISERS, raw)
-    assert isinstance(options, OptimiserOptions)
-    return options
-
-
-def _stored(group: str, folder: str, raw: Any) -> PluginOptions:
+def stored_options(group: str, folder: str, raw: Any) -> Any:
+    """As `checked`, of a stored run; UserError."""
     try:
         return checked(group, folder, raw)
     except OptionsError as error:

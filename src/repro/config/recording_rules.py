@@ -6,8 +6,6 @@ from dataclasses import replace
 from repro.config.schema import Config, true_system
 from repro.data.data_options import RecordingFile
 from repro.errors import UserError
-from repro.learning.objective_options import Equation
-from repro.learning.sequence_options import SequenceKind
 
 
 def recording(config: Config) -> Iterator[str]:
@@ -22,7 +20,7 @@ def recording(config: Config) -> Iterator[str]:
         yield f"data.path = {missing[0]!r}: no such file; give a CSV or Parquet file, or a folder of them"
     if config.model.from_true_system:
         yield f"model.kind = {config.model.kind!r}: is made from the true system, which data=file does not include"
-    if config.sequence.kind is not SequenceKind.MAIN:
+    if config.sequence.needs_energies:
         yield f"sequence.kind = '{config.sequence.kind}': needs simulated data; data=file goes with sequence=main"
     if config.curriculum.episodes:
         yield "curriculum.episodes: needs simulated data; data=file goes with curriculum=none"
@@ -49,7 +47,7 @@ def wrong_content(config: Config) -> Iterator[str]:
         yield str(error)
         return
     learned = config.model.fitted and not config.model.from_true_system
-    if learned and not train.tau.any() and config.objective.kind is not Equation.FORWARD:
+    if learned and not train.tau.any() and config.objective.needs_force:
         yield (
             f"objective.kind = '{config.objective.kind}': no force acts in {train.provenance['file']}, and L = 0 "
             "explains that too; use objective=forward, or name the columns of the force (data.columns.tau)"

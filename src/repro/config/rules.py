@@ -12,8 +12,6 @@ from repro.config.submodels import is_settings, n_coordinates, settings_of
 from repro.control.controller import ControllerOptions
 from repro.data.data_options import RandomForce, RecordingFile
 from repro.errors import UserError
-from repro.learning.objective_options import Equation
-from repro.learning.sequence_options import SequenceKind
 from repro.models.gauge import Gauge
 from repro.plugins.plugin import not_allowed, plugin, plugin_names
 
@@ -79,7 +77,7 @@ def _closed_form(config: Config) -> Iterator[str]:
     if not config.model.is_linear(_features(config.basis.name).LINEAR):
         basis, suited = config.basis.name, ", ".join(name for name in plugin_names(BASES) if _features(name).LINEAR)
         yield f"optimiser = {name}: needs model=lagrangian and a linear basis ({suited}), not {kind}, {basis}"
-    if objective.kind is not Equation.INVERSE and not objective.kind.begins_with_balance:
+    if not objective.linear:
         yield f"optimiser = {name}: is linear in tau only; use objective=inverse or balance, not {objective.kind}"
     if objective.momentum_weight:
         yield f"objective.momentum_weight = {objective.momentum_weight}: optimiser={name} fits linear terms only"
@@ -89,18 +87,19 @@ def _without_energies(config: Config) -> Iterator[str]:
     if config.model.energetic:
         return
     choice = f"model={config.model.kind}"
-    if config.objective.kind is Equation.INVERSE or config.objective.kind.begins_with_balance:
+    if config.objective.needs_energies and not config.objective.needs_port_form:
         yield f"objective.kind = '{config.objective.kind}': {choice} predicts accelerations only; use objective=forward"
-    if config.sequence.kind is not SequenceKind.MAIN:
+    if config.sequence.needs_energies:
         yield f"sequence.kind = '{config.sequence.kind}': {choice} has no energies; use sequence=main"
     if config.energies.gauge is not Gauge.RAW:
         yield f"energies.gauge = '{config.energies.gauge}': {choice} has no energies; use energies=raw"
 
 
 def _port(config: Config) -> Iterator[str]:
-    if config.objective.kind is Equation.PORT and not config.model.port_form:
+    if config.objective.needs_port_form and not config.model.port_form:
         suited = ", ".join(_models_with("port_form"))
-        yield f"objective.kind = 'port': the rows of eq. (12b) need model={suited}, not model={config.model.kind}"
+        kind = config.objective.kind
+        yield f"objective.kind = {kind!r}: the rows of eq. (12b) need model={suited}, not model={config.model.kind}"
 
 
 def _momentum_transform(config: Config) -> Iterator[str]:
@@ -141,7 +140,7 @@ def _l1(config: Config) -> Iterator[str]:
 
 
 def _free_motion_keeps_its_energy(config: Config) -> Iterator[str]:
-    if not config.model.fitted or not config.sequence.kind.uses_free_motion:
+    if not config.model.fitted or not config.sequence.uses_free_motion:
         return
     for name, values in (("damping", config.system.damping), ("coulomb", config.system.coulomb)):
         if any(values):
@@ -152,7 +151,7 @@ def _pretraining_epochs(config: Config) -> Iterator[str]:
     epochs, kind = config.sequence.pretraining_epochs, config.sequence.kind
     if epochs is None or not config.model.fitted:
         return
-    if not kind.begins_with_free_motion:
+    if not config.sequence.begins_with_free_motion:
         yield f"sequence.pretraining_epochs = {epochs}: sequence={kind} has no phase on D_H alone; leave it at null"
     if config.optimiser.unit != "epochs":
         name = config.optimiser.name

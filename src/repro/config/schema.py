@@ -10,9 +10,10 @@ from repro.config.plugin_options import MODELS, OPTIMISERS, chosen
 from repro.control.controller import CONTROLLERS, ControlOptions
 from repro.control.task import Task
 from repro.data.data_options import DataSource, RandomForce, RecordingFile
-from repro.learning.objective_options import ObjectiveOptions
+from repro.evaluation.metric_options import METRICS, MetricOptions
+from repro.learning.objective_options import OBJECTIVES, ObjectiveOptions
 from repro.learning.optimiser_options import OptimiserOptions
-from repro.learning.sequence_options import SequenceOptions
+from repro.learning.sequence_options import SEQUENCES, SequenceOptions
 from repro.mechanics.system_options import Reading, SystemOptions
 from repro.models.gauge import Gauge
 from repro.models.model_options import ModelOptions
@@ -103,12 +104,15 @@ class Scale(Section):
 
 
 Model = Annotated[ModelOptions, *chosen("model", MODELS)]
+Objective = Annotated[ObjectiveOptions, *chosen("objective", OBJECTIVES)]
+Sequence = Annotated[SequenceOptions, *chosen("sequence", SEQUENCES)]
 Optimiser = Annotated[OptimiserOptions, *chosen("optimiser", OPTIMISERS)]
+Metric = Annotated[MetricOptions, *chosen("metric", METRICS)]
 Control = Annotated[ControlOptions, *chosen("control", CONTROLLERS)]
 
 
 class Config(Section):
-    """One run. The options of `model`, `optimiser` and `control` are those that the module of their `kind` declares."""
+    """One run. Groups with a `kind` have the options that the module of this name declares."""
 
     system: SystemSection
     reading: ReadingSection
@@ -116,10 +120,11 @@ class Config(Section):
     curriculum: Curriculum
     model: Model
     basis: Basis
-    objective: ObjectiveOptions
+    objective: Objective
     optimiser: Optimiser
-    sequence: SequenceOptions
+    sequence: Sequence
     energies: Energies
+    metric: Metric
     control: Control
     task: Task
     scale: Scale

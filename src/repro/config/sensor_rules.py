@@ -4,23 +4,21 @@ from collections.abc import Iterator
 
 from repro.config.schema import Config
 from repro.data.data_options import RandomForce
-from repro.learning.objective_options import Equation
-from repro.learning.sequence_options import SequenceKind
 
 
 def without_accelerations(config: Config) -> Iterator[str]:
     """Objectives that need no accelerations: what they fit, and from which data."""
     objective, data = config.objective, config.data
     choice = f"objective.kind = '{objective.kind}'"
-    if not config.model.fitted or not objective.kind.begins_with_balance:
+    if not config.model.fitted or objective.needs_accelerations:
         return
-    if config.sequence.kind is not SequenceKind.MAIN:
+    if config.sequence.needs_energies:
         yield f"{choice}: has no rows of a known energy; use sequence=main, not {config.sequence.kind}"
     if config.device != "cpu":
         yield f"{choice}: is computed on the processor; use device=cpu"
     if getattr(config.model, "structure", "canonical") != "canonical":
         yield f"{choice}: needs a momentum balance of its own; use model.structure=canonical"
-    if objective.kind is not Equation.PATH:
+    if not objective.is_likelihood:
         return
     if data.labels != "smoothed":
         yield f"{choice}: fits what sensors recorded, from a smoothed path; use data.labels=smoothed, not {data.labels}"

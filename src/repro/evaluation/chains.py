@@ -9,7 +9,7 @@ import casadi
 import numpy as np
 
 from repro.codegen.array_evaluation import evaluate
-from repro.evaluation.metrics import MetricValues
+from repro.evaluation.pointwise import MetricValues
 from repro.mechanics.runge_kutta import rk4_step
 from repro.mechanics.system import System
 from repro.models.link_chain import ChainLink, link_chain

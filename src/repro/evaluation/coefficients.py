@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from repro.codegen.array_evaluation import evaluate
-from repro.evaluation.metrics import MetricValues
+from repro.evaluation.pointwise import MetricValues
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
 from repro.models.features import FeatureMap

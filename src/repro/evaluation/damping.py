@@ -8,7 +8,7 @@ import numpy as np
 
 from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
-from repro.evaluation.metrics import MetricValues
+from repro.evaluation.pointwise import MetricValues
 from repro.mechanics.coordinate import joint_rates
 from repro.mechanics.system import System
 from repro.models.model import Model

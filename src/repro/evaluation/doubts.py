@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from repro.data.dataset import Dataset
-from repro.evaluation.metrics import MetricValues
+from repro.evaluation.pointwise import MetricValues
 
 
 def doubts(metrics: Sequence[MetricValues], data: Dataset) -> Iterator[str]:

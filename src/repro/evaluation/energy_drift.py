@@ -7,8 +7,8 @@ import numpy as np
 
 from repro.codegen.array_evaluation import evaluate
 from repro.evaluation.discrete_gradient import NotQuadraticError, integrate, phase_space
-from repro.evaluation.metrics import MetricValues
 from repro.evaluation.model_motion import model_motion
+from repro.evaluation.pointwise import MetricValues
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
 from repro.mechanics.system import System

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from repro.data.dataset import Dataset
-from repro.evaluation.metrics import MetricValues
+from repro.evaluation.pointwise import MetricValues
 from repro.mechanics.system import System
 from repro.models.model import Model
 from repro.models.passivity_margin import States, margins, worst_margin
@@ -18,10 +18,8 @@ def passivity(
 ) -> Iterator[MetricValues]:
     """The worst margin over random states by the model's own energy and by the plant's, and how often the latter fails.
 
-    Nothing where the model's equations are singular, or have no symbolic form.
+    Nothing where the model's equations are singular.
     """
-    if model.not_symbolic is not None:
-        return
     velocities = part.qd.reshape(-1, part.n_q).std(axis=0)
     states = States.random(part.coordinates, velocities, STATES, np.random.default_rng(9))
     weights = np.asarray(parameters, dtype=float)

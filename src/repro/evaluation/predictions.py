@@ -31,7 +31,7 @@ def predict(
     """
     weights, arrays = np.asarray(parameters, dtype=float), (q, qd, qdd, tau)
     many = q.shape[1] >= LEAST_POINTS and has_compiler()
-    if (many or model.linear_in_weights) and 0 < model.n_parameters <= MOST_PARAMETERS:
+    if model.not_symbolic is None and (many or model.linear_in_weights) and 0 < model.n_parameters <= MOST_PARAMETERS:
         pairs = zip(*arrays, weights, strict=True)
         return _split(model, np.stack([evaluate(_quantities(model), *of_member) for of_member in pairs]))
     if isinstance(model, ExpressionModel) and not model.n_parameters:

@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 
 from repro.data.dataset import Dataset
-from repro.evaluation.metrics import MetricValues
 from repro.evaluation.model_motion import model_motion
+from repro.evaluation.pointwise import MetricValues
 from repro.evaluation.predictions import predict
 from repro.mechanics.inputs import inputs_from_force, is_constant
 from repro.mechanics.system import System

@@ -9,7 +9,7 @@ import numpy as np
 from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
 from repro.evaluation.identifiability import Identifiability, identifiability
-from repro.evaluation.metrics import ACCELERATION, FORCE, MetricValues
+from repro.evaluation.pointwise import ACCELERATION, FORCE, MetricValues
 from repro.models.inverse_jacobians import inverse_model
 from repro.models.model import Model
 

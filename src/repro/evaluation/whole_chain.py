@@ -9,7 +9,7 @@ import numpy as np
 
 from repro.data.dataset import Dataset
 from repro.evaluation.chains import SECONDS, TIME_STEP, random_start, simulate_chain
-from repro.evaluation.metrics import MetricValues
+from repro.evaluation.pointwise import MetricValues
 from repro.mechanics.runge_kutta import rk4_step
 from repro.mechanics.system import System
 from repro.models.link_chain import ChainLink

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 
 from repro.codegen.lazy_torch import Tensor, torch
-from repro.learning.objective_options import EnergyForm, Equation
+from repro.learning.objective_options import EnergyForm
+from repro.learning.objectives import forward, inverse
 from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.models.lagrangian import Lagrangian
 
@@ -34,7 +35,8 @@ def has_affine_rows(problem: TrainingProblem) -> bool:
     model, objectives = problem.model, [task.objective for task in problem.tasks]
     if not isinstance(model, Lagrangian) or model.network is None or model.transform is not None:
         return False
-    return all(o.equation in (Equation.INVERSE, Equation.FORWARD, None) and not o.momentum_weight for o in objectives)
+    known = (inverse.Options, forward.Options, type(None))
+    return all(type(o.equation) in known and not o.momentum_weight for o in objectives)
 
 
 def affine_rows(model: Lagrangian, task: TrainingTask) -> AffineRows:

@@ -1,46 +1,45 @@
 """Losses (7a), (8) and l_H as rows of residuals: the loss of a sample is the weighted sum of its squared rows."""
 
 from dataclasses import dataclass
-from typing import assert_never
 
 from repro.codegen.lazy_torch import Tensor, torch
-from repro.learning.objective_options import EnergyForm, Equation
+from repro.learning.objective_options import EnergyForm, ObjectiveOptions
+from repro.learning.objectives import inverse
 from repro.models.terms import Terms
+
+INVERSE = inverse.Options()
 
 
 @dataclass(frozen=True)
 class Objective:
     """What is minimised on one dataset.
 
-    equation: None has no row of an equation of motion. momentum_weight: of Omega_tran, eq. (8). energy_weight: of the
-    squared energy error where the energy is known (III-A.1), with H_hat the `legendre` transform p.qd - L or the
-    printed `sum` T + V.
+    equation: None has no row of an equation of motion. energy_weight: of the squared energy error where the energy is
+    known (III-A.1), with H_hat the `legendre` transform p.qd - L or the printed `sum` T + V.
     """
 
-    equation: Equation | None = Equation.INVERSE
-    momentum_weight: float = 0.0
+    equation: ObjectiveOptions | None = INVERSE
     energy_weight: float = 0.0
     energy_form: EnergyForm = EnergyForm.LEGENDRE
 
     @property
     def mass(self) -> bool:
         """Whether the mass matrix is needed."""
-        return self.equation == Equation.FORWARD
+        return self.equation is not None and self.equation.needs_mass
+
+    @property
+    def symbolic(self) -> bool:
+        """Whether the rows are expressions too."""
+        return self.equation is None or self.equation.symbolic
+
+    @property
+    def momentum_weight(self) -> float:
+        """The weight of Omega_tran, eq. (8)."""
+        return 0.0 if self.equation is None else self.equation.momentum_weight
 
     def rows(self, terms: Terms, measured: dict[str, Tensor]) -> Tensor:
         """Weighted residual rows (member, sample, row); measured: qd, qdd, tau (member, sample, n_q) and energy."""
-        rows = []
-        match self.equation:
-            case None:
-                pass
-            case Equation.INVERSE | Equation.BALANCE | Equation.PATH:
-                rows.append(terms.tau - measured["tau"])
-            case Equation.FORWARD:
-                rows.append(terms.acceleration_error(measured["qdd"], measured["tau"]))
-            case Equation.PORT:
-                rows.append(terms.port_error)
-            case _:
-                assert_never(self.equation)
+        rows = [] if self.equation is None else [self.equation.rows(terms, measured)]
         if self.momentum_weight:
             rows.append(self.momentum_weight**0.5 * (terms.transformed_momentum - terms.momentum))
         if self.energy_weight:

@@ -1,31 +1,28 @@
-"""Options of the loss."""
+"""What every objective declares: its options, the rows that it minimises, and what it needs of model and data."""
 
-from dataclasses import dataclass, field
+from __future__ import annotations
+
+from dataclasses import dataclass
 from enum import StrEnum
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from annotated_types import Ge, Le
 
-from repro.learning.path.path_options import PathOptions
-from repro.plugins.options import Natural, NotNegative, Options, Positive
+from repro.plugins.options import Natural, NotNegative, PluginOptions, Positive
 
+if TYPE_CHECKING:
+    import casadi
+    from torch import Tensor
 
-class Equation(StrEnum):
-    """Which equation of motion a model is fitted to: tau (PLNN), qdd (LNN), or both rows of eq. (12b).
+    from repro.data.dataset import Dataset
+    from repro.learning.objective import Objective
+    from repro.learning.result import Fitted, Progress
+    from repro.learning.symbolic import Symbols
+    from repro.learning.training_problem import TrainingTask
+    from repro.models.model import Model
+    from repro.models.terms import Terms
 
-    Without measured accelerations: the balance of momentum over windows, or the likelihood of the path itself.
-    """
-
-    INVERSE = "inverse"
-    FORWARD = "forward"
-    PORT = "port"
-    BALANCE = "balance"
-    PATH = "path"
-
-    @property
-    def begins_with_balance(self) -> bool:
-        """Whether it is the balance of momentum that an optimiser fits."""
-        return self in (Equation.BALANCE, Equation.PATH)
+OBJECTIVES = "learning.objectives"  # the folder of these choices
 
 
 class EnergyForm(StrEnum):
@@ -36,21 +33,62 @@ class EnergyForm(StrEnum):
 
 
 @dataclass(frozen=True)
-class ObjectiveOptions(Options):
-    """Options of conf/objective.
+class ObjectiveOptions(PluginOptions):
+    """Options of an objective; a file of learning/objectives extends it and has `rows`.
 
     momentum_weight: of Omega_tran, eq. (8). l1_kinetic, l1_potential: lambda_T and lambda_V of (7a). error_scale s
     (m/s^2 and rad/s^2 together): each sample weighs 1 / (1 + |qdd|^2 / s^2). equal_weight_share: of the epochs or
     iterations, in a last phase with equal weights. passivity_states: random states at which passivity is checked on
-    the way. window: s over which momentum is balanced. path: of objective=path, which starts from that balance.
+    the way.
+
+    symbolic             it has `expression` too, from which compiled kernels are made; otherwise torch computes it
+    linear               its rows are linear in the coefficients of a linear basis
+    needs_energies       models that predict accelerations only cannot be fitted
+    needs_mass           `rows` reads the mass matrix
+    needs_port_form      it has both rows of eq. (12b)
+    needs_force          without a force L = 0 minimises it
+    needs_accelerations  otherwise it balances momentum
     """
 
-    kind: Equation = Equation.INVERSE
+    symbolic: ClassVar[bool] = False
+    linear: ClassVar[bool] = False
+    needs_energies: ClassVar[bool] = True
+    needs_mass: ClassVar[bool] = False
+    needs_port_form: ClassVar[bool] = False
+    needs_force: ClassVar[bool] = True
+    needs_accelerations: ClassVar[bool] = True
+
     momentum_weight: NotNegative = 0.0
     l1_kinetic: NotNegative = 0.0
     l1_potential: NotNegative = 0.0
     error_scale: Positive | None = None
     equal_weight_share: Annotated[float, Ge(0), Le(1)] = 0.0
     passivity_states: Natural = 0
-    window: Positive = 0.2
-    path: PathOptions = field(default_factory=PathOptions)
+
+    @property
+    def is_likelihood(self) -> bool:
+        """Whether weights and motion are fitted together, to what sensors recorded."""
+        return False
+
+    @property
+    def expects_unit_cost(self) -> bool:
+        """Whether a good fit has a cost per degree of freedom of 1."""
+        return False
+
+    def rows(self, terms: Terms, measured: dict[str, Tensor]) -> Tensor:
+        """Residual rows (member, sample, row); measured: qd, qdd, tau (member, sample, n_q)."""
+        raise NotImplementedError
+
+    def expression(self, model: Model, s: Symbols) -> casadi.SX:
+        """The same rows (row,) of one sample as a CasADi expression, where the objective is symbolic."""
+        raise NotImplementedError
+
+    def task(self, model: Model, dataset: Dataset, minimised: Objective) -> TrainingTask:
+        """What is minimised on a dataset."""
+        from repro.learning.training import make_task
+
+        return make_task(model, dataset, minimised, self.error_scale)
+
+    def finished(self, model: Model, dataset: Dataset, fitted: Fitted, progress: Progress) -> Fitted:
+        """What follows the last phase of the optimiser; dataset: its training part."""
+        return fitted

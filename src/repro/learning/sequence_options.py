@@ -1,47 +1,53 @@
-"""Options of the order in which data are learned."""
+"""What every sequence of data declares: its options, its phases, and which data it needs."""
 
+from __future__ import annotations
+
+from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import StrEnum
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
 from annotated_types import Ge
 
 from repro.learning.objective_options import EnergyForm
-from repro.plugins.options import Count, Options, Positive
+from repro.plugins.options import Count, PluginOptions, Positive
 
+if TYPE_CHECKING:
+    from repro.learning.phases import PhaseMaker
+    from repro.learning.training import Phase
 
-class SequenceKind(StrEnum):
-    """Which data in which order; D_H is free motion, whose energy is known."""
-
-    MAIN = "main"
-    ANCHORED = "anchored"
-    PRETRAIN_ONLY = "pretrain_only"
-    PRETRAIN = "pretrain"
-    JOINT = "joint"
-
-    @property
-    def uses_free_motion(self) -> bool:
-        """Whether D_H is learned."""
-        return self in (SequenceKind.PRETRAIN_ONLY, SequenceKind.PRETRAIN, SequenceKind.JOINT)
-
-    @property
-    def begins_with_free_motion(self) -> bool:
-        """Whether there is a phase on D_H alone."""
-        return self in (SequenceKind.PRETRAIN_ONLY, SequenceKind.PRETRAIN)
+SEQUENCES = "learning.sequences"  # the folder of these choices
 
 
 @dataclass(frozen=True)
-class SequenceOptions(Options):
-    """Options of conf/sequence.
+class SequenceOptions(PluginOptions):
+    """Options of a sequence; a file of learning/sequences extends it and has `phases`.
 
     energy_weight, energy_form: of the energy error. initial_angles, grid, steps: of D_H, as in `FreeMotionOptions`.
     pretraining_epochs: on D_H alone; None: as many as on D.
+
+    needs_energies           it compares energies, which simulated data and a model with energies have
+    uses_free_motion         D_H is learned
+    begins_with_free_motion  there is a phase on D_H alone
+    ends_on_data             the last phase is on D
     """
 
-    kind: SequenceKind = SequenceKind.MAIN
+    needs_energies: ClassVar[bool] = True
+    uses_free_motion: ClassVar[bool] = False
+    begins_with_free_motion: ClassVar[bool] = False
+    ends_on_data: ClassVar[bool] = True
+
     energy_weight: Positive = 1.0
     energy_form: EnergyForm = EnergyForm.LEGENDRE
     initial_angles: Annotated[int, Ge(2)] = 100
     grid: Literal["product", "diagonal"] = "product"
     steps: Count = 10
     pretraining_epochs: Count | None = None
+
+    @property
+    def effective(self) -> Self:
+        """The options that have an effect, all others at their defaults."""
+        return self
+
+    def phases(self, make: PhaseMaker) -> Iterator[Phase]:
+        """The phases in turn."""
+        raise NotImplementedError

@@ -3,11 +3,13 @@
 from collections.abc import Sequence
 from typing import Any
 
-from repro.control.controller import ControllerOptions
+from repro.control.controller import CONTROLLERS, ControllerOptions
 from repro.control.task import Task
 from repro.errors import UserError
-from repro.learning.objective_options import ObjectiveOptions
+from repro.evaluation.metric_options import METRICS, MetricOptions
+from repro.learning.objective_options import OBJECTIVES, ObjectiveOptions
 from repro.learning.optimiser_options import OptimiserOptions
+from repro.learning.sequence_options import SEQUENCES, SequenceOptions
 from repro.mechanics.system import System, load_system
 from repro.mechanics.system_options import SystemOptions
 from repro.models.model_options import ModelOptions
@@ -16,7 +18,31 @@ from repro.plugins.plugin import plugin
 
 
 def model(name: str, **options: Any) -> ModelOptions:
-    """Options of a model (a file of models/kinds); UserError for what it does not have, or does not allow."""
+    """Options of a model (a file of models/kinds).
+
+    Parameters
+    ----------
+    name
+        Of its file.
+    options
+        As in conf/model; the others keep their defaults.
+
+    Returns
+    -------
+    ModelOptions
+        What `repro.fit` takes.
+
+    Raises
+    ------
+    UserError
+        For a name or an option that does not exist, and for a value that is not allowed.
+
+    Examples
+    --------
+    >>> import repro
+    >>> repro.model("structured", hidden=[16]).hidden
+    (16,)
+    """
     chosen = _checked("models.kinds", name, options)
     assert isinstance(chosen, ModelOptions)
     if problem := next(chosen.problems(), None):
@@ -25,21 +51,179 @@ def model(name: str, **options: Any) -> ModelOptions:
 
 
 def optimiser(name: str, **options: Any) -> OptimiserOptions:
-    """Options of an optimiser (a file of learning/optimisers); UserError as for `model`."""
+    """Options of an optimiser (a file of learning/optimisers).
+
+    Parameters
+    ----------
+    name
+        Of its file.
+    options
+        As in conf/optimiser; the others keep their defaults.
+
+    Returns
+    -------
+    OptimiserOptions
+        What `repro.fit` takes.
+
+    Raises
+    ------
+    UserError
+        For a name or an option that does not exist, and for a value that is not allowed.
+
+    Examples
+    --------
+    >>> import repro
+    >>> repro.optimiser("adam", epochs=20).epochs
+    20
+    """
     chosen = _checked("learning.optimisers", name, options)
     assert isinstance(chosen, OptimiserOptions)
     return chosen
 
 
+def objective(name: str, **options: Any) -> ObjectiveOptions:
+    """Options of an objective (a file of learning/objectives).
+
+    Parameters
+    ----------
+    name
+        Of its file.
+    options
+        As in conf/objective; the others keep their defaults.
+
+    Returns
+    -------
+    ObjectiveOptions
+        What `repro.fit` takes.
+
+    Raises
+    ------
+    UserError
+        For a name or an option that does not exist, and for a value that is not allowed.
+
+    Examples
+    --------
+    >>> import repro
+    >>> repro.objective("inverse", error_scale=20.0).error_scale
+    20.0
+    """
+    chosen = _checked(OBJECTIVES, name, options)
+    assert isinstance(chosen, ObjectiveOptions)
+    return chosen
+
+
+def sequence(name: str, **options: Any) -> SequenceOptions:
+    """Options of a sequence of data (a file of learning/sequences).
+
+    Parameters
+    ----------
+    name
+        Of its file.
+    options
+        As in conf/sequence; the others keep their defaults.
+
+    Returns
+    -------
+    SequenceOptions
+        What `repro.fit` takes.
+
+    Raises
+    ------
+    UserError
+        For a name or an option that does not exist, and for a value that is not allowed.
+
+    Examples
+    --------
+    >>> import repro
+    >>> repro.sequence("joint", initial_angles=10).initial_angles
+    10
+    """
+    chosen = _checked(SEQUENCES, name, options)
+    assert isinstance(chosen, SequenceOptions)
+    return chosen
+
+
+def metric(name: str, **options: Any) -> MetricOptions:
+    """Options of a further metric (a file of evaluation/metrics).
+
+    Parameters
+    ----------
+    name
+        Of its file.
+    options
+        As in conf/metric; the others keep their defaults.
+
+    Returns
+    -------
+    MetricOptions
+        What `FittedModel.score` takes.
+
+    Raises
+    ------
+    UserError
+        For a name or an option that does not exist, and for a value that is not allowed.
+
+    Examples
+    --------
+    >>> import repro
+    >>> repro.metric("quantiles", shares=[0.5]).shares
+    (0.5,)
+    """
+    chosen = _checked(METRICS, name, options)
+    assert isinstance(chosen, MetricOptions)
+    return chosen
+
+
 def controller(name: str, **options: Any) -> ControllerOptions:
-    """Options of a controller (a file of control/controllers); UserError as for `model`."""
-    chosen = _checked("control.controllers", name, options)
+    """Options of a controller (a file of control/controllers).
+
+    Parameters
+    ----------
+    name
+        Of its file.
+    options
+        As in conf/control; the others keep their defaults.
+
+    Returns
+    -------
+    ControllerOptions
+        What `FittedModel.control` takes.
+
+    Raises
+    ------
+    UserError
+        For a name or an option that does not exist, and for a value that is not allowed.
+
+    Examples
+    --------
+    >>> import repro
+    >>> repro.controller("mpc", intervals=10).intervals
+    10
+    """
+    chosen = _checked(CONTROLLERS, name, options)
     assert isinstance(chosen, ControllerOptions)
     return chosen
 
 
 def task(start: str = "hanging", **options: Any) -> Task:
-    """Where closed loops start and go, options as in conf/task; UserError as for `model`.
+    """Where closed loops start and go.
+
+    Parameters
+    ----------
+    start
+        The state of rest that they start at, a name of the system.
+    options
+        As in conf/task: initial_states, x_des (m), seconds (s), radius of the obstacle (m), noise (of the model), ...
+
+    Returns
+    -------
+    Task
+        What `FittedModel.control` takes.
+
+    Raises
+    ------
+    UserError
+        For an option that does not exist, and for a value that is not allowed.
 
     Examples
     --------
@@ -51,14 +235,36 @@ def task(start: str = "hanging", **options: Any) -> Task:
     return chosen
 
 
-def objective(name: str, **options: Any) -> ObjectiveOptions:
-    """Options of an objective (`inverse`, `forward`, `port`, ...); UserError as for `model`."""
-    chosen: ObjectiveOptions = validated(ObjectiveOptions, f"objective {name}", {"kind": name, **options})
-    return chosen
-
-
 def system(name: str, *, damping: Sequence[float] = (), reading: str = "physical", **constants: float) -> System:
-    """A mechanical system (a file of mechanics/systems) with its constants; UserError for one that it does not have."""
+    """A mechanical system.
+
+    Parameters
+    ----------
+    name
+        Of its file in mechanics/systems, such as "dip".
+    damping
+        Viscous friction of each coordinate, N s/m or N m s/rad; none by default.
+    reading
+        "physical" (0 is upright) or "printed", for the systems of the paper.
+    constants
+        Masses (kg), lengths (m) and others that the system declares; the others keep their values.
+
+    Returns
+    -------
+    System
+        With `coordinates`, `inputs`, `kinetic`, `potential`, `rest_states`, ...
+
+    Raises
+    ------
+    UserError
+        For a system, or a constant of it, that does not exist.
+
+    Examples
+    --------
+    >>> import repro
+    >>> repro.system("sip", m1=0.3).m1
+    0.3
+    """
     options = {"name": name, "reading": reading, "damping": damping, "constants": constants}
     return load_system(validated(SystemOptions, name, options))
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,12 +14,10 @@ from repro.data.dataset import Dataset
 from repro.errors import UserError
 from repro.learning.result import Progress, silent
 from repro.library.choices import controller as controller_of
+from repro.library.ensemble_model import Ensemble
 from repro.mechanics.system import System
 from repro.models.model import Model
 from repro.plugins.plugin import plugin
-
-if TYPE_CHECKING:
-    from repro.library.fitted_model import FittedModel
 
 PRIOR_SAMPLES = 2000
 
@@ -81,7 +78,7 @@ class Controlled:
 
 
 def control(
-    fitted: "FittedModel",
+    fitted: Ensemble,
     task: Task,
     controller: str | ControllerOptions,
     plant: System | None,

@@ -51,6 +51,13 @@ def dataset(
         Names, q0, q1, ... by default; angles are in rad, all others in m.
     angles, cyclic
         Names of the coordinates that are angles, and of those on which neither T nor V depends.
+    train_fraction
+        Share of the samples that are for training.
+
+    Returns
+    -------
+    Dataset
+        Arrays (member, sample, n_q); `train` and `test` are its parts.
 
     Raises
     ------
@@ -89,10 +96,38 @@ def dataset_from_frame(
     frame: "pd.DataFrame", *, q: Sequence[str], qd: Sequence[str], tau: Sequence[str], qdd: Sequence[str] = (),
     episode: str | None = None, coordinates: Sequence[str | Coordinate] | None = None, **options: Any,
 ) -> Dataset:  # fmt: skip
-    """The columns of a data frame as a dataset; one row per sample, one column name per coordinate.
+    """The columns of a data frame as a dataset.
 
-    coordinates are named after the columns of q by default; further options as for `dataset`. UserError for a column
-    that is not there.
+    Parameters
+    ----------
+    frame
+        One row per sample.
+    q, qd, tau, qdd
+        Names of columns, one per coordinate each: positions (m, rad), velocities, generalised forces (N, N m) and,
+        where they are measured, accelerations.
+    episode
+        Name of the column whose value changes where a new motion starts.
+    coordinates
+        Names; those of the columns of q by default.
+    options
+        As for `dataset`: time_step (s), angles, cyclic, train_fraction.
+
+    Returns
+    -------
+    Dataset
+        With one member.
+
+    Raises
+    ------
+    UserError
+        For a column that is not there, and as for `dataset`.
+
+    Examples
+    --------
+    >>> import pandas as pd, repro
+    >>> frame = pd.DataFrame({"x": [0.0, 0.1, 0.3], "v": [1.0, 1.5, 2.0], "F": [1.0, 1.0, 1.0]})
+    >>> repro.dataset_from_frame(frame, q=["x"], qd=["v"], tau=["F"], time_step=0.1).q.shape
+    (1, 3, 1)
     """
     named = {"q": list(q), "qd": list(qd), "tau": list(tau)} | ({"qdd": list(qdd)} if qdd else {})
     columns = [name for names in named.values() for name in names] + ([] if episode is None else [episode])
@@ -114,6 +149,11 @@ def simulate(system: str | System, *, seeds: int | Sequence[int] = 1, **options:
         How many independent members, or the seed of each.
     options
         As in conf/data/episodes.yaml: samples, time_step (s), force_limit (N), reset, tau_noise, ...
+
+    Returns
+    -------
+    Dataset
+        Arrays (member, sample, n_q).
 
     Raises
     ------

@@ -6,14 +6,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from repro.data.dataset import Dataset
-from repro.learning.objective_options import Equation
 from repro.learning.optimiser import Optimiser
 from repro.learning.optimiser_options import OptimiserOptions
-from repro.learning.path.path_ensemble import fit_paths
+from repro.learning.phases import TrainingData, phases_of
 from repro.learning.result import Checkpoint, Fitted, NoCheckpoint, Progress, silent
 from repro.learning.training import train
 from repro.learning.training_options import Training
-from repro.library.phases import TrainingData, phases_of
 from repro.mechanics.system import System
 from repro.models.context import Context, SubModel
 from repro.models.model import Model
@@ -56,6 +54,5 @@ def fit_ensemble(
     started = time.process_time()
     optimiser = build_optimiser(training.optimiser, training.device)
     fitted = train(phases, optimiser, parameters, progress, checkpoint or NoCheckpoint())
-    if training.objective.kind is Equation.PATH:
-        fitted = fit_paths(model, data.forced[-1].train, training.objective.path, fitted, progress)
+    fitted = training.objective.finished(model, data.forced[-1].train, fitted, progress)
     return fitted, time.process_time() - started

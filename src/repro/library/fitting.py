@@ -8,6 +8,7 @@ import numpy as np
 from repro.data.dataset import Dataset
 from repro.learning.objective_options import ObjectiveOptions
 from repro.learning.optimiser_options import OptimiserOptions
+from repro.learning.phases import TrainingData
 from repro.learning.result import Progress, silent
 from repro.learning.sequence_options import SequenceOptions
 from repro.learning.training_options import Training
@@ -15,7 +16,6 @@ from repro.library import choices
 from repro.library.datasets import for_members, seed_list
 from repro.library.ensemble import build_model, fit_ensemble
 from repro.library.fitted_model import FittedModel
-from repro.library.phases import TrainingData
 from repro.mechanics.system import System
 from repro.models.model import Model
 from repro.models.model_options import ModelOptions
@@ -32,7 +32,7 @@ def fit(
     optimiser: str | OptimiserOptions = "levenberg_marquardt",
     basis: str = "raw",
     seeds: int | Sequence[int] = 1,
-    sequence: SequenceOptions | None = None,
+    sequence: str | SequenceOptions = "main",
     free: Dataset | None = None,
     system: System | None = None,
     device: str = "cpu",
@@ -49,7 +49,7 @@ def fit(
         `torch.nn.Module` for L(q, qd), (T, V), qdd(q, qd, tau) or the parts of a port-Hamiltonian system, see
         `repro.models.module_model.Form`.
     objective
-        "inverse" (the error of tau), "forward" (of qdd), or what `repro.objective` returns.
+        A name, such as "inverse" (the error of tau) or "forward" (of qdd), or what `repro.objective` returns.
     optimiser
         A name, or what `repro.optimiser` returns.
     basis
@@ -57,7 +57,8 @@ def fit(
     seeds
         How many members, or the seed of each: it draws the start and the order of the batches.
     sequence, free
-        In which order D and D_H (`free`: motion without force, of known energy) are learned.
+        In which order D and D_H (`free`: motion without force, of known energy) are learned; a name, or what
+        `repro.sequence` returns.
     system
         The true system, for models and sequences that need it.
     device
@@ -87,7 +88,7 @@ def fit(
     whole = for_members(data, len(numbers))
     training = Training(
         choices.objective(objective) if isinstance(objective, str) else objective,
-        sequence or SequenceOptions(),
+        choices.sequence(sequence) if isinstance(sequence, str) else sequence,
         choices.optimiser(optimiser) if isinstance(optimiser, str) else optimiser,
         device,
     )
@@ -95,7 +96,10 @@ def fit(
     trained = TrainingData([whole], free, system, numbers)
     fitted, seconds = fit_ensemble(built, training, trained, progress)
     weights = np.asarray(fitted.parameters, dtype=float)
-    return FittedModel(built, weights, numbers, whole, tuple(fitted.status), seconds, fitted.curves, system)
+    information = None if fitted.information is None else np.asarray(fitted.information)
+    return FittedModel(
+        built, weights, numbers, whole, tuple(fitted.status), seconds, fitted.curves, system, information
+    )  # fmt: skip
 
 
 def _model(

@@ -5,17 +5,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from repro.data.dataset import units
+from repro.library.ensemble_model import Ensemble
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from repro.library.fitted_model import FittedModel
 
 POINTS = 300
 STYLES = {"measured": {"color": "#111111", "ls": "-"}, "model": {"color": "#d55e00", "ls": "--"}}
 
 
-def plot(fitted: "FittedModel") -> "Figure":
+def plot(fitted: Ensemble) -> "Figure":
     """One axis for each force, one for the energies, one for the learning curve; of the first member."""
     from matplotlib.figure import Figure
 

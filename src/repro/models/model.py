@@ -3,10 +3,12 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import casadi
 import numpy as np
 
+from repro.codegen.array_evaluation import evaluate
 from repro.codegen.lazy_torch import Tensor, torch
 from repro.mechanics.derive import euler_lagrange, solve_symmetric
 from repro.models.terms import Terms
@@ -107,6 +109,11 @@ class Model(ABC):
         push = casadi.gradient(energies.kinetic - energies.potential, q)
         return PortForm(casadi.vertcat(-push, qd), casadi.vertcat(qd, push - self.friction(q, qd, parameters)))
 
+    def port_values(self, weights: np.ndarray, q: np.ndarray, qd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Both of `port_form` as numbers, (..., 2 n_q) each, at q, qd (..., n_q) and one member's weights."""
+        gradient, drift = np.split(evaluate(_port_function(self), q, qd, weights), 2, axis=-1)
+        return gradient, drift
+
     def port_error(
         self, q: casadi.SX, qd: casadi.SX, qdd: casadi.SX, tau: casadi.SX, parameters: casadi.SX
     ) -> casadi.SX:
@@ -139,3 +146,12 @@ class Model(ABC):
         cotangents = [torch.stack(parts, dim=1) for parts in zip(*per_row, strict=True)]
         with torch.no_grad():
             return values.detach(), self.vjp(parameters, prepared, cotangents)
+
+
+@lru_cache(maxsize=16)
+def _port_function(model: Model) -> casadi.Function:
+    q, qd = casadi.SX.sym("q", model.n_q), casadi.SX.sym("qd", model.n_q)
+    parameters = casadi.SX.sym("parameters", model.n_parameters)
+    form = model.port_form(q, qd, parameters)
+    rows = casadi.densify(casadi.vertcat(form.gradient, form.drift))
+    return casadi.Function("port", [q, qd, parameters], [rows], {"cse": True})

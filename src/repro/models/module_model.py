@@ -153,6 +153,25 @@ class ModuleModel(Model):
         qdd: casadi.SX = casadi.vertcat(*self._traced("forward", [q, qd, tau], parameters))
         return qdd
 
+    def port_values(self, weights: np.ndarray, q: np.ndarray, qd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """dH/dx and (J - R) dH/dx, by torch.func where the module has no symbolic form."""
+        if self.not_symbolic is None or not self.energetic:
+            return super().port_values(weights, q, qd)
+        member = torch.from_numpy(np.ascontiguousarray(weights, dtype=float))
+
+        def of_sample(position: Tensor, velocity: Tensor) -> Tensor:
+            push = grad(lambda place: torch.sub(*self._energies(member, place, velocity)))(position)
+            friction = torch.zeros_like(velocity)
+            if hasattr(self.module, "dissipation"):
+                friction = self._called(member, position, method="dissipation") @ velocity
+            return torch.cat([-push, velocity, velocity, push - friction])
+
+        arrays = [np.asarray(array, dtype=float) for array in (q, qd)]
+        flat = [torch.from_numpy(array.reshape(-1, self.n_q).copy()) for array in np.broadcast_arrays(*arrays)]
+        rows = vmap(of_sample)(*flat).detach().numpy().reshape(*np.broadcast_shapes(*map(np.shape, arrays))[:-1], -1)
+        gradient, drift = np.split(rows, 2, axis=-1)
+        return gradient, drift
+
     def _traced(self, method: str, inputs: list[casadi.SX], parameters: casadi.SX) -> Any:
         entries = np.array(casadi.vertsplit(parameters), dtype=object)
         weights = {name: entries[place].reshape(self.shapes[name]) for name, place in self.places.items()}

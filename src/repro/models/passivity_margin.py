@@ -8,6 +8,7 @@ import casadi
 import numpy as np
 
 from repro.codegen.array_evaluation import evaluate
+from repro.codegen.lazy_torch import torch
 from repro.mechanics.coordinate import Coordinate
 from repro.mechanics.system import System
 from repro.models.model import Model
@@ -45,27 +46,44 @@ def worst_margin(model: Model, parameters: np.ndarray, states: States, storage: 
 
 def margins(model: Model, weights: np.ndarray, states: States, storage: System | None = None) -> np.ndarray:
     """The passivity margin at every state, (state,), for one member's weights (n_parameters,)."""
-    rows = evaluate(_balance(model, storage), states.q, states.qd, states.tau, weights)
-    gradient, rate, velocity = np.split(rows, [2 * model.n_q, 4 * model.n_q], axis=-1)
-    supplied = (velocity * states.tau).sum(-1)
+    q, qd, tau = states.q, states.qd, states.tau
+    if storage is None:
+        gradient, drift = model.port_values(weights, q, qd)
+        rate, velocity = drift + np.concatenate([np.zeros_like(tau), tau], axis=-1), gradient[..., model.n_q :]
+    else:
+        gradient, velocity = evaluate(_energy_gradient(storage), q, qd), qd
+        rate = np.concatenate([qd, _accelerations(model, weights, states)], axis=-1)
+    supplied = (velocity * tau).sum(-1)
     size = np.linalg.norm(gradient, axis=-1) * np.linalg.norm(rate, axis=-1) + np.abs(supplied)
     gained = (gradient * rate).sum(-1) - supplied
     margin: np.ndarray = np.divide(gained, size, out=np.zeros_like(size), where=size > 0)
     return margin
 
 
+def _accelerations(model: Model, weights: np.ndarray, states: States) -> np.ndarray:
+    if model.not_symbolic is None:
+        return evaluate(_acceleration(model), states.q, states.qd, states.tau, weights)
+    zero = np.zeros_like(states.q)
+    samples = model.prepare(*(array[None] for array in (states.q, states.qd, zero, states.tau)))
+    prepared = {name: torch.from_numpy(array) for name, array in samples.items()}
+    with torch.no_grad():
+        terms = model.evaluate(torch.from_numpy(weights)[None], prepared, mass=True)
+        return terms.acceleration_error(torch.from_numpy(zero), torch.from_numpy(states.tau))[0].numpy()
+
+
 @lru_cache(maxsize=16)
-def _balance(model: Model, storage: System | None) -> casadi.Function:
-    """(q, qd, tau, parameters) -> [grad H | xdot | y]."""
+def _acceleration(model: Model) -> casadi.Function:
     q, qd, tau = (casadi.SX.sym(name, model.n_q) for name in ("q", "qd", "tau"))
     parameters = casadi.SX.sym("parameters", model.n_parameters)
-    if storage is None:
-        form = model.port_form(q, qd, parameters)
-        rate = form.drift + casadi.vertcat(casadi.SX.zeros(model.n_q), tau)
-        rows = casadi.vertcat(form.gradient, rate, form.gradient[model.n_q :])
-    else:
-        components, rates = casadi.vertsplit(q), casadi.vertsplit(qd)
-        energy = casadi.SX(storage.kinetic(components, rates, casadi) + storage.potential(components, casadi))
-        gradient = casadi.vertcat(casadi.gradient(energy, q), casadi.gradient(energy, qd))
-        rows = casadi.vertcat(gradient, qd, model.acceleration(q, qd, tau, parameters), qd)
-    return casadi.Function("balance", [q, qd, tau, parameters], [casadi.densify(rows)], {"cse": True})
+    qdd = casadi.densify(model.acceleration(q, qd, tau, parameters))
+    return casadi.Function("acceleration", [q, qd, tau, parameters], [qdd], {"cse": True})
+
+
+@lru_cache(maxsize=16)
+def _energy_gradient(system: System) -> casadi.Function:
+    """[dH/dq | dH/dqd] of T + V."""
+    q, qd = (casadi.SX.sym(name, system.n_q) for name in ("q", "qd"))
+    components, rates = casadi.vertsplit(q), casadi.vertsplit(qd)
+    energy = casadi.SX(system.kinetic(components, rates, casadi) + system.potential(components, casadi))
+    gradient = casadi.vertcat(casadi.gradient(energy, q), casadi.gradient(energy, qd))
+    return casadi.Function("energy_gradient", [q, qd], [casadi.densify(gradient)], {"cse": True})

@@ -6,7 +6,6 @@ from dataclasses import replace
 from repro.config.defaults import defaults_of
 from repro.config.rules import linear
 from repro.config.schema import Config, scaled
-from repro.learning.sequence_options import SequenceKind
 from repro.results.run_card import RunCard
 from repro.tracking.plain_data import Json, flattened
 
@@ -19,6 +18,7 @@ WITHOUT_EFFECT = {
     "explicit": "decides what the scale cuts of settings that are listed themselves",
     "record": "decides whether a recording is written",
     "seeds": "are the members; runs that differ in seeds alone are pooled",
+    "metric.": "adds numbers to those of a run, and changes none of them",
     "scale.": "is applied to samples, epochs, iterations and loops, which are settings of their own",
 }
 
@@ -64,7 +64,7 @@ def used_settings(config: Config) -> dict[str, object]:
 
 def _unused(flat: Json, config: Config) -> list[str]:
     """Settings, and groups (with a dot at their end), that this run did not read."""
-    fitted, sequence = config.model.fitted, config.sequence.kind
+    fitted, sequence = config.model.fitted, config.sequence
     unused = [*WITHOUT_EFFECT]
     if not fitted:
         unused += ["objective.", "optimiser."]
@@ -74,7 +74,7 @@ def _unused(flat: Json, config: Config) -> list[str]:
         unused.append("model.hidden")
     if not fitted or not sequence.uses_free_motion:
         unused += ["sequence.grid", "sequence.initial_angles", "sequence.steps"]
-    if not fitted or sequence is not SequenceKind.PRETRAIN:
+    if not fitted or not (sequence.begins_with_free_motion and sequence.ends_on_data):
         unused.append("sequence.pretraining_epochs")
     if flat.get("data.regime") == "long":
         unused.append("data.episode_steps")

@@ -82,9 +82,25 @@ class OpenedRun(Run):
 
 
 def open_run(id: str, *, root: Path | str | None = None) -> Run:
-    """The stage that an id, its start or the digits at its end name; a run comes with model, parameters and data.
+    """Open a stored run.
 
-    UserError when none or several fit.
+    Parameters
+    ----------
+    id
+        Of the run, its beginning, or the digits at its end.
+    root
+        Folder of the results; $REPRO_OUTPUTS, or `outputs`, by default.
+
+    Returns
+    -------
+    Run
+        With `card`, `model`, `parameters` (member, n_parameters), `data`, `system` and `table(name)`; another stage
+        comes with its tables alone.
+
+    Raises
+    ------
+    UserError
+        When none or several fit.
     """
     stage = load_run(id, root=root)
     return OpenedRun(stage.record) if stage.record.kind == "runs" else stage

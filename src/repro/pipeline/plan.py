@@ -8,7 +8,9 @@ from repro.config.schema import Config, scaled
 from repro.config.submodels import fit_of, is_settings, settings_of
 from repro.control.controller import CONTROLLERS, ControllerOptions
 from repro.data.data_options import FreeMotionOptions, RandomForce, RecordingFile, Regime
-from repro.learning.sequence_options import SequenceKind, SequenceOptions
+from repro.evaluation.metric_options import METRICS
+from repro.learning.objective_options import OBJECTIVES
+from repro.learning.sequence_options import SEQUENCES
 from repro.learning.training_options import Training
 from repro.mechanics.system_options import SystemOptions
 from repro.pipeline.recording_identity import recording_digest
@@ -54,7 +56,7 @@ class Pipeline:
                 )
                 datasets[f"stage_{number}"] = self._data_options(shorter)
         datasets["data"] = self._data_options(config.data)
-        if sequence.kind.uses_free_motion and config.model.fitted:
+        if sequence.uses_free_motion and config.model.fitted:
             step = config.data.time_step if isinstance(config.data, RandomForce) else FreeMotionOptions.time_step
             motion = FreeMotionOptions(
                 initial_angles=sequence.initial_angles, grid=sequence.grid, steps=sequence.steps, time_step=step
@@ -81,10 +83,9 @@ class Pipeline:
         seeds, system = tuple(config.members), self._system
         if not config.model.fitted:
             return FitOptions(system, seeds, simulated, config.model, UNUSED_BASIS, None, parts)
-        main = config.sequence.kind is SequenceKind.MAIN
         training = Training(
             config.objective,
-            SequenceOptions() if main else config.sequence,
+            config.sequence.effective,
             replace(config.optimiser, name=""),
             config.device,
         )
@@ -95,12 +96,21 @@ class Pipeline:
         """The ensemble."""
         upstream = {role: stage.id for role, stage in self.data_stages.items()}
         upstream |= {f"part_{number}": id for number, (_, id) in enumerate(self._parts, start=1)}
-        code = _code_of(self.fit_options)
+        code = [*_code_of(self.fit_options), *self._loss_code]
         if (training := self.fit_options.training) is not None:
             code.append(plugin_module("learning.optimisers", training.optimiser.kind))
             if training.device != "cpu":
                 code.append(plugin_module("learning.device", "device_adam"))
         return self._stage("fits", self.model_name, self.fit_options, upstream, "fit", code)
+
+    @property
+    def _loss_code(self) -> list[str]:
+        training = self.fit_options.training
+        if training is None:
+            return []
+        return [
+            plugin_module(OBJECTIVES, training.objective.kind), plugin_module(SEQUENCES, training.sequence.kind)
+        ]  # fmt: skip
 
     @cached_property
     def part_pipelines(self) -> list["Pipeline"]:
@@ -130,7 +140,8 @@ class Pipeline:
         config = self.config
         noise = config.data.tau_noise if config.whole_chain and isinstance(config.data, RandomForce) else 0.0
         chains = tuple(config.chain), tuple(config.whole_chain)
-        return RunOptions(self.fit_options, config.energies.gauge, tuple(config.energies.horizons), *chains, noise)
+        horizons = tuple(config.energies.horizons)
+        return RunOptions(self.fit_options, config.energies.gauge, config.metric, horizons, *chains, noise)
 
     @cached_property
     def run_stage(self) -> Stage:
@@ -139,7 +150,8 @@ class Pipeline:
         upstream = {role: self.data_stages[role].id for role in roles} | {"fit": self.fit_stage.id}
         if self.control_stage is not None:
             upstream["control"] = self.control_stage.id
-        code = _code_of(self.fit_options)
+        code = [*_code_of(self.fit_options), *self._loss_code]
+        code.append(plugin_module(METRICS, self.config.metric.kind))
         code += [plugin_module("evaluation", "chains")] if self.config.chain else []
         code += [plugin_module("evaluation", "whole_chain")] if self.config.whole_chain else []
         return self._stage("runs", self.name, self.run_options, upstream, "evaluate", code)
@@ -197,7 +209,7 @@ class Pipeline:
             if config.model.has_coefficients:
                 words.append(config.basis.name)
             words += [config.objective.kind, config.optimiser.name]
-            if config.sequence.kind is not SequenceKind.MAIN:
+            if config.sequence.needs_energies:
                 words.append(config.sequence.kind)
         return "-".join(words)
 

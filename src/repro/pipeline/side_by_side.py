@@ -67,7 +67,7 @@ def _opened(id: str, root: Path) -> OpenedRun:
 
 
 def _record(folder: Path, stage: Stage, runs: Sequence[OpenedRun], labels: Mapping[str, str]) -> Json:
-    from repro.pipeline.stages.record_run import recording_of, tested_by
+    from repro.library.run_recording import recording_of, tested_by
     from repro.recording.writer import write_recording
 
     system = runs[0].system

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from repro.control.controller import ControllerOptions
 from repro.control.task import Task
 from repro.data.data_options import FreeMotionOptions, RandomForce, RecordingFile
+from repro.evaluation.metric_options import MetricOptions
 from repro.learning.training_options import Training
 from repro.mechanics.system_options import SystemOptions
 from repro.models.gauge import Gauge
@@ -58,10 +59,12 @@ class RunOptions(Options):
     """Of the measurements of a fitted ensemble.
 
     chain, whole_chain: numbers of links of chains that are made of the model, or learned as a whole for comparison.
+    metric: taken beside the usual ones.
     """
 
     fit: FitOptions
     gauge: Gauge
+    metric: MetricOptions
     horizons: tuple[float, ...] = ()
     chain: tuple[int, ...] = ()
     whole_chain: tuple[int, ...] = ()

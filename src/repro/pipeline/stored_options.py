@@ -5,10 +5,11 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from repro.config.plugin_options import model_options, optimiser_options
+from repro.config.plugin_options import MODELS, OPTIMISERS
+from repro.config.plugin_options import stored_options as checked
 from repro.errors import UserError
-from repro.learning.objective_options import ObjectiveOptions
-from repro.learning.sequence_options import SequenceOptions
+from repro.learning.objective_options import OBJECTIVES
+from repro.learning.sequence_options import SEQUENCES
 from repro.learning.training_options import Training
 from repro.mechanics.system_options import SystemOptions
 from repro.pipeline.stage_options import FitOptions
@@ -32,7 +33,7 @@ def _fit_options(content: Mapping[str, Any]) -> FitOptions:
         TypeAdapter(SystemOptions | None).validate_python(content["system"]),
         tuple(content["seeds"]),
         content["simulated"],
-        model_options(content["model"]),
+        checked("model", MODELS, content["model"]),
         content["basis"],
         None if training is None else _training(training),
         tuple(map(_fit_options, content["parts"])),
@@ -41,8 +42,8 @@ def _fit_options(content: Mapping[str, Any]) -> FitOptions:
 
 def _training(content: Mapping[str, Any]) -> Training:
     return Training(
-        TypeAdapter(ObjectiveOptions).validate_python(content["objective"]),
-        TypeAdapter(SequenceOptions).validate_python(content["sequence"]),
-        optimiser_options(content["optimiser"]),
+        checked("objective", OBJECTIVES, content["objective"]),
+        checked("sequence", SEQUENCES, content["sequence"]),
+        checked("optimiser", OPTIMISERS, content["optimiser"]),
         content["device"],
     )

@@ -55,7 +55,7 @@ def expected_mib(pipeline: Pipeline, measured: MeasuredStages) -> float:
         return known
     config = pipeline.config
     samples = getattr(config.data, "samples", 10_000)
-    if config.sequence.kind.uses_free_motion:
+    if config.sequence.uses_free_motion:
         samples += config.sequence.initial_angles**2 * config.sequence.steps
     coordinates = true_system(config).n_q
     widest = max(_hidden(config.model), default=0)

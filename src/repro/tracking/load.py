@@ -84,11 +84,26 @@ def load_record(paths: Paths, id: str) -> Record:
 
 
 def load_runs(*, root: Path | str | None = None, **filters: Any) -> pd.DataFrame:
-    """All finished runs as one tidy table: one row per (experiment, run, member, split, metric), with the run's card.
+    """All finished runs as one tidy table.
 
-    A filter names a column and gives a value, a collection of values or a function of the value:
-    `load_runs(experiment="sip_basis", metric=["mae_tau", "mae_qdd"], n_train=lambda n: n > 1000)`.
-    Runs that no experiment lists have an empty experiment and scale. Raises UserError for an unknown column.
+    Parameters
+    ----------
+    root
+        Folder of the results; $REPRO_OUTPUTS, or `outputs`, by default.
+    filters
+        A column, and a value, a collection of values or a function of the value:
+        `load_runs(experiment="sip_basis", metric=["mae_tau", "mae_qdd"], n_train=lambda n: n > 1000)`.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row per (experiment, run, member, split, metric) with its value, its unit and the run's card. Runs that no
+        experiment lists have an empty experiment and scale.
+
+    Raises
+    ------
+    UserError
+        For a column that does not exist.
     """
     import pandas as pd
 

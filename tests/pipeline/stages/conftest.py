@@ -7,12 +7,14 @@ import torch
 
 from repro.data.free_motion import free_motion
 from repro.data.random_force import random_force
-from repro.learning.objective_options import EnergyForm, ObjectiveOptions
-from repro.learning.sequence_options import SequenceKind, SequenceOptions
+from repro.learning.objective_options import EnergyForm
+from repro.learning.objectives import inverse
+from repro.learning.sequence_options import SEQUENCES
 from repro.mechanics.system import load
 from repro.models.bases import t1
 from repro.models.lagrangian import Lagrangian
 from repro.pipeline.stages.evaluate import Fit
+from repro.plugins.plugin import plugin
 
 
 @pytest.fixture(scope="session")
@@ -35,12 +37,12 @@ def recipe():
     """recipe(kind of sequence, changed options of the objective or the sequence)."""
 
     def make(kind="main", **changes):
-        known = {field.name for field in fields(ObjectiveOptions)}
+        known = {field.name for field in fields(inverse.Options)}
         objective = {name: value for name, value in changes.items() if name in known}
         sequence = {name: value for name, value in changes.items() if name not in known}
         if "energy_form" in sequence:
             sequence["energy_form"] = EnergyForm(sequence["energy_form"])
-        return ObjectiveOptions(**objective), SequenceOptions(SequenceKind(kind), **sequence)
+        return inverse.Options(**objective), plugin(SEQUENCES, kind).Options(**sequence)
 
     return make
 

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 import torch
 
-from repro.evaluation.metrics import MetricValues
+from repro.evaluation.pointwise import MetricValues
 from repro.models.bases import t1
 from repro.models.blackbox import BlackBox
 from repro.models.degenerate import Degenerate

@@ -8,10 +8,10 @@ import torch
 from repro.data.random_force import random_force
 from repro.evaluation.predictions import predict
 from repro.learning.optimisers import adam, least_squares, levenberg_marquardt
+from repro.learning.phases import TrainingData, phases_of
 from repro.learning.result import Fitted, NoCheckpoint
 from repro.learning.training_options import Training
 from repro.library.ensemble import build_model, fit_ensemble
-from repro.library.phases import TrainingData, phases_of
 from repro.models.bases import t1, t2
 from repro.models.kinds import structured
 from repro.models.lagrangian import Lagrangian

@@ -3,8 +3,8 @@
 import pandas as pd
 import pytest
 
-from repro.learning.objective_options import Equation
-from repro.library.phases import TrainingData, phases_of
+from repro.learning.objectives import forward, inverse
+from repro.learning.phases import TrainingData, phases_of
 from repro.models.bases import t1, t2
 from repro.models.blackbox import BlackBox
 from repro.models.lagrangian import Lagrangian
@@ -52,7 +52,7 @@ def test_unseen_directions_are_kept_in_words(tmp_path, recipe, data, free, syste
 
 
 def test_it_is_for_linear_regressions(data):
-    assert applies(Lagrangian(t1, 2), Equation.INVERSE) and not applies(Lagrangian(t1, 2), Equation.FORWARD)
-    assert not applies(Lagrangian(t2, 2, hidden=(3,)), Equation.INVERSE)
-    assert not applies(BlackBox(2), Equation.FORWARD)
+    assert applies(Lagrangian(t1, 2), inverse.Options()) and not applies(Lagrangian(t1, 2), forward.Options())
+    assert not applies(Lagrangian(t2, 2, hidden=(3,)), inverse.Options())
+    assert not applies(BlackBox(2), forward.Options())
     assert shortened(data).n_train == data.n_train

@@ -6,15 +6,15 @@ import pytest
 import torch
 
 from repro.data.random_force import random_force
+from repro.library import run_recording as module
+from repro.library.run_recording import record
 from repro.mechanics.system import load
 from repro.models.bases import rigid_body
 from repro.models.damped import Damped
 from repro.models.gauge import Gauge
 from repro.models.lagrangian import Lagrangian
 from repro.models.position import position_features
-from repro.pipeline.stages import record_run as module
 from repro.pipeline.stages.evaluate import TRAJECTORIES, Fit, measure
-from repro.pipeline.stages.record_run import record
 from repro.recording.contents import FILENAME
 
 CURVES = pd.DataFrame(

@@ -83,7 +83,7 @@ def _samples(data: np.ndarray) -> tuple[ctypes.c_void_p, ctypes.c_int64]:
 
 
 def _small(problem: TrainingProblem) -> bool:
-    if any(task.share is not None for task in problem.tasks):
+    if any(task.share is not None or not task.objective.symbolic for task in problem.tasks):
         return False
     if problem.model.n_parameters > MOST_PARAMETERS or problem.model.not_symbolic is not None:
         return False

@@ -26,7 +26,8 @@ from repro.models.structured import Structured
 def position_kernel(problem: TrainingProblem) -> Kernel | None:
     """The kernel of a problem with a structured mass matrix or a large black box, or None."""
     model = problem.model
-    if not isinstance(model, Structured | BlackBox) or any(task.objective.momentum_weight for task in problem.tasks):
+    objectives = [task.objective for task in problem.tasks]
+    if not isinstance(model, Structured | BlackBox) or any(o.momentum_weight or not o.symbolic for o in objectives):
         return None
     if isinstance(model, BlackBox) and model.n_parameters <= MOST_PARAMETERS:
         return None  # straight-line code is quicker

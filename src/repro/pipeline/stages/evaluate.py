@@ -8,17 +8,14 @@ from shutil import copyfile
 import numpy as np
 import pandas as pd
 
-from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
-from repro.evaluation.canonical import RestStates, in_gauge
 from repro.evaluation.coefficients import coefficient_errors
 from repro.evaluation.damping import damping_errors
 from repro.evaluation.doubts import doubts, mean_predictor_errors
 from repro.evaluation.energy_drift import energy_curves, energy_errors, free_motion_energies
 from repro.evaluation.identifiability import Identifiability
-from repro.evaluation.metrics import MetricValues, pointwise
 from repro.evaluation.passivity_metrics import passivity
-from repro.evaluation.predictions import predict
+from repro.evaluation.pointwise import MetricValues, pointwise
 from repro.evaluation.rollouts import (
     ModelRollout,
     can_simulate,
@@ -28,15 +25,14 @@ from repro.evaluation.rollouts import (
     window_error,
 )
 from repro.evaluation.uncertainty import in_words, uncertainty_metrics
-from repro.learning.objective_options import ObjectiveOptions
-from repro.learning.sequence_options import SequenceOptions
-from repro.mechanics.derive import dynamics_of
+from repro.learning.objectives import inverse
+from repro.learning.sequences import main
+from repro.library.signals import signals
 from repro.mechanics.system import System
 from repro.models.damped import without_damping
 from repro.models.gauge import Gauge
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
-from repro.models.terms import Terms
 from repro.pipeline.stage_options import FitOptions, RunOptions
 from repro.pipeline.stages import close_loops, examine
 from repro.pipeline.stages.fit import training_data
@@ -72,13 +68,14 @@ def make(folder: Path, options: RunOptions, upstream: Mapping[str, Run]) -> Json
     identified = _identified(options.fit, fit.model, inputs)
     if identified:
         examine.keep(folder, identified, seeds)
+    known = system if options.fit.simulated else None
     others = [
         *(examine.metrics([*identified.values()][-1]) if identified else ()),
         *_chains(options, fit, data, system),
         *_watched(fitted, seeds),
         *_uncertainty(fit, data.test),
+        *options.metric.measure(fit.model, fit.parameters, data.test, known, "test"),
     ]
-    known = system if options.fit.simulated else None
     summary = measure(folder, fit, data, known, options.gauge, free_data(inputs), others, options.horizons)
     copyfile(fitted.record.path(CURVES), folder / CURVES)
     if "control" in upstream:
@@ -153,7 +150,7 @@ def measure(
     ]
     table = pd.DataFrame(rows, columns=["member", "split", "metric", "value", "unit"])
     table.to_parquet(folder / METRICS, index=False)
-    trajectories = _trajectories(fit, data.test, system, rollout)
+    trajectories = signals(fit.model, fit.parameters, fit.seeds, data.test, system, rollout)
     trajectories += [] if motion is None else energy_curves(motion, fit.seeds)
     pd.DataFrame(trajectories, columns=["member", "name", "t", "value"]).to_parquet(folder / TRAJECTORIES, index=False)
     medians = {m.name: float(np.median(m.values)) for m in metrics if m.split == "test" and "[" not in m.name}
@@ -163,8 +160,8 @@ def measure(
 def _identified(options: FitOptions, model: Model, upstream: Mapping[str, Run]) -> dict[str, list[Identifiability]]:
     """What the data show of the model; of one without weights to fit, what they would show under the usual loss."""
     training = options.training
-    objective = ObjectiveOptions() if training is None else training.objective
-    sequence = SequenceOptions() if training is None else training.sequence
+    objective = inverse.Options() if training is None else training.objective
+    sequence = main.Options() if training is None else training.sequence
     return examine.identified(model, objective, sequence, training_data(options, upstream))
 
 
@@ -238,50 +235,3 @@ def _metrics(
     yield MetricValues("train", "fit_seconds", each * fit.seconds / len(fit.seeds), "s")
     yield MetricValues("train", "epochs", each * fit.notes.get("epochs", 0), "1")
     yield MetricValues("train", "diverged", np.array([float(status != "ok") for status in fit.status]), "1")
-
-
-def _trajectories(
-    fit: Fit, test: Dataset, system: System | None, rollout: ModelRollout | None
-) -> list[tuple[int, str, float, float]]:
-    if rollout is None:
-        return []
-    points = len(rollout.time)
-    names = [c.name for c in test.coordinates] + [f"{c.name}d" for c in test.coordinates]
-    episode = np.broadcast_to(test.episode[:points], (test.members, points))
-    columns: dict[str, np.ndarray] = {f"tau[{index}]": test.tau[:, :points, index] for index in range(test.n_q)}
-    columns["episode"] = episode
-    for role, states in (("plant", rollout.plant), ("model", rollout.model), ("euler", rollout.one_step_euler)):
-        columns |= {f"{role}.{name}": states[..., index] for index, name in enumerate(names)}
-    if system is not None and fit.model.energetic:
-        columns |= _energies("plant", _true_energies(system, rollout.plant))
-        columns |= _energies("model", _learned_energies(fit, system, rollout.model))
-    return [
-        (seed, name, float(t), float(value))
-        for name, values in columns.items()
-        for seed, series in zip(fit.seeds, values, strict=True)
-        for t, value in zip(rollout.time, series, strict=True)
-    ]
-
-
-def _energies(role: str, terms: Terms) -> dict[str, np.ndarray]:
-    return {f"{role}.T": terms.kinetic, f"{role}.V": terms.potential, f"{role}.H": terms.energy_sum}
-
-
-def _true_energies(system: System, states: np.ndarray) -> Terms:
-    dynamics, n_q = dynamics_of(system), system.n_q
-    q, qd = states[..., :n_q], states[..., n_q:]
-    return Terms(
-        kinetic=evaluate(dynamics.kinetic, q, qd)[..., 0], potential=evaluate(dynamics.potential, q, qd)[..., 0]
-    )
-
-
-def _learned_energies(fit: Fit, system: System, states: np.ndarray) -> Terms:
-    """Energies along a motion; not a number where it has diverged."""
-    finite = np.isfinite(states).all(-1)
-    states = np.where(finite[..., None], states, 0.0)
-    q, qd = states[..., : system.n_q], states[..., system.n_q :]
-    zero = np.zeros_like(q)
-    predicted = predict(fit.model, fit.parameters, q, qd, zero, zero)
-    terms = in_gauge(predicted, RestStates(fit.model, fit.parameters, system, q), qd, Gauge.CANONICAL_ANCHOR)
-    kinetic, potential = (np.where(finite, values, np.nan) for values in (terms.kinetic, terms.potential))
-    return Terms(kinetic=kinetic, potential=potential)

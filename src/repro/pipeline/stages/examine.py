@@ -8,12 +8,12 @@ import numpy as np
 
 from repro.data.dataset import Dataset
 from repro.evaluation.identifiability import Identifiability, identifiability
-from repro.evaluation.metrics import MetricValues
+from repro.evaluation.pointwise import MetricValues
 from repro.learning.least_squares import regression
-from repro.learning.objective_options import Equation, ObjectiveOptions
+from repro.learning.objective_options import ObjectiveOptions
+from repro.learning.phases import TrainingData, phases_of
 from repro.learning.sequence_options import SequenceOptions
 from repro.learning.training import Phase
-from repro.library.phases import TrainingData, phases_of
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
 
@@ -25,17 +25,16 @@ def identified(
     model: Model, objective: ObjectiveOptions, sequence: SequenceOptions, data: TrainingData
 ) -> dict[str, list[Identifiability]]:
     """What the data show of a linear model, one entry per seed, by the phase of its training; empty for others."""
-    if not applies(model, objective.kind):
+    if not applies(model, objective):
         return {}
     free = None if data.free is None else shortened(data.free)
     few = replace(data, forced=[shortened(each) for each in data.forced], free=free)
     return examine(model, phases_of(model, objective, sequence, few))
 
 
-def applies(model: Model, equation: Equation) -> bool:
+def applies(model: Model, objective: ObjectiveOptions) -> bool:
     """Whether a fit is a linear regression: a basis, and the inverse equation or the momentum balance."""
-    suits = equation is Equation.INVERSE or equation.begins_with_balance
-    return isinstance(model, Lagrangian) and model.linear and suits
+    return isinstance(model, Lagrangian) and model.linear and objective.linear
 
 
 def shortened(dataset: Dataset) -> Dataset:

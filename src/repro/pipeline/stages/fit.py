@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from repro.learning.phases import TrainingData
 from repro.learning.result import Fitted
 from repro.library.ensemble import fit_ensemble
-from repro.library.phases import TrainingData
 from repro.pipeline.stage_options import FitOptions
 from repro.pipeline.stages.checkpoint import FileCheckpoint
 from repro.pipeline.stages.stored_fit import CURVES, PARAMETERS, forced_data, free_data, model_of, system_of
@@ -33,7 +33,7 @@ def make(folder: Path, options: FitOptions, upstream: Mapping[str, Run]) -> Json
     if reason := fitted.notes.get("not_captured"):
         progress.notice(f"without CUDA graphs, so more slowly: {reason}")
     for cost in fitted.notes.get("cost_per_dof", []):
-        if abs(cost - 1) > FAR and options.training and options.training.objective.path.noise == "given":
+        if abs(cost - 1) > FAR and options.training and options.training.objective.expects_unit_cost:
             progress.notice(
                 f"cost per degree of freedom {cost:.3g}, 1 is expected: the model, the noise levels or the "
                 "sub-steps do not suit the recording, or the fit has not converged"

@@ -9,11 +9,11 @@ import pandas as pd
 from repro.control.closed_loop import SUBSTEPS
 from repro.control.loop_tables import energies
 from repro.evaluation.power_balance import power_balance
+from repro.library.drawn_motion import drawn_shapes, driven_forces, named_inputs, tips
 from repro.mechanics.inputs import generalised_force
 from repro.mechanics.system import System
 from repro.pipeline.stage_options import RecordingOptions
 from repro.pipeline.stages.close_loops import FIRST, LOOPS
-from repro.pipeline.stages.drawn_motion import drawn_shapes, driven_forces, named_inputs, tips
 from repro.pipeline.stages.stored_fit import simulated_system
 from repro.recording.contents import FILENAME, DrawnMotion, RunRecording
 from repro.recording.writer import write_recording

@@ -1,9 +1,11 @@
-"""What the recordings of a run and of a closed loop draw of a system in the same way."""
+"""What recordings draw of a system, or of coordinates alone."""
 
+from collections.abc import Sequence
 from typing import Any, assert_never
 
 import numpy as np
 
+from repro.mechanics.coordinate import Coordinate
 from repro.mechanics.inputs import input_matrix
 from repro.mechanics.shapes import Block, Circle, InputArrow, Segment, Shape, Spring, Turn
 from repro.mechanics.system import System
@@ -13,6 +15,18 @@ from repro.recording.drawn_shape import DrawnShape
 def drawn_shapes(system: System, states: np.ndarray) -> list[DrawnShape]:
     """The shapes of a system along its states (steps, 2 n_q)."""
     return [_drawn(shape, len(states)) for shape in _shapes(system, states)]
+
+
+def drawn_coordinates(coordinates: Sequence[Coordinate], states: np.ndarray) -> list[DrawnShape]:
+    """Side by side, a hand of 1 m that turns with each angle (0 is up), and a block at the height of each length."""
+    shapes: list[Shape] = []
+    for number, coordinate in enumerate(coordinates):
+        value, place = states[:, number], 2.5 * number
+        if coordinate.is_angle:
+            shapes.append(Segment((place, 0.0), (place + np.sin(value), np.cos(value))))
+        else:
+            shapes.append(Block((place, value), (0.1, 0.1)))
+    return [_drawn(shape, len(states)) for shape in shapes]
 
 
 def tips(system: System, states: np.ndarray) -> np.ndarray:

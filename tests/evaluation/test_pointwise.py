@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from repro.data.random_force import random_force
-from repro.evaluation.metrics import pointwise
+from repro.evaluation.pointwise import pointwise
 from repro.evaluation.predictions import truth
 from repro.mechanics.system import load
 from repro.models.bases import fxf, t1, t2

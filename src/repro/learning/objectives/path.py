@@ -1,0 +1,37 @@
+"""Maximum likelihood of weights and motion together, from what sensors recorded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from repro.learning.objectives import balance
+from repro.learning.path.path_options import PathOptions
+
+if TYPE_CHECKING:
+    from repro.data.dataset import Dataset
+    from repro.learning.result import Fitted, Progress
+    from repro.models.model import Model
+
+
+@dataclass(frozen=True)
+class Options(balance.Options):
+    """Options of objective=path, which starts from a fit of the momentum balance."""
+
+    path: PathOptions = field(default_factory=PathOptions)
+
+    @property
+    def is_likelihood(self) -> bool:
+        """Of the recorded positions and velocities."""
+        return True
+
+    @property
+    def expects_unit_cost(self) -> bool:
+        """Where the noise of the sensors is known."""
+        return self.path.noise == "given"
+
+    def finished(self, model: Model, dataset: Dataset, fitted: Fitted, progress: Progress) -> Fitted:
+        """Weights of maximum likelihood, and their information."""
+        from repro.learning.path.path_ensemble import fit_paths
+
+        return fit_paths(model, dataset, self.path, fitted, progress)

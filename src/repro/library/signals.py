@@ -1,0 +1,75 @@
+"""What is kept of a test: the motions of plant and model over the first test points, and their energies."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from repro.codegen.array_evaluation import evaluate
+from repro.data.dataset import Dataset
+from repro.evaluation.canonical import RestStates, in_gauge
+from repro.evaluation.predictions import predict
+from repro.evaluation.rollouts import ModelRollout
+from repro.mechanics.derive import dynamics_of
+from repro.mechanics.system import System
+from repro.models.gauge import Gauge
+from repro.models.model import Model
+from repro.models.terms import Terms
+
+Signal = tuple[int, str, float, float]  # seed, name, s, value
+
+
+def signals(
+    model: Model,
+    parameters: np.ndarray,
+    seeds: Sequence[int],
+    test: Dataset,
+    system: System | None,
+    rollout: ModelRollout | None,
+) -> list[Signal]:
+    """Rows of every member: tau[i], episode, and the states and energies of plant and model by name.
+
+    parameters: (member, n_parameters). Energies are in the canonical gauge, where the true system is known.
+    """
+    if rollout is None:
+        return []
+    points = len(rollout.time)
+    names = [c.name for c in test.coordinates] + [f"{c.name}d" for c in test.coordinates]
+    episode = np.broadcast_to(test.episode[:points], (test.members, points))
+    columns: dict[str, np.ndarray] = {f"tau[{index}]": test.tau[:, :points, index] for index in range(test.n_q)}
+    columns["episode"] = episode
+    for role, states in (("plant", rollout.plant), ("model", rollout.model), ("euler", rollout.one_step_euler)):
+        columns |= {f"{role}.{name}": states[..., index] for index, name in enumerate(names)}
+    if system is not None and model.energetic:
+        columns |= _energies("plant", true_energies(system, rollout.plant))
+        columns |= _energies("model", learned_energies(model, parameters, system, rollout.model))
+    return [
+        (seed, name, float(t), float(value))
+        for name, values in columns.items()
+        for seed, series in zip(seeds, values, strict=True)
+        for t, value in zip(rollout.time, series, strict=True)
+    ]
+
+
+def _energies(role: str, terms: Terms) -> dict[str, np.ndarray]:
+    return {f"{role}.T": terms.kinetic, f"{role}.V": terms.potential, f"{role}.H": terms.energy_sum}
+
+
+def true_energies(system: System, states: np.ndarray) -> Terms:
+    """T and V of the true system along states (..., 2 n_q)."""
+    dynamics, n_q = dynamics_of(system), system.n_q
+    q, qd = states[..., :n_q], states[..., n_q:]
+    return Terms(
+        kinetic=evaluate(dynamics.kinetic, q, qd)[..., 0], potential=evaluate(dynamics.potential, q, qd)[..., 0]
+    )
+
+
+def learned_energies(model: Model, parameters: np.ndarray, system: System, states: np.ndarray) -> Terms:
+    """Energies along a motion; not a number where it has diverged."""
+    finite = np.isfinite(states).all(-1)
+    states = np.where(finite[..., None], states, 0.0)
+    q, qd = states[..., : system.n_q], states[..., system.n_q :]
+    zero = np.zeros_like(q)
+    predicted = predict(model, parameters, q, qd, zero, zero)
+    terms = in_gauge(predicted, RestStates(model, parameters, system, q), qd, Gauge.CANONICAL_ANCHOR)
+    kinetic, potential = (np.where(finite, values, np.nan) for values in (terms.kinetic, terms.potential))
+    return Terms(kinetic=kinetic, potential=potential)
