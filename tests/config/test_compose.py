@@ -12,7 +12,7 @@ import yaml
 
 from repro.config.compose import compose, plan
 from repro.config.overrides import expand
-from repro.config.places import ROOT, digest
+from repro.config.places import ROOT, code_digest, digest
 from repro.config.registry import groups, settings
 from repro.errors import UserError
 from repro.plugins.plugin import plugin_names
@@ -94,16 +94,13 @@ def test_what_was_composed_is_read_from_the_cache(tmp_path):
     assert asked == [1]
     (file,) = tmp_path.iterdir()
     stored = json.loads(file.read_text())
-    assert stored["settings"] == digest()
-    for part, members in (("accepted", 7), ("composed", 9)):
-        stored[part]["basis=t1 scale=quick"]["seeds"] = members
+    assert stored["sources"] == f"{digest()} {code_digest()}"
+    stored["accepted"]["basis=t1 scale=quick"]["seeds"] = 7
     file.write_text(json.dumps(stored))
     again = plan(jobs, tmp_path)
     assert again[0].config.members == list(range(7))
     assert again[1].config == first[1].config
-    file.write_text(json.dumps(stored | {"code": "of models that have other options"}))
-    assert plan(jobs, tmp_path)[0].config.members == list(range(9))
-    file.write_text(json.dumps(stored | {"settings": "of yesterday"}))
+    file.write_text(json.dumps(stored | {"sources": "settings or models of yesterday"}))
     assert plan(jobs, tmp_path) == first
     file.write_text("{")
     assert plan(jobs, tmp_path) == first

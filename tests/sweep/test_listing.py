@@ -8,8 +8,7 @@ from repro.config.overrides import expand
 from repro.errors import UserError
 from repro.results.gather import gather
 from repro.results.selectors import NotRunError, one_setting
-from repro.sweep.experiment_list import ExperimentList
-from repro.sweep.listing import list_jobs
+from repro.sweep.listing import ExperimentList, list_jobs
 from repro.sweep.planned_job import PlannedJob
 from repro.tracking.paths import Paths
 

@@ -49,7 +49,7 @@ def test_a_changed_default_changes_exactly_the_dependents(root, toy):
 
 def test_libraries_count_where_they_are_imported(root, toy, monkeypatch):
     before = toy.ids()
-    monkeypatch.setattr(code.libraries, "version", lambda name: "999" if name == "yaml" else "1")
+    monkeypatch.setattr(code, "version", lambda name: "999" if name == "yaml" else "1")
     code.closure.cache_clear()
     stages = toy.stages()
     assert stages["data"].identity.libraries == {"numpy": "1"}
@@ -58,9 +58,9 @@ def test_libraries_count_where_they_are_imported(root, toy, monkeypatch):
 
 
 def test_versions_leave_the_build_out():
-    assert "+" not in code.libraries.version("torch")
-    assert code.libraries.version("yaml") == code.libraries.version("PyYAML")
-    assert code.libraries.version("no_such_library") == "absent"
+    assert "+" not in code.version("torch")
+    assert code.version("yaml") == code.version("PyYAML")
+    assert code.version("no_such_library") == "absent"
 
 
 def test_modules_reached(root, toy):

@@ -8,7 +8,7 @@ import time
 import pytest
 
 from repro.errors import UserError
-from repro.tracking import code, ids, lock, survey
+from repro.tracking import code, load, lock, survey
 from repro.tracking.paths import HOLDER_FILE
 from repro.tracking.stage import Stage
 from repro.tracking.store import StageFailed
@@ -48,7 +48,7 @@ def test_an_edit_makes_exactly_the_dependents_stale(store, toy):
 
 def test_a_library_and_a_removed_module_are_named(store, toy, monkeypatch):
     make_all(store, toy)
-    monkeypatch.setattr(code.libraries, "version", lambda name: "0.1")
+    monkeypatch.setattr(code, "version", lambda name: "0.1")
     code.closure.cache_clear()
     reasons = states(store)[toy.ids()["data"]].why if toy.ids()["data"] in states(store) else ()
     (data,) = (item for item in states(store).values() if item.kind == "data")
@@ -161,13 +161,13 @@ def test_a_job_without_a_run_is_missing(store):
 
 def test_ids_may_be_cut(store, stage):
     made = [store.compute(stage(a=a), lambda folder: {}).id for a in range(3)]
-    assert ids.resolve(store.paths, made[1]).name == made[1]
-    assert ids.resolve(store.paths, made[1][-10:]).name == made[1]
-    assert ids.resolve(store.paths, made[1][-10:-4]).name == made[1]
+    assert load.resolve(store.paths, made[1]).name == made[1]
+    assert load.resolve(store.paths, made[1][-10:]).name == made[1]
+    assert load.resolve(store.paths, made[1][-10:-4]).name == made[1]
     with pytest.raises(UserError, match="fits 3 stages"):
-        ids.resolve(store.paths, "toy-fit")
+        load.resolve(store.paths, "toy-fit")
     with pytest.raises(UserError, match="no stage nothing"):
-        ids.resolve(store.paths, "nothing")
+        load.resolve(store.paths, "nothing")
 
 
 def many_runs(store, stage, count):
@@ -203,7 +203,7 @@ def test_holder_is_readable_while_waiting(store, stage, tmp_path):
 
 def test_a_whole_id_wins_over_longer_ones():
     names = ["sip-t2-aa1", "sip-t2-aa12", "dip-aa1f"]
-    assert ids.matching(names, "sip-t2-aa1") == ["sip-t2-aa1"]
-    assert ids.matching(names, "aa1") == names
-    assert ids.matching(names, "dip") == ["dip-aa1f"]
-    assert ids.matching(names, "t2") == []
+    assert load.matching(names, "sip-t2-aa1") == ["sip-t2-aa1"]
+    assert load.matching(names, "aa1") == names
+    assert load.matching(names, "dip") == ["dip-aa1f"]
+    assert load.matching(names, "t2") == []

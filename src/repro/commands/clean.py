@@ -1,28 +1,39 @@
 """`repro clean`: removes leftovers, never a current result."""
 
-from collections.abc import Sequence
+import shutil
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import nullcontext, suppress
+from pathlib import Path
+
+from filelock import FileLock, Timeout
 
 from repro.commands.arguments import command_parser
 from repro.errors import UserError
-from repro.tracking import leftovers
 from repro.tracking.paths import Paths, outputs_root
+from repro.tracking.survey import StageState, survey
 from repro.tracking.text import size
+
+# What can be removed, and the default choice.
+SORTS = ("failed", "damaged", "interrupted", "logs", "stale")
+USUAL = ("failed", "damaged", "interrupted", "logs")
+_LOG_AGE_S = 7 * 24 * 3600
 
 
 def main(argv: Sequence[str]) -> int:
     """List the leftovers; remove them with --yes."""
     description = "List what can be removed without losing a current result; with --yes, remove it."
     parser = command_parser("clean", description, "example: repro clean stale --yes")
-    sorts = ", ".join(leftovers.SORTS)
+    sorts = ", ".join(SORTS)
     parser.add_argument("sorts", nargs="*", metavar="what", help=f"{sorts} (default: all but stale)")
     parser.add_argument("--yes", action="store_true", help="remove them")
     arguments = parser.parse_args(argv)
-    if unknown := [sort for sort in arguments.sorts if sort not in leftovers.SORTS]:
+    if unknown := [sort for sort in arguments.sorts if sort not in SORTS]:
         raise UserError(f"repro clean: there is no {unknown[0]} to remove; choose from {sorts}")
     paths = Paths(outputs_root())
-    folders = leftovers.removable(paths, arguments.sorts or leftovers.USUAL)
-    sizes = {folder: leftovers.size_of(folder) for folder in folders}
-    shown = list(leftovers.remove(paths, folders)) if arguments.yes else folders
+    folders = removable(paths, arguments.sorts or USUAL)
+    sizes = {folder: sum(path.stat().st_size for path in folder.rglob("*") if path.is_file()) for folder in folders}
+    shown = list(remove(paths, folders)) if arguments.yes else folders
     for folder in shown:
         print(f"{size(sizes[folder]):>10}  {folder.relative_to(paths.root)}")
     total = size(sum(sizes[folder] for folder in shown))
@@ -31,3 +42,35 @@ def main(argv: Sequence[str]) -> int:
     else:
         print(f"{total} can be removed: add --yes." if shown else "Nothing to remove.")
     return 0
+
+
+def removable(paths: Paths, sorts: Sequence[str]) -> list[Path]:
+    """The folders of the chosen sorts: failed attempts, damaged stages kept aside, working folders of ended processes
+    (their checkpoints too), logs older than a week, stages that the present code no longer gives."""
+    folders: list[Path] = []
+    for kind in paths.kinds():
+        if "failed" in sorts:
+            folders += [paths.failed(kind, id) for id in paths.ids(kind, ".failed")]
+        if "damaged" in sorts:
+            folders += sorted(paths.damaged(kind).glob("*"))
+        if "interrupted" in sorts:
+            folders += [paths.work(kind, id) for id in paths.ids(kind, ".work")]
+    if "logs" in sorts and paths.logs.is_dir():
+        folders += [folder for folder in sorted(paths.logs.iterdir()) if _age(folder) > _LOG_AGE_S]
+    if "stale" in sorts:
+        folders += [paths.folder(item.kind, item.id) for item in survey(paths) if item.state is StageState.STALE]
+    return folders
+
+
+def remove(paths: Paths, folders: Sequence[Path]) -> Iterator[Path]:
+    """Remove folders and yield each; a stage that a living process is making is left alone."""
+    for folder in folders:
+        being_made = folder.parent.name == ".work"
+        lock = FileLock(paths.lock(folder.parent.parent.name, folder.name), timeout=0) if being_made else nullcontext()
+        with suppress(Timeout), lock:
+            shutil.rmtree(folder)
+            yield folder
+
+
+def _age(folder: Path) -> float:
+    return time.time() - folder.stat().st_mtime

@@ -33,7 +33,13 @@ def main(argv: Sequence[str]) -> int:
         own = [one for one in differences if one.area == area]
         for one in filter(_is_long, own):
             print(f"  {one.key}\n    {one.before}\n    {one.after}")
-        if brief := [_sides(one) for one in own if not _is_long(one)]:
+        # of code, only that it changed
+        brief = [
+            [f"  {one}"] if area.endswith("code") else [f"  {one.key}", short(one.before), "->", short(one.after)]
+            for one in own
+            if not _is_long(one)
+        ]
+        if brief:
             print(table(brief))
     if not differences:
         print("They do not differ.")
@@ -43,10 +49,3 @@ def main(argv: Sequence[str]) -> int:
 def _is_long(one: Difference) -> bool:
     """Whether the two sides read better below each other."""
     return not one.area.endswith("code") and len(f"{one.key}{one.before}{one.after}") > _LINE
-
-
-def _sides(one: Difference) -> list[str]:
-    """What differs, before and after; of code only that it changed."""
-    if one.area.endswith("code"):
-        return [f"  {one}"]
-    return [f"  {one.key}", short(one.before), "->", short(one.after)]

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from repro.commands import runs
 from repro.commands.arguments import command_parser
-from repro.errors import UserError
 from repro.launch import own_progress
 from repro.recording.viewer import find_recording
 from repro.report import build, terminal
@@ -37,7 +36,9 @@ def main(argv: Sequence[str]) -> int:
     except build.NothingToJudgeError as error:
         if arguments.publish or not Paths(outputs).ids("runs"):
             raise
-        return _show_runs(error)
+        runs.main([])  # those that belong to no experiment, since there is nothing to judge
+        print(f"\n{error}")
+        return 0
     terminal.show(summary)
     page = summary.page
     if recordings:
@@ -54,13 +55,6 @@ def main(argv: Sequence[str]) -> int:
         import webbrowser
 
         webbrowser.open(page.absolute().as_uri())
-    return 0
-
-
-def _show_runs(error: UserError) -> int:
-    """The runs that belong to no experiment as a table, since there is nothing to judge."""
-    runs.main([])
-    print(f"\n{error}")
     return 0
 
 

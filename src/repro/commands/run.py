@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import yaml
 
 from repro.commands.arguments import add_workers, command_parser, seconds
-from repro.commands.hydra_habits import refuse_hydras
 from repro.config.compose import plan
 from repro.config.overrides import belongs, expand, experiment_of, setting
 from repro.config.registry import choices_text
@@ -35,12 +34,26 @@ Results lie in outputs/ (or $REPRO_OUTPUTS); a finished run is never repeated.
 
 choices:
 """
+# Options of Hydra's own command line, and what takes their place here.
+HYDRAS_OPTIONS = {
+    "--hydra-help": "`repro run --help` lists options and choices",
+    ("--info", "-i"): "`repro run --cfg job` prints the configuration, `repro show ID` where a result comes from",
+    ("--config-dir", "-cd"): "own options are files in the checkout: conf/GROUP/NAME.yaml, experiments/NAME.yaml",
+    ("--config-path", "-cp"): "own options are files in the checkout: conf/GROUP/NAME.yaml, experiments/NAME.yaml",
+    ("--config-name", "-cn"): "conf/config.yaml is the only one; experiment=NAME takes settings from experiments/",
+    ("--shell-completion", "-sc"): "`repro completion bash` (zsh, fish) prints a script to source",
+    "--resolve": "`--cfg job` prints the resolved configuration as it is",
+    ("--package", "-p"): "`--cfg job` prints all of the configuration",
+    ("--run", "-r"): "leave it out: without -m one job runs",
+    "--experimental-rerun": "`repro show ID` prints the command that repeats a run",
+    ("--dryrun", "--dry"): "write --dry-run",
+}
 _MOST_SHOWN = 5  # runs of a search
 
 
 def main(argv: Sequence[str]) -> int:
     """Run one configuration, or with -m every one that the lists and the experiment make; 1 when a job failed."""
-    refuse_hydras(argv)
+    _refuse_hydras(argv)
     options = _run_parser().parse_intermixed_args(argv)
     if options.cfg not in (None, "job"):
         if "=" not in options.cfg:
@@ -54,7 +67,10 @@ def main(argv: Sequence[str]) -> int:
         cluster.refuse({"--workers": options.workers, "--timeout": options.timeout}, where)
     overrides = _jobs(own, options.paired, sweep=options.multirun or options.dry_run)
     if options.cfg:
-        return _print_configuration(overrides)
+        for composed in plan(overrides):
+            content = composed.config.model_dump(mode="json", exclude={"sweep"})
+            print(yaml.safe_dump(content, sort_keys=False, default_flow_style=None), end="")
+        return 0
     paths = Paths(outputs_root())
     here = not where and not options.dry_run
     jobs = plan_jobs(overrides, paths, on_unknown=lambda jobs: start_server(preload(jobs)) if here else None)
@@ -67,6 +83,15 @@ def main(argv: Sequence[str]) -> int:
     results = run_missing(jobs, paths, options.workers, options.timeout, where)
     _print_outcome(jobs, paths)
     return 1 if any(not result.ok for result in results) else 0
+
+
+def _refuse_hydras(words: Sequence[str]) -> None:
+    """UserError with what takes the place of an option that Hydra's own programs have."""
+    for spellings, instead in HYDRAS_OPTIONS.items():
+        for word in words:
+            name = word.partition("=")[0]
+            if name == spellings or (isinstance(spellings, tuple) and name in spellings):
+                raise UserError(f"{name} is an option of Hydra that is not needed here: {instead}")
 
 
 def _search(overrides: Sequence[str], wanted: SearchOptions, options: argparse.Namespace) -> int:
@@ -112,13 +137,6 @@ def _print_outcome(jobs: Sequence[PlannedJob], paths: Paths) -> None:
         medians = {name: record.summary["median"].get(name) for name in ("mae_tau", "mae_qdd", "mae_H_centred")}
         text = ", ".join(f"{name} {value:.3g}" for name, value in medians.items() if value is not None)
         print(f"{record.id}: {text} (medians of {len(job.composed.config.members)} members)")
-
-
-def _print_configuration(jobs: Sequence[tuple[str, ...]]) -> int:
-    for composed in plan(jobs):
-        content = composed.config.model_dump(mode="json", exclude={"sweep"})
-        print(yaml.safe_dump(content, sort_keys=False, default_flow_style=None), end="")
-    return 0
 
 
 def _run_parser() -> argparse.ArgumentParser:

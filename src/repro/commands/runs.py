@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 
 from repro.commands.arguments import add_filters, add_json, check_known, command_parser, filters, fits
 from repro.tracking import index
-from repro.tracking.ids import digits
 from repro.tracking.index import Entry
+from repro.tracking.load import digits
 from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.text import duration, table, terminal_width
 

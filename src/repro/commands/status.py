@@ -8,7 +8,7 @@ from dataclasses import asdict
 from repro.commands.arguments import ID, add_json, command_parser
 from repro.config.places import digest
 from repro.errors import UserError
-from repro.tracking.ids import matching
+from repro.tracking.load import matching
 from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.stage import Stage
 from repro.tracking.survey import STATES, Item, survey

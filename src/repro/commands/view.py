@@ -24,17 +24,14 @@ def main(argv: Sequence[str]) -> int:
     way.add_argument("--screenshot", metavar="FILE", type=Path, help="write a PNG picture; needs no display")
     parser.add_argument("--at", metavar="SECONDS", type=float, help="moment in the picture (default: the middle)")
     arguments = parser.parse_args(argv)
-    path = _recording(arguments.run)
+    if len(arguments.run) == 1:
+        path = viewer.find_recording(arguments.run[0], outputs_root())
+    else:
+        from repro.pipeline.side_by_side import compared
+
+        path = compared(arguments.run)
     if arguments.screenshot:
         viewer.screenshot(path, arguments.screenshot, arguments.at)
         print(arguments.screenshot)
         return 0
     return viewer.serve(path) if arguments.web else viewer.open_window(path)
-
-
-def _recording(runs: Sequence[str]) -> Path:
-    if len(runs) == 1:
-        return viewer.find_recording(runs[0], outputs_root())
-    from repro.pipeline.side_by_side import compared
-
-    return compared(runs)

@@ -71,9 +71,9 @@ def _checked(jobs: Sequence[Overrides], caches: Mapping[str, Cache]) -> Iterator
     """Configurations in the order of the jobs, each stored in the cache of its experiment."""
     for job in jobs:
         name = experiment_of(job)
-        raw = caches[name].raw(job) or composed(job)
+        raw = composed(job)
         if (raw["experiment"] or "") != name:
             raise UserError(f"experiments/{name}.yaml: experiment = {raw['experiment']!r}: must be {name!r}")
         config = parse(raw)
-        caches[name].keep(job, raw, config)
+        caches[name].keep(job, config)
         yield config

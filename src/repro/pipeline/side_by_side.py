@@ -10,7 +10,7 @@ from repro.recording.contents import FILENAME
 from repro.recording.viewer import KIND
 from repro.results.metric_names import written
 from repro.results.table_schema import as_text
-from repro.tracking.ids import digits
+from repro.tracking.load import digits
 from repro.tracking.paths import outputs_root
 from repro.tracking.plain_data import Json
 from repro.tracking.stage import Stage

@@ -18,7 +18,7 @@ from typing import TypeVar
 
 from repro.errors import UserError
 from repro.recording.contents import FILENAME
-from repro.tracking.ids import matching
+from repro.tracking.load import matching
 from repro.tracking.store import Store
 
 Answer = TypeVar("Answer")

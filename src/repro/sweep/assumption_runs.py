@@ -10,7 +10,7 @@ from repro.config.overrides import expand
 from repro.config.places import digest
 from repro.errors import UserError
 from repro.results.results import SENSITIVITY, Case
-from repro.sweep.experiment_list import ExperimentList, ListedJob
+from repro.sweep.listing import ExperimentList, ListedJob
 from repro.sweep.planned_job import PlannedJob, plan_jobs
 from repro.tracking.files import disk_errors_explained
 from repro.tracking.paths import Paths

@@ -4,10 +4,12 @@ import importlib.util
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal
 
 from repro.config.overrides import key_of, parsed
 from repro.errors import UserError
+from repro.plugins.checked import validated
+from repro.plugins.options import Count, Natural, Options
 from repro.plugins.plugin import nearest
 from repro.sweep.missing import run_missing
 from repro.sweep.planned_job import PlannedJob, plan_jobs
@@ -20,11 +22,10 @@ if TYPE_CHECKING:
 
 CHOSEN = "hydra/sweeper=optuna"
 SETTING = "hydra.sweeper."
-Direction = Literal["minimize", "maximize"]
 
 
 @dataclass(frozen=True)
-class SearchOptions:
+class SearchOptions(Options):
     """Options of a search: hydra.sweeper.NAME=VALUE.
 
     metric     of the test part, the median over the members
@@ -34,26 +35,9 @@ class SearchOptions:
     """
 
     metric: str = "mae_tau"
-    n_trials: int = 20
-    direction: Direction = "minimize"
-    seed: int = 0
-
-    @classmethod
-    def of(cls, overrides: Sequence[str]) -> "SearchOptions":
-        """From hydra.sweeper.NAME=VALUE; UserError for another name or value."""
-        given = dict(override.removeprefix(SETTING).split("=", 1) for override in overrides)
-        names = list(cls.__dataclass_fields__)
-        if unknown := [name for name in given if name not in names]:
-            hint = nearest(unknown[0], names)
-            raise UserError(f"{SETTING}{unknown[0]}: a search has {', '.join(names)}{hint}")
-        for name in ("n_trials", "seed"):
-            if name in given and not (given[name].isdecimal() and int(given[name]) >= (name == "n_trials")):
-                raise UserError(f"{SETTING}{name}={given[name]}: a whole number is needed")
-        if (direction := given.get("direction", "minimize")) not in get_args(Direction):
-            raise UserError(f"{SETTING}direction={direction}: allowed are {', '.join(get_args(Direction))}")
-        numbers = {name: int(given[name]) for name in ("n_trials", "seed") if name in given}
-        texts = {name: given[name] for name in ("metric", "direction") if name in given}
-        return cls(**texts, **numbers)  # type: ignore[arg-type]
+    n_trials: Count = 20
+    direction: Literal["minimize", "maximize"] = "minimize"
+    seed: Natural = 0
 
 
 @dataclass(frozen=True)
@@ -71,7 +55,10 @@ def split(overrides: Sequence[str]) -> tuple[list[str], SearchOptions | None]:
     if importlib.util.find_spec("optuna") is None:
         raise UserError(f"{CHOSEN} needs an extra: pip install -e '.[search]' in the project's folder")
     rest = [override for override in overrides if override != CHOSEN and not override.startswith(SETTING)]
-    return rest, SearchOptions.of([override for override in overrides if override.startswith(SETTING)])
+    given = (
+        override.removeprefix(SETTING).partition("=")[::2] for override in overrides if override.startswith(SETTING)
+    )
+    return rest, validated(SearchOptions, SETTING.rstrip("."), dict(given))
 
 
 def search(

@@ -10,14 +10,19 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator, Sequence
 from functools import cache
+from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 
 from repro.errors import UserError
 from repro.plugins.roots import plugin_roots
-from repro.tracking import libraries, syntax
+from repro.tracking import syntax
 from repro.tracking.record import Identity
 from repro.tracking.source_reader import READER
+
+ABSENT = "absent"
+# Libraries that are installed under another name than the imported one; looking others up takes 0.1 s.
+_INSTALLED_AS = {"sklearn": "scikit-learn", "yaml": "PyYAML", "rerun": "rerun-sdk", "hydra": "hydra-core"}
 
 
 @cache
@@ -42,7 +47,7 @@ def closure(entries: tuple[str, ...]) -> Identity:
         names.update(source.libraries)
         waiting += [name for name in _reached(module, source.imports) if name not in modules]
     READER.save()
-    versions = {name: libraries.version(name) for name in sorted(names)}
+    versions = {name: version(name) for name in sorted(names)}
     return Identity(code=dict(sorted(modules.items())), libraries=versions, modules=tuple(sorted(entries)))
 
 
@@ -71,6 +76,25 @@ def _reached(importer: str, imports: Sequence[str]) -> Iterator[str]:
             # The root package only re-exports names that no stage uses.
             candidates = [".".join(parts[:length]) for length in range(2, len(parts) + 1)]
             yield from (candidate for candidate in candidates if _file(candidate) is not None)
+
+
+_distributions = cache(metadata.packages_distributions)
+
+
+@cache
+def version(module: str) -> str:
+    """Public version of the library that provides a top-level module, or "absent".
+
+    The local part (2.13.0+cpu) is dropped: it names a build, and provenance keeps it.
+    """
+    try:
+        full = metadata.version(_INSTALLED_AS.get(module, module))
+    except metadata.PackageNotFoundError:
+        names = _distributions().get(module)
+        if not names:
+            return ABSENT
+        full = metadata.version(sorted(names)[0])
+    return full.partition("+")[0]
 
 
 @cache

@@ -14,7 +14,7 @@ from typing import Any
 from repro.tracking.files import file_digest, write_bytes
 
 # Where the files lie that a run's identity is made from, and their suffixes: of new files these alone are stored.
-_READ_BY_RUNS = (("src/repro", (".py", ".c", ".h")), ("conf", (".yaml",)), ("experiments", (".yaml",)))
+_READ_BY_RUNS = (("src/repro/", (".py", ".c", ".h")), ("conf/", (".yaml",)), ("experiments/", (".yaml",)))
 _LARGEST_DIGESTED_BYTES = 100_000_000
 
 
@@ -61,7 +61,12 @@ def _state(top: Path, patches: Path) -> dict[str, Any]:
         "patch": None,
     }
     if not record["clean"]:
-        source = [name for name in untracked if _is_read_by_runs(name)]
+        source = [
+            name
+            for name in untracked
+            for folder, ends in _READ_BY_RUNS
+            if name.startswith(folder) and name.endswith(ends)
+        ]
         patch = _patch(top, source)
         file = patches / f"{hashlib.sha256(patch).hexdigest()[:16]}.patch"
         if not file.exists():
@@ -70,10 +75,6 @@ def _state(top: Path, patches: Path) -> dict[str, Any]:
         record["untracked"] = source
         record["untracked_not_stored"] = {name: _digest(top / name) for name in sorted(set(untracked) - set(source))}
     return record
-
-
-def _is_read_by_runs(name: str) -> bool:
-    return any(name.startswith(f"{folder}/") and name.endswith(suffixes) for folder, suffixes in _READ_BY_RUNS)
 
 
 def _digest(path: Path) -> str | None:

@@ -12,7 +12,6 @@ import hashlib
 import json
 import os
 import sqlite3
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +21,6 @@ from repro.tracking.paths import RUN_FILE, Paths
 from repro.tracking.plain_data import canonical
 from repro.tracking.record import StageOutcome
 
-_READERS = 8
 _SHELVES = {"": StageOutcome.OK, ".failed": StageOutcome.FAILED}
 
 
@@ -91,7 +89,6 @@ def load(paths: Paths) -> Index:
     """The index, brought up to date with the store, and saved where anything changed."""
     stored, codes = _read(paths.index)
     rows: Rows = {}
-    unread: dict[str, tuple[Stamp, str, str, StageOutcome]] = {}
     for kind in paths.kinds():
         for shelf, outcome in _SHELVES.items():
             for id in paths.ids(kind, shelf):
@@ -100,14 +97,7 @@ def load(paths: Paths) -> Index:
                 if stamp is not None and place in stored and stored[place][0] == stamp:
                     rows[place] = stored[place]
                 elif stamp is not None:
-                    unread[place] = stamp, id, kind, outcome
-    # Several files at once, since reading waits for the disk.
-    with ThreadPoolExecutor(_READERS) as readers:
-        new = {
-            place: (stamp, readers.submit(_entry, paths.root / place / RUN_FILE, id, kind, outcome, codes))
-            for place, (stamp, id, kind, outcome) in unread.items()
-        }
-    rows |= {place: (stamp, entry.result()) for place, (stamp, entry) in new.items()}
+                    rows[place] = stamp, _entry(paths.root / place / RUN_FILE, id, kind, outcome, codes)
     codes = {key: codes[key] for key in sorted({entry.code for _, entry in rows.values()} - {""})}
     if rows != stored:
         # A cache that cannot be written costs time, no more.

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from repro.errors import UserError
-from repro.tracking import ids, index, record
+from repro.tracking import index, record
 from repro.tracking.listed_jobs import listed_jobs
 from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.record import Record
@@ -21,6 +21,7 @@ _METRICS = "metrics.parquet"
 _FIRST = ["run", "experiment", "scale"]
 _COLUMNS = [*_FIRST, "member", "split", "metric", "value", "unit"]
 _MOST_VALUES = 8  # in a message
+_MOST_LISTED = 5  # ids
 
 
 @dataclass(frozen=True)
@@ -76,11 +77,40 @@ def load_run(id: str, *, root: Path | str | None = None) -> Run:
 
 def load_record(paths: Paths, id: str) -> Record:
     """The record of the stage that an id names, see `load_run`; UserError when it is damaged too."""
-    folder = ids.resolve(paths, id)
+    folder = resolve(paths, id)
     try:
         return record.read(folder)
     except record.Damage as damage:
         raise UserError(f"{folder} is damaged ({damage}): run the command that made it again") from damage
+
+
+def digits(id: str) -> str:
+    """The digits at the end of an id, which alone identify it."""
+    return id.rpartition("-")[2]
+
+
+def matching(ids: Iterable[str], text: str) -> list[str]:
+    """The ids that a text names: the one that equals it, else those that start with it, or whose digits do."""
+    candidates = list(ids)
+    if text in candidates:
+        return [text]
+    return [id for id in candidates if id.startswith(text) or digits(id).startswith(text)]
+
+
+def resolve(paths: Paths, text: str) -> Path:
+    """The folder of the one stage that a text names, among the finished ones first, then among the failures.
+
+    Raises UserError when none or several fit.
+    """
+    for shelf in ("", ".failed"):
+        folders = {id: paths.root / kind / shelf / id for kind in paths.kinds() for id in paths.ids(kind, shelf)}
+        fitting = matching(folders, text)
+        if len(fitting) == 1:
+            return folders[fitting[0]]
+        if fitting:
+            some = ", ".join(fitting[:_MOST_LISTED]) + (", ..." if len(fitting) > _MOST_LISTED else "")
+            raise UserError(f"{text} fits {len(fitting)} stages: {some}; type more of the id")
+    raise UserError(f"no stage {text} under {paths.root}; `repro runs` lists the ids")
 
 
 def load_runs(*, root: Path | str | None = None, **filters: Any) -> pd.DataFrame:
@@ -108,12 +138,14 @@ def load_runs(*, root: Path | str | None = None, **filters: Any) -> pd.DataFrame
     import pandas as pd
 
     paths = Paths(Path(root or outputs_root()))
-    listed = _listings(paths)
+    listed: dict[str, dict[tuple[str, str], None]] = {}  # run -> the (experiment, scale) pairs that list it
+    for job in listed_jobs(paths):
+        listed.setdefault(job.run, {})[job.experiment, job.scale] = None
     carded = []
     for entry in index.load(paths).finished().values():
         if entry.kind == "runs" and (paths.folder(entry.kind, entry.id) / _METRICS).is_file():
             card = {key: value for key, value in entry.card.items() if not isinstance(value, list | Mapping)}
-            for experiment, scale in listed.get(entry.id, [("", "")]):
+            for experiment, scale in listed.get(entry.id, {("", ""): None}):
                 carded.append({"run": entry.id, "experiment": experiment, "scale": scale, **card})
     if not carded:
         return pd.DataFrame(columns=_COLUMNS)
@@ -155,12 +187,3 @@ def _fits(value: Any, condition: Any) -> bool:
     if isinstance(condition, Collection) and not isinstance(condition, str):
         return value in condition
     return bool(value == condition)
-
-
-def _listings(paths: Paths) -> dict[str, list[tuple[str, str]]]:
-    """Run id -> the (experiment, scale) pairs that list it."""
-    listed: dict[str, list[tuple[str, str]]] = {}
-    for job in listed_jobs(paths):
-        if (pair := (job.experiment, job.scale)) not in listed.setdefault(job.run, []):
-            listed[job.run].append(pair)
-    return listed
