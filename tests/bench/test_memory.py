@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from repro.bench import process
-from repro.bench.process import peak_mib
+from repro.bench import pairing
+from repro.bench.pairing import peak_mib
 
 needs_linux = pytest.mark.skipif(math.isnan(peak_mib(lambda: None)), reason="this system reports no peak memory")
 
@@ -24,5 +24,5 @@ def test_what_was_held_before_does_not_count():
 
 
 def test_a_system_that_does_not_tell_gives_no_number(monkeypatch, tmp_path):
-    monkeypatch.setattr(process, "_STATUS", tmp_path / "none")
+    monkeypatch.setattr(pairing, "_STATUS", tmp_path / "none")
     assert math.isnan(peak_mib(lambda: None))

@@ -1,18 +1,22 @@
 """Comparisons in pairs: ours and other timed in turn, so that whatever slows the machine down slows both."""
 
+import ctypes
 import gc
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
-
-from repro.bench.process import peak_mib
+import torch
+from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 THREADS = 1
 LONG_S = 0.5  # a contender whose warm-up takes longer is not repeated within one timing
 Clock = Callable[[], float]
+_STATUS, _RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")  # of the process that is timed
 
 
 @dataclass(frozen=True)
@@ -140,3 +144,33 @@ def _quantiles(values: np.ndarray, shares: list[float]) -> list[float]:
     if not len(values):
         return [math.nan] * len(shares)
     return [float(value) for value in np.quantile(values, shares, method="inverted_cdf")]
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Limit torch, BLAS and OpenMP to one thread each, then restore their numbers of threads."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        with threadpool_limits(limits=1):
+            yield
+    finally:
+        torch.set_num_threads(before)
+
+
+def peak_mib(call: Callable[[], object]) -> float:
+    """MiB of resident memory that one call added at its peak; nan where the system does not report it."""
+    try:
+        # returns freed memory to the system, so that the call cannot reuse it unnoticed
+        ctypes.CDLL("libc.so.6").malloc_trim(0)
+        _RESET.write_text("5")  # resets the peak
+        before = _read("VmRSS")
+        call()
+        return max(_read("VmHWM") - before, 0.0)
+    except (OSError, AttributeError, StopIteration):
+        return math.nan
+
+
+def _read(key: str) -> float:
+    lines = (line for line in _STATUS.read_text().splitlines() if line.startswith(key))
+    return int(next(lines).split()[1]) / 1024

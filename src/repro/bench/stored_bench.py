@@ -10,8 +10,7 @@ from pathlib import Path
 import pandas as pd
 
 from repro.bench import peers, suite
-from repro.bench.pairing import PairedComparison
-from repro.bench.process import one_thread
+from repro.bench.pairing import PairedComparison, one_thread
 from repro.bench.training_case import PENDULUM
 from repro.codegen.c_library import compiler, has_compiler
 from repro.tracking import progress
@@ -49,7 +48,7 @@ def stage(scale: str) -> Stage:
         f"{EXPERIMENT}-{scale}",
         {"scale": scale, "machine": describe_machine()},
         {},
-        ("repro.bench.suite", "repro.bench.process", f"repro.mechanics.systems.{PENDULUM}"),
+        ("repro.bench.suite", f"repro.mechanics.systems.{PENDULUM}"),
         f"repro bench --scale {scale}",
     )
 

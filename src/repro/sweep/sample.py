@@ -1,6 +1,7 @@
 """What a reproduction at the smallest scale runs: enough to try everything, too little to compare anything."""
 
 from collections.abc import Callable, Sequence
+from functools import cache
 
 from repro.claims.claims import Claim
 from repro.config.compose import Overrides
@@ -23,10 +24,15 @@ def plan_sample(
     jobs = [job for name in included for job in _jobs(name, first_of_line=True)]
     brief = [job for name in experiments("paper") if name not in included for job in _jobs(name, True)[:BRIEFLY]]
     planned = plan_jobs([*jobs, *brief], paths, on_unknown)
+
+    @cache
+    def whole(experiment: str) -> list[PlannedJob]:
+        return plan_jobs(_jobs(experiment), paths)
+
     for claim in claims:
         for where in claim.selectors if claim.experiment in included else ():
             if not any(job.composed.config.experiment == claim.experiment and job.agrees(where) for job in planned):
-                planned += [job for job in plan_jobs(_jobs(claim.experiment), paths) if job.agrees(where)][:1]
+                planned += [job for job in whole(claim.experiment) if job.agrees(where)][:1]
     return planned
 
 
