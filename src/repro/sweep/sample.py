@@ -1,15 +1,16 @@
 """What a reproduction at the smallest scale runs: enough to try everything, too little to compare anything."""
 
 from collections.abc import Callable, Sequence
-from functools import cache
 
 from repro.claims.claims import Claim
 from repro.config.compose import Overrides
 from repro.config.overrides import expand, experiments
+from repro.results.selectors import Where
 from repro.sweep.planned_job import PlannedJob, plan_jobs
 from repro.tracking.paths import Paths
 
 SAMPLED = "smoke"
+LIKELY = 4  # jobs of an experiment that are composed first, in search of one that a selector means
 BRIEFLY = 2  # jobs of an experiment that this scale leaves out
 
 
@@ -24,16 +25,20 @@ def plan_sample(
     jobs = [job for name in included for job in _jobs(name, first_of_line=True)]
     brief = [job for name in experiments("paper") if name not in included for job in _jobs(name, True)[:BRIEFLY]]
     planned = plan_jobs([*jobs, *brief], paths, on_unknown)
-
-    @cache
-    def whole(experiment: str) -> list[PlannedJob]:
-        return plan_jobs(_jobs(experiment), paths)
-
     for claim in claims:
         for where in claim.selectors if claim.experiment in included else ():
             if not any(job.composed.config.experiment == claim.experiment and job.agrees(where) for job in planned):
-                planned += [job for job in whole(claim.experiment) if job.agrees(where)][:1]
+                planned += _answering(claim.experiment, where, paths)
     return planned
+
+
+def _answering(experiment: str, where: Where, paths: Paths) -> list[PlannedJob]:
+    """A job of an experiment that a selector means; the likely ones are composed first, which takes longest."""
+    jobs = sorted(_jobs(experiment), key=lambda job: -sum(f"={value}" in " ".join(job) for value in where.values()))
+    for some in (jobs[:LIKELY], jobs[LIKELY:]):
+        if found := [job for job in plan_jobs(some, paths) if job.agrees(where)]:
+            return found[:1]
+    return []
 
 
 def _jobs(experiment: str, first_of_line: bool = False) -> list[Overrides]:
