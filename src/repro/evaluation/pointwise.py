@@ -3,11 +3,14 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import casadi
 import numpy as np
 
+from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
 from repro.evaluation.canonical import RestStates, in_gauge
 from repro.evaluation.predictions import predict, truth
+from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
 from repro.models.gauge import Gauge
 from repro.models.model import Model
@@ -46,6 +49,7 @@ def pointwise(
         true = truth(system, *arrays)
         yield from _energy_errors(predicted, true, part.qd, split)
         yield MetricValues(split, "trapped", _trapped(predicted, true, part.qd, least), "1")
+        yield from _part_energy_error(model, parameters.double().numpy(), part, system, split)
         rest = RestStates(model, parameters, system, part.q)
         yield from _gravity(rest, split)
         yield from _gauge_errors(in_gauge(predicted, rest, part.qd, gauge), true, split)
@@ -84,6 +88,26 @@ def _energy_errors(predicted: Terms, true: Terms, qd: np.ndarray, split: str) ->
     yield MetricValues(split, "mae_H_legendre", absolute, "J")
     yield MetricValues(split, "mae_H_centred", _centred_energy_error(predicted, true, qd), "J")
     yield MetricValues(split, "mae_p", np.abs(predicted.momentum - true.momentum).mean((1, 2)), MOMENTUM)
+
+
+def _part_energy_error(
+    model: Model, parameters: np.ndarray, part: Dataset, system: System, split: str
+) -> Iterator[MetricValues]:
+    """Error of H_S, the energy of the first sub-system inside an interconnection, after one constant."""
+    q, qd = (casadi.SX.sym(name, model.n_q) for name in ("q", "qd"))
+    weights = casadi.SX.sym("weights", model.n_parameters)
+    energies, true = model.part_energies(q, qd, weights), system.first_part
+    if not energies or true is None:
+        return
+    lagrangian = energies[0].kinetic - energies[0].potential
+    own = casadi.Function("H_S", [q, qd, weights], [casadi.jtimes(lagrangian, qd, qd) - lagrangian], {"cse": True})
+    states = [(part.q[m], part.qd[m]) for m in range(part.members)]
+    energy = dynamics_of(true).hamiltonian
+    errors = [
+        evaluate(own, *state, member)[:, 0] - evaluate(energy, *(rows[:, : true.n_q] for rows in state))[:, 0]
+        for state, member in zip(states, parameters, strict=True)
+    ]
+    yield MetricValues(split, "mae_H_part", np.array([np.abs(e - e.mean()).mean() for e in errors]), "J")
 
 
 def _centred_energy_error(predicted: Terms, true: Terms, qd: np.ndarray) -> np.ndarray:

@@ -137,6 +137,11 @@ class System(ABC):
         return [*(segment.a for segment in solid[:1]), *(segment.b for segment in solid)]
 
     @property
+    def first_part(self) -> "System | None":
+        """The true sub-system of the first coordinates that is left without the other bodies, where there is one."""
+        return None
+
+    @property
     def jointed(self) -> tuple[int, ...]:
         """Positions of the coordinates whose friction acts on their rate relative to that of the one before."""
         return jointed(self.coordinates)

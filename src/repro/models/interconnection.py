@@ -63,12 +63,19 @@ class Interconnection(ExpressionModel):
 
     def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
         """The sums of the parts' T and V."""
+        parts = self.part_energies(q, qd, parameters)
         kinetic, potential = casadi.SX(0), casadi.SX(0)
-        for part, weights in zip(self.parts, self.slices, strict=True):
-            place = part.place(q)
-            said = part.model.energies(place, casadi.jtimes(place, q, qd), parameters[weights])
-            kinetic, potential = kinetic + said.kinetic, potential + said.potential
+        for part in parts:
+            kinetic, potential = kinetic + part.kinetic, potential + part.potential
         return EnergyExpressions(kinetic, potential)
+
+    def part_energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> list[EnergyExpressions]:
+        """T_i(q_i, A_i qd) and V_i(q_i), in order."""
+        placed = [(part, part.place(q), weights) for part, weights in zip(self.parts, self.slices, strict=True)]
+        return [
+            part.model.energies(place, casadi.jtimes(place, q, qd), parameters[weights])
+            for part, place, weights in placed
+        ]
 
     def friction(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
         """The parts' friction, brought back to the coordinates of the whole."""

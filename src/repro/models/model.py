@@ -82,6 +82,10 @@ class Model(ABC):
     def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
         """The learned T and V as CasADi expressions of columns q, qd (n_q,) and one member's parameters."""
 
+    def part_energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> list[EnergyExpressions]:
+        """T and V of each sub-system of an interconnection, at q and qd of the whole; [] unless said."""
+        return []
+
     def friction(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
         """The forces (n_q,) against the motion that L does not know, as a CasADi expression; 0 unless said."""
         return casadi.SX.zeros(self.n_q)

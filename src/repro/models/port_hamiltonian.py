@@ -21,6 +21,9 @@ class PortHamiltonian(ExpressionModel):
     networks too. C is 0, `constant`, or of the `state` q. `floor` adds floor/2 |qd/scale|^2 to T, so that M > 0, and H
     is bounded below wherever the model's own M >= 0 and V is bounded.
 
+    An energy that is an interconnection of sub-systems brings their friction along, which must be linear in the rates:
+    R_I is the sum of theirs, seen from the whole, and of the R learned here, as that of the joints between them.
+
     With `momentum_hidden` the momentum has a network of its own, p = M_hat(q) qd as in eq. (8), and so has the port
     form: H = qd' p / 2 + V. The objective of eq. (12) is then the loss of L (7a), Omega_tran, and both rows of (12b).
     parameters: [those of the energy | J | R | M_hat].
@@ -44,6 +47,7 @@ class PortHamiltonian(ExpressionModel):
         if momentum_hidden is not None:
             self.transform = MomentumTransform(energy.n_q, tuple(momentum_hidden), positions)
         self.energy, self.n_q, self.floor, self.structure = energy, energy.n_q, floor, structure
+        self.fixed, self.upstream = energy.fixed, energy.upstream
         self.velocity_scale = np.asarray(velocity_scale, dtype=float)
         self.features = FeatureMap(positions.inertia, self.n_q)
         units, places = tuple(hidden), len(self.features)
@@ -105,13 +109,19 @@ class PortHamiltonian(ExpressionModel):
         return self.skew.matrix(self._state(q, qd), parameters[self.skew_slice])
 
     def resistance(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
-        """R, eq. (11)."""
+        """R, eq. (11), with the friction of the energy's own sub-systems."""
         zero = casadi.SX(self.n_q, self.n_q)
+        friction = self.energy.friction(q, qd, parameters[self.energy_slice])
+        parts = casadi.diagcat(zero, casadi.jacobian(friction, qd))
         if self.damping is None:
-            return casadi.diagcat(zero, zero)
+            return parts
         if self.structure == "full":
-            return self.damping.matrix(self._state(q, qd), parameters[self.damping_slice])
-        return casadi.diagcat(zero, self.damping.matrix(self._place(q, qd), parameters[self.damping_slice]))
+            return parts + self.damping.matrix(self._state(q, qd), parameters[self.damping_slice])
+        return parts + casadi.diagcat(zero, self.damping.matrix(self._place(q, qd), parameters[self.damping_slice]))
+
+    def part_energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> list[EnergyExpressions]:
+        """Those of the energy, where it is an interconnection."""
+        return self.energy.part_energies(q, qd, parameters[self.energy_slice])
 
     def transformed_momentum(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
         """M_hat(q) qd, eq. (8)."""

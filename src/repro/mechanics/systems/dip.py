@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from repro.mechanics.chain import Chain, Link
+from repro.mechanics.system import System
+from repro.mechanics.systems.sip_rod import SinglePendulumRod
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,11 @@ class DoublePendulum(Chain):
     def links(self) -> tuple[Link, ...]:
         """Two rods."""
         return Link.rod(self.m1, self.L1), Link.rod(self.m2, self.L2)
+
+    @property
+    def first_part(self) -> System:
+        """The cart with the first rod."""
+        return SinglePendulumRod(m0=self.m0, m1=self.m1, L1=self.L1, g=self.g, reading=self.reading)
 
     def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
         """Kinetic energy in J; printed: with (l1 thetad1 sin(theta1) + l2 thetad2 sin(theta2))^2 in T_p2."""

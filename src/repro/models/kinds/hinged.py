@@ -55,11 +55,8 @@ class Options(ModelOptions):
 
 def build(context: Context, options: Options) -> Model:
     """The joined model; UserError for parts that do not fit together."""
-    import numpy as np
-
-    from repro.mechanics.chain import LinkAngles
     from repro.models.bases import rigid_body
-    from repro.models.hinged import Hinged, RodOfUnknownMass
+    from repro.models.hinged import RodOfUnknownMass
     from repro.models.lagrangian import Lagrangian
 
     rod = options.rod
@@ -72,13 +69,23 @@ def build(context: Context, options: Options) -> Model:
         second = RodOfUnknownMass(options.rod_length, options.gravity)
     else:
         second = Lagrangian(rigid_body, 3)
+    return joined(context, [context.parts[0].model, second], options.length, options.rod_length, options.frozen)
+
+
+def joined(context: Context, bodies: Sequence[Model], length: float, rod_length: float, frozen: bool) -> Model:
+    """A cart with a rod of `length` and a free rod of `rod_length` (m), hinged; trained parts bring their weights."""
+    import numpy as np
+
+    from repro.mechanics.chain import LinkAngles
+    from repro.models.hinged import Hinged
+
     up = context.system.up if isinstance(context.system, LinkAngles) else 1.0
+    trained = [part.parameters for part in context.parts]
     return Hinged(
-        context.parts[0].model,
-        second,
-        length=options.length,
-        centre=options.rod_length / 2,
+        *bodies,
+        length=length,
+        centre=rod_length / 2,
         up=up,
-        trained=np.concatenate([part.parameters for part in context.parts], axis=1),
-        frozen=options.frozen,
+        trained=np.concatenate(trained, axis=1) if trained else None,
+        frozen=frozen,
     )
