@@ -59,6 +59,23 @@ def test_steps_are_those_of_legacy_keras(engine, data, t1_problem, start, monkey
     np.testing.assert_allclose([values[0] for _, _, values in fitted.curves], losses, rtol=1e-12)
 
 
+@every_engine
+def test_plain_gradient_descent_has_no_moments(engine, data, t1_problem, start, monkeypatch):
+    """w - rate times the mean gradient of each batch, at the rates of Keras; epsilon is in no use."""
+    monkeypatch.setattr(adam, "shuffled", lambda seed, samples, epoch: np.arange(samples))
+    columns, tau = _columns(data), data.train.tau[0]
+    parameters = start(t1_problem.model)
+    w, k = parameters[0].numpy().copy(), 0
+    for _ in range(3):
+        for first in range(0, len(tau), 60):
+            a, b = columns[first : first + 60], tau[first : first + 60]
+            w = w - 1e-3 / (1 + 0.3 * k) * 2 * np.einsum("sc,sci->i", np.einsum("sci,i->sc", a, w) - b, a) / len(b)
+            k += 1
+    settings = {"rule": "sgd", "learning_rate": 1e-3, "decay": 0.3, "epsilon": 7.0, "batch_size": 60}
+    fitted = Adam(epochs=3, engine=engine, **settings).fit(t1_problem, parameters, silent, NoCheckpoint())
+    np.testing.assert_allclose(fitted.parameters[0].numpy(), w, rtol=1e-12)
+
+
 def test_the_cosine_goes_from_the_rate_to_a_ten_thousandth_of_it():
     schedule = Adam(schedule="cosine", learning_rate=0.2, decay=0.7)
     assert schedule.rate(0, 1000) == pytest.approx(0.2, rel=1e-15)

@@ -88,9 +88,10 @@ def test_the_energy_of_the_first_sub_system_is_judged_by_that_of_the_true_one(da
 
 @pytest.mark.parametrize("structure", ["canonical", "free", "full"])
 @pytest.mark.parametrize("momentum_hidden", [None, (3,)])
-def test_it_is_passive_for_any_weights(data, structure, momentum_hidden):
+@pytest.mark.parametrize("non_negative", ["softplus", "relu"])
+def test_it_is_passive_for_any_weights(data, structure, momentum_hidden, non_negative):
     """Theorem 1 for the interconnection: R_I of the parts and of the joint between them together."""
-    options = replace(HINGED, structure=structure, momentum_hidden=momentum_hidden)
+    options = replace(HINGED, structure=structure, momentum_hidden=momentum_hidden, non_negative=non_negative)
     model = build(_context(data), options)
     generators = [np.random.default_rng(seed) for seed in range(3)]
     weights = model.initial(generators) + [generator.normal(size=model.n_parameters) for generator in generators]

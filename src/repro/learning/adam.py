@@ -1,4 +1,4 @@
-"""Adam as the paper's Keras runs it: plain, or with a cosine schedule."""
+"""Adam as the paper's Keras runs it, plain or with a cosine schedule; and stochastic gradient descent."""
 
 import math
 from collections.abc import Sequence
@@ -15,7 +15,10 @@ from repro.learning.optimiser_options import AdamOptions
 from repro.learning.result import Checkpoint, Curve, Fitted, Notes, Progress
 from repro.learning.training_problem import TrainingProblem
 
+Constants = tuple[float, float, float]  # the decay of both moments, and epsilon
+
 BETA_1, BETA_2 = 0.9, 0.999
+GRADIENT: Constants = (0.0, 1.0, 1.0)  # with these a step of Adam is the gradient itself
 
 
 @dataclass
@@ -43,7 +46,8 @@ class AdamState:
 class Adam(AdamOptions, Optimiser):
     """Kingma and Ba (2015) in the form of legacy Keras: step lr sqrt(1 - b2^k) / (1 - b1^k) m / (sqrt(v) + epsilon).
 
-    A member whose loss is no longer finite is put back to its last finite weights and left there.
+    Rule `sgd`: w - rate dloss/dw, at the same rates. A member whose loss is no longer finite is put back to its last
+    finite weights and left there.
     """
 
     def fit(
@@ -88,10 +92,17 @@ class Adam(AdamOptions, Optimiser):
             return self.learning_rate / (1 + self.decay * step)
         return self.learning_rate * (1e-4 + (1 - 1e-4) * 0.5 * (1 + math.cos(math.pi * step / total)))
 
+    @property
+    def constants(self) -> Constants:
+        """The decay of both moments, and epsilon."""
+        return GRADIENT if self.rule == "sgd" else (BETA_1, BETA_2, self.epsilon)
+
     def _rates(self, first: int, count: int) -> np.ndarray:
-        total = self.epochs * count
-        correction = [math.sqrt(1 - BETA_2 ** (k + 1)) / (1 - BETA_1 ** (k + 1)) for k in range(first, first + count)]
-        return np.array([self.rate(first + k, total) * factor for k, factor in enumerate(correction)])
+        total, steps = self.epochs * count, range(first, first + count)
+        rates = np.array([self.rate(k, total) for k in steps])
+        if self.rule == "sgd":
+            return rates
+        return rates * [math.sqrt(1 - BETA_2 ** (k + 1)) / (1 - BETA_1 ** (k + 1)) for k in steps]
 
     def _native_epoch(
         self, compiled: NativeProblem, seeds: Sequence[int], state: AdamState, rates: np.ndarray, epoch: int
@@ -101,9 +112,7 @@ class Adam(AdamOptions, Optimiser):
         for member in state.alive.nonzero().flatten().tolist():
             order = shuffled(seeds[member], int(compiled.counts[0]), epoch)
             rows = [array[member] for array in arrays]
-            losses[member] = compiled.adam_epoch(
-                member, order, self.batch_size, rates, (BETA_1, BETA_2, self.epsilon), rows
-            )
+            losses[member] = compiled.adam_epoch(member, order, self.batch_size, rates, self.constants, rows)
         return losses
 
     def _torch_epoch(self, problem: TrainingProblem, state: AdamState, rates: np.ndarray, epoch: int) -> Tensor:
@@ -114,17 +123,18 @@ class Adam(AdamOptions, Optimiser):
             parameters = state.parameters.requires_grad_()
             loss = problem.loss(parameters, index)
             (gradient,) = torch.autograd.grad(loss.sum(), parameters)
-            update = adam_step(gradient, state.first, state.second, float(rate), self.epsilon)
+            update = adam_step(gradient, state.first, state.second, float(rate), self.constants)
             parameters = parameters.detach()
             state.parameters = torch.where(state.alive.unsqueeze(1), parameters - update, parameters)
             losses += loss.detach() * index.shape[1] / problem.samples
         return losses
 
 
-def adam_step(gradient: Tensor, first: Tensor, second: Tensor, rate: float | Tensor, epsilon: float) -> Tensor:
-    """What to subtract from the weights; updates both moments in place."""
-    first.mul_(BETA_1).add_(gradient, alpha=1 - BETA_1)
-    second.mul_(BETA_2).addcmul_(gradient, gradient, value=1 - BETA_2)
+def adam_step(gradient: Tensor, first: Tensor, second: Tensor, rate: float | Tensor, constants: Constants) -> Tensor:
+    """What to subtract from the weights; updates both moments in place; constants: see `Adam.constants`."""
+    beta_1, beta_2, epsilon = constants
+    first.mul_(beta_1).add_(gradient, alpha=1 - beta_1)
+    second.mul_(beta_2).addcmul_(gradient, gradient, value=1 - beta_2)
     return rate * first / (second.sqrt() + epsilon)
 
 

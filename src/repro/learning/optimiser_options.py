@@ -68,6 +68,7 @@ class FullBatchOptions(OptimiserOptions):
 class AdamOptions(OptimiserOptions):
     """Options of optimiser=adam and adam_cosine.
 
+    rule `sgd`: plain gradient descent on the same batches, without moments, momentum or epsilon.
     schedule `keras`: learning rate / (1 + decay k) at step k; `cosine`: down to 1e-4 of it along half a cosine. engine
     `auto`: compiled code where a compiler and a kernel for model and precision exist, else torch. precision: Keras's
     default is float32, which only networks of features have a kernel for.
@@ -80,6 +81,7 @@ class AdamOptions(OptimiserOptions):
     epochs: Count = 1000
     learning_rate: NotNegative = 0.01
     decay: NotNegative = 1e-6
+    rule: Literal["adam", "sgd"] = "adam"
     schedule: Literal["keras", "cosine"] = "keras"
     batch_size: Count = 2048
     epsilon: Positive = 1e-7

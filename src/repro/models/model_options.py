@@ -16,6 +16,7 @@ Initialisation = Literal["inertia", "glorot"]
 Rod = Literal["part", "rigid_body", "mass"]
 Structure = Literal["canonical", "free", "full"]
 Dissipation = Literal["none", "constant", "state"]
+NonNegative = Literal["softplus", "relu"]
 
 
 @dataclass(frozen=True)

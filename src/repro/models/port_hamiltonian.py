@@ -8,7 +8,7 @@ import numpy as np
 from repro.models.expression import ExpressionModel
 from repro.models.features import FeatureMap
 from repro.models.model import EnergyExpressions, Model, PortForm
-from repro.models.model_options import Dissipation, Structure
+from repro.models.model_options import Dissipation, NonNegative, Structure
 from repro.models.momentum import MomentumTransform
 from repro.models.port_matrices import Factored, Skew
 from repro.models.position import PositionFeatures, cart_with_links
@@ -37,6 +37,7 @@ class PortHamiltonian(ExpressionModel):
         structure: Structure = "canonical",
         dissipation: Dissipation = "state",
         hidden: Sequence[int] = (8,),
+        non_negative: NonNegative = "softplus",
         floor: float = 0.0,
         momentum_hidden: Sequence[int] | None = None,
         positions: PositionFeatures | None = None,
@@ -55,11 +56,11 @@ class PortHamiltonian(ExpressionModel):
         scale = (*self.velocity_scale.tolist(), *force_scale)
         self.skew = None if structure == "canonical" else Skew(places + self.n_q, units, scale)
         if structure == "full":
-            self.damping: Factored | None = Factored(places + self.n_q, units, scale)
+            self.damping: Factored | None = Factored(places + self.n_q, units, scale, non_negative)
         elif dissipation == "none":
             self.damping = None
         else:
-            self.damping = Factored(places, None if dissipation == "constant" else units, force_scale)
+            self.damping = Factored(places, None if dissipation == "constant" else units, force_scale, non_negative)
         n_energy, n_skew, n_damping = (0 if part is None else part.n_parameters for part in self._parts)
         self.energy_slice = slice(0, n_energy)
         self.skew_slice = slice(n_energy, n_energy + n_skew)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import casadi
 import numpy as np
 
+from repro.models.model_options import NonNegative
 from repro.models.network import Network, softplus
 
 
@@ -40,7 +41,7 @@ class Skew:
 
 @dataclass(frozen=True)
 class Factored:
-    """R = D L L' D, D = diag(scale), for a lower triangular L with a non-negative diagonal (softplus).
+    """R = D L L' D, D = diag(scale), for a lower triangular L whose diagonal is non-negative by `non_negative`.
 
     Two networks, one for the entries below the diagonal and one for the diagonal; constants where `hidden` is None.
     """
@@ -48,6 +49,7 @@ class Factored:
     n_in: int
     hidden: tuple[int, ...] | None
     scale: tuple[float, ...]
+    non_negative: NonNegative = "softplus"
     below: Network = field(init=False)
     diagonal: Network = field(init=False)
 
@@ -72,7 +74,8 @@ class Factored:
         split = self.below.n_parameters
         below = self.below.expression(parameters[:split], inputs)
         diagonal = self.diagonal.expression(parameters[split:], inputs)
-        factor = _strictly_lower(below, len(self.scale)) + casadi.diag(softplus(diagonal))
+        diagonal = softplus(diagonal) if self.non_negative == "softplus" else casadi.fmax(diagonal, 0)
+        factor = _strictly_lower(below, len(self.scale)) + casadi.diag(diagonal)
         scaled = casadi.diag(casadi.DM(self.scale)) @ factor
         return scaled @ scaled.T
 

@@ -49,7 +49,7 @@ class DeviceAdam(Adam):
     def _torch_epoch(self, problem: TrainingProblem, state: AdamState, rates: np.ndarray, epoch: int) -> Tensor:
         assert isinstance(problem, DeviceProblem)
         drawn = device_order(problem.seeds, problem.samples, epoch, problem.device)
-        return problem.steps.epoch(state, drawn, rates, self.batch_size, self.epsilon)
+        return problem.steps.epoch(state, drawn, rates, self.batch_size, self.constants)
 
 
 def device_order(seeds: Sequence[int], samples: int, epoch: int, device: torch.device) -> Tensor:

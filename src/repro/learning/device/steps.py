@@ -6,7 +6,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from repro.learning.adam import AdamState, adam_step
+from repro.learning.adam import AdamState, Constants, adam_step
 from repro.learning.device.cuda import Replay, captured
 from repro.learning.training_problem import TrainingProblem
 
@@ -27,13 +27,13 @@ class Steps:
         self._losses, self._rate = zeros(problem.members), zeros(())
         self._ready: dict[tuple[int, float], tuple[Tensor, Replay]] = {}
 
-    def epoch(self, state: AdamState, order: Tensor, rates: np.ndarray, batch: int, epsilon: float) -> Tensor:
+    def epoch(self, state: AdamState, order: Tensor, rates: np.ndarray, batch: int, constants: Constants) -> Tensor:
         """One epoch from the state of `Adam`, on the host and updated; the mean loss (member,), on the host.
 
         order: (member, sample), on the device; rates: one per step.
         """
         parts = torch.split(order, batch, dim=1)
-        steps = [self._step(part.shape[1], epsilon) for part in (parts[0], parts[-1])]
+        steps = [self._step(part.shape[1], constants) for part in (parts[0], parts[-1])]
         own = self._parameters, self._first, self._second
         for mine, theirs in zip(own, (state.parameters, state.first, state.second), strict=True):
             mine.copy_(theirs)
@@ -47,20 +47,20 @@ class Steps:
         state.parameters, state.first, state.second = (mine.cpu() for mine in own)
         return self._losses.cpu()
 
-    def _step(self, width: int, epsilon: float) -> tuple[Tensor, Replay]:
+    def _step(self, width: int, constants: Constants) -> tuple[Tensor, Replay]:
         """Where the batch's indices (member, width) go, and a step on them; making it spoils the state."""
-        if (width, epsilon) not in self._ready:
+        if (width, constants) not in self._ready:
             index = torch.zeros(self.problem.members, width, dtype=torch.int64, device=self.device)
-            replay: Replay = partial(self._advance, index, epsilon)
+            replay: Replay = partial(self._advance, index, constants)
             if self.device.type == "cuda":
                 replay, self.not_captured = captured(replay)
-            self._ready[width, epsilon] = index, replay
-        return self._ready[width, epsilon]
+            self._ready[width, constants] = index, replay
+        return self._ready[width, constants]
 
-    def _advance(self, index: Tensor, epsilon: float) -> None:
+    def _advance(self, index: Tensor, constants: Constants) -> None:
         parameters = self._parameters.detach().requires_grad_()
         loss = self.problem.loss(parameters, index)
         (gradient,) = torch.autograd.grad(loss.sum(), parameters)
-        moved = self._parameters - adam_step(gradient, self._first, self._second, self._rate, epsilon)
+        moved = self._parameters - adam_step(gradient, self._first, self._second, self._rate, constants)
         self._parameters.copy_(torch.where(self._alive, moved, self._parameters))
         self._losses.add_(loss.detach(), alpha=index.shape[1] / self.problem.samples)

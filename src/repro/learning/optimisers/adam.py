@@ -1,4 +1,4 @@
-"""Adam as the paper's Keras runs it: plain, or with a cosine schedule."""
+"""Adam as the paper's Keras runs it, plain or with a cosine schedule; and stochastic gradient descent."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Options(AdamOptions):
-    """Options of optimiser=adam and adam_cosine."""
+    """Options of optimiser=adam, adam_cosine and sgd."""
 
 
 def build(options: Options) -> Optimiser:

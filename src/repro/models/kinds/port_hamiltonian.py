@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 from repro.errors import UserError
-from repro.models.model_options import Activation, Dissipation, ModelOptions, Structure
+from repro.models.model_options import Activation, Dissipation, ModelOptions, NonNegative, Structure
 from repro.plugins.options import Count, NotNegative, Positive
 
 if TYPE_CHECKING:
@@ -24,8 +24,9 @@ class Options(ModelOptions):
     indefinite; `hinged`: eq. (12), the sum of two sub-systems' energies, a cart with a rod (of `length`, m) and a free
     rod (of `rod_length`, m), joined by a hinge. parts: the trained sub-systems, or none: both are learned from the
     start, each with its own friction. frozen: what is trained is not fitted, only J and R of the whole. hidden,
-    damping_hidden: units of each hidden layer of the energy and of J and R. floor: least eigenvalue of M in the scale
-    of the velocities. momentum_hidden: hidden layers of M_hat(q), eq. (8); None: p = dL/dqd.
+    damping_hidden: units of each hidden layer of the energy and of J and R. non_negative: of the diagonal of L in
+    R = L L'; relu lets a friction vanish, for good. floor: least eigenvalue of M in the scale of the velocities.
+    momentum_hidden: hidden layers of M_hat(q), eq. (8); None: p = dL/dqd.
     """
 
     port_form: ClassVar[bool] = True
@@ -42,6 +43,7 @@ class Options(ModelOptions):
     rank: Count | None = None
     activation: Activation = "tanh"
     damping_hidden: tuple[Count, ...] = (4,)
+    non_negative: NonNegative = "softplus"
     floor: NotNegative = 1e-4
     momentum_hidden: tuple[Count, ...] | None = None
 
@@ -114,6 +116,7 @@ def build(context: Context, options: Options) -> Model:
         structure=options.structure,
         dissipation=options.dissipation,
         hidden=options.damping_hidden,
+        non_negative=options.non_negative,
         floor=options.floor if options.energy == "structured" else 0.0,
         momentum_hidden=options.momentum_hidden,
         positions=positions,
