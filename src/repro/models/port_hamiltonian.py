@@ -112,8 +112,9 @@ class PortHamiltonian(ExpressionModel):
     def resistance(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
         """R, eq. (11), with the friction of the energy's own sub-systems."""
         zero = casadi.SX(self.n_q, self.n_q)
-        friction = self.energy.friction(q, qd, parameters[self.energy_slice])
-        parts = casadi.diagcat(zero, casadi.jacobian(friction, qd))
+        rates = casadi.SX.sym("rates", self.n_q)
+        friction = self.energy.friction(q, rates, parameters[self.energy_slice])
+        parts = casadi.diagcat(zero, casadi.jacobian(friction, rates))
         if self.damping is None:
             return parts
         if self.structure == "full":
