@@ -114,7 +114,8 @@ class PortHamiltonian(ExpressionModel):
         zero = casadi.SX(self.n_q, self.n_q)
         rates = casadi.SX.sym("rates", self.n_q)
         friction = self.energy.friction(q, rates, parameters[self.energy_slice])
-        parts = casadi.diagcat(zero, casadi.jacobian(friction, rates))
+        shares = casadi.substitute(casadi.jacobian(friction, rates), rates, casadi.SX.zeros(self.n_q))
+        parts = casadi.diagcat(zero, shares)
         if self.damping is None:
             return parts
         if self.structure == "full":
