@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from repro.config.plugin_options import checked
 from repro.config.registry import settings
 from repro.control.closed_loop import run_loop
 from repro.control.controller import CONTROLLERS, ControlStep
@@ -14,6 +13,7 @@ from repro.control.task import Task
 from repro.mechanics.inputs import input_limits
 from repro.mechanics.system import load
 from repro.models.truth import true_model
+from repro.plugins.checked import checked
 from repro.plugins.plugin import plugin
 
 

@@ -10,7 +10,6 @@ import torch
 import yaml
 
 from repro.codegen.array_evaluation import evaluate
-from repro.config.plugin_options import model_options
 from repro.data.random_force import random_force
 from repro.errors import UserError
 from repro.library.ensemble import build_model
@@ -21,6 +20,8 @@ from repro.models.bases import t1, t2
 from repro.models.context import Context
 from repro.models.kinds import lagrangian, structured, trivial
 from repro.models.kinds.degenerate import Options, build
+from repro.models.model_options import MODELS
+from repro.plugins.checked import checked
 
 CONF = Path(__file__).parents[2] / "conf" / "model"
 SYSTEM = load("sip")
@@ -43,7 +44,7 @@ def context(data):
 )
 def test_every_choice_of_conf_builds_and_predicts(path, data):
     options = yaml.safe_load(path.read_text())
-    model = build_model(model_options(options), "t2", [data], SYSTEM)
+    model = build_model(checked("model", MODELS, options), "t2", [data], SYSTEM)
     assert type(model).__module__ == f"repro.models.{options['kind']}"
     weights = model.initial([np.random.default_rng(k) for k in range(3)])
     assert weights.shape == (3, model.n_parameters) and np.isfinite(weights).all()

@@ -10,7 +10,6 @@ import pytest
 from configurations import changed
 
 from repro.codegen import c_library
-from repro.config.plugin_options import checked
 from repro.config.registry import groups
 from repro.config.schema import Config
 from repro.control.controller import CONTROLLERS, ControllerOptions
@@ -20,6 +19,7 @@ from repro.mechanics import simulate as engines
 from repro.pipeline.plan import Pipeline
 from repro.pipeline.run import execute
 from repro.pipeline.stages.stored_fit import load_parameters, model_of, simulated_system
+from repro.plugins.checked import checked
 from repro.plugins.plugin import plugin
 from repro.tracking.load import Run
 from repro.tracking.store import Store

@@ -4,15 +4,14 @@ from collections.abc import Callable, Iterator
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from repro.config.plugin_options import MODELS
-from repro.config.recording_rules import recording, wrong_content
+from repro.config.data_rules import recording, sensors, without_accelerations, wrong_content
 from repro.config.schema import Config, coordinates_of, true_system
-from repro.config.sensor_rules import sensors, without_accelerations
 from repro.config.submodels import is_settings, n_coordinates, settings_of
 from repro.control.controller import ControllerOptions
 from repro.data.data_options import RandomForce, RecordingFile
 from repro.errors import UserError
 from repro.models.gauge import Gauge
+from repro.models.model_options import MODELS
 from repro.plugins.plugin import not_allowed, plugin, plugin_names
 
 if TYPE_CHECKING:
@@ -167,10 +166,6 @@ def _finish(config: Config) -> Iterator[str]:
         )
 
 
-def _model_alone(config: Config) -> Iterator[str]:
-    yield from config.model.problems()
-
-
 def _model_of_system(config: Config) -> Iterator[str]:
     if [*_system(config)] or isinstance(config.data, RecordingFile) or [*_closed_loop(config)]:
         return
@@ -238,7 +233,7 @@ RULES: tuple[Callable[[Config], Iterator[str]], ...] = (
     _pretraining_epochs,
     _chain,
     _finish,
-    _model_alone,
+    lambda config: config.model.problems(),
     _model_of_system,
     _parts,
     without_accelerations,

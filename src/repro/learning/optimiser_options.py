@@ -6,6 +6,8 @@ from typing import ClassVar, Literal, Self
 
 from repro.plugins.options import Count, Natural, NotNegative, PluginOptions, Positive
 
+OPTIMISERS = "learning.optimisers"  # the folder of these choices
+
 
 @dataclass(frozen=True)
 class OptimiserOptions(PluginOptions):

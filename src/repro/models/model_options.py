@@ -9,6 +9,7 @@ from repro.plugins.options import PluginOptions
 if TYPE_CHECKING:
     from repro.mechanics.system import System
 
+MODELS = "models.kinds"  # the folder of these choices
 Activation = Literal["softplus", "tanh"]
 Damping = Literal["none", "diagonal", "full", "gyroscopic", "coulomb", "offset"]
 Factor = Literal["wide", "triangular"]

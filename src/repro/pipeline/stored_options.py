@@ -5,14 +5,15 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from repro.config.plugin_options import MODELS, OPTIMISERS
-from repro.config.plugin_options import stored_options as checked
 from repro.errors import UserError
 from repro.learning.objective_options import OBJECTIVES
+from repro.learning.optimiser_options import OPTIMISERS
 from repro.learning.sequence_options import SEQUENCES
 from repro.learning.training_options import Training
 from repro.mechanics.system_options import SystemOptions
+from repro.models.model_options import MODELS
 from repro.pipeline.stage_options import FitOptions
+from repro.plugins.checked import checked
 from repro.tracking.load import Run
 
 

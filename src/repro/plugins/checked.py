@@ -1,15 +1,25 @@
 """Plain data checked against types: what is wrong in one line per key, with its value and what is allowed."""
 
 from collections.abc import Collection, Iterator, Mapping
+from functools import cache
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
 from repro.errors import UserError
-from repro.plugins.plugin import nearest
+from repro.plugins.options import PluginOptions
+from repro.plugins.plugin import nearest, not_allowed, plugin, plugin_names
 
 # of a key that is not listed: in a pydantic model, in a dataclass
 _UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")
+
+
+class OptionsError(UserError, ValueError):
+    """What is wrong with a group of options, one line per key; a ValueError for pydantic, which goes on to others."""
+
+    def __init__(self, problems: list[str]) -> None:
+        super().__init__("\n".join(problems))
+        self.lines = problems
 
 
 def lines(
@@ -41,12 +51,32 @@ def lines(
             yield f"{key} = {problem['input']!r}: {message}"
 
 
-def validated(kind: type[Any], group: str, options: Mapping[str, Any]) -> Any:
-    """Options of a dataclass from keywords; UserError as `lines` has it."""
+def validated(kind: Any, group: str, options: Mapping[str, Any]) -> Any:
+    """Options of a dataclass from keywords; OptionsError for one that it does not have, or does not allow."""
     try:
-        return TypeAdapter(kind).validate_python(options)
+        return _adapter(kind).validate_python(options)
     except ValidationError as error:
-        raise UserError("\n".join(lines(error, options, group, kind.__dataclass_fields__))) from None
+        raise OptionsError([*lines(error, options, group, kind.__dataclass_fields__)]) from None
+
+
+def checked(group: str, folder: str, raw: Any) -> Any:
+    """The options of a choice from `kind` and plain data; OptionsError as for `validated`.
+
+    group   the key of these options in a configuration, e.g. "model"
+    folder  of the modules to choose from, e.g. "models.kinds"
+    """
+    if isinstance(raw, PluginOptions):
+        return raw
+    if not isinstance(raw, Mapping):
+        raise OptionsError([f"{group} = {raw!r}: should be a group of options"])
+    options = dict(raw)
+    kind = options.pop("kind", None)
+    if kind not in plugin_names(folder):
+        raise OptionsError([not_allowed(f"{group}.kind", kind, plugin_names(folder))])
+    return validated(plugin(folder, kind).Options, group, options)
+
+
+_adapter = cache(TypeAdapter[Any])
 
 
 def _place(raw: Any, place: tuple[int | str, ...]) -> tuple[list[str], Collection[str]]:

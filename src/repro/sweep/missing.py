@@ -4,12 +4,13 @@ import sys
 from collections.abc import Iterable, Sequence
 
 from repro.config.compose import compose
-from repro.config.plugin_options import MODELS, OPTIMISERS
 from repro.config.registry import settings
 from repro.launch import cluster
 from repro.launch.board import Board
 from repro.launch.jobs import Job, JobResult, failure_table
 from repro.launch.pool import run_jobs
+from repro.learning.optimiser_options import OPTIMISERS
+from repro.models.model_options import MODELS
 from repro.plugins.plugin import plugin
 from repro.sweep.planned_job import PlannedJob, total
 from repro.tracking.cores import allowed_cores

@@ -5,7 +5,6 @@ import pandas as pd
 import pytest
 from configurations import changed
 
-from repro.config.plugin_options import checked
 from repro.config.registry import groups, settings
 from repro.control.controller import CONTROLLERS
 from repro.control.predictive_model import PredictiveModel
@@ -16,6 +15,7 @@ from repro.mechanics.system import load
 from repro.models.truth import Truth, true_model
 from repro.pipeline.stages import close_loops as control
 from repro.pipeline.stages import record_loop as loop_recording
+from repro.plugins.checked import checked
 from repro.plugins.plugin import plugin, plugin_names
 from repro.recording.writer import read_recording
 
