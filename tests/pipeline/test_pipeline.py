@@ -8,7 +8,7 @@ import pytest
 from repro.config.compose import compose
 from repro.pipeline.plan import Pipeline
 from repro.pipeline.run import execute, run_job
-from repro.pipeline.stages import checkpoint
+from repro.pipeline.stages import fit
 from repro.tracking import progress
 from repro.tracking.store import Store
 
@@ -145,7 +145,7 @@ class Interrupting:
 
 @pytest.mark.parametrize("name", RESUMABLE)
 def test_ctrl_c_and_resume_give_the_same_bits(name, tmp_path, monkeypatch):
-    monkeypatch.setattr(checkpoint, "PAUSE_SECONDS", 0.0)
+    monkeypatch.setattr(fit, "PAUSE_SECONDS", 0.0)
     monkeypatch.setattr(progress, "_SHORTEST_PAUSE_S", 0.0)
     overrides = RESUMABLE[name]
     whole = execute(pipeline(*overrides), Store(tmp_path / "whole"))

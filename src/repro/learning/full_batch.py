@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from repro.codegen.lazy_torch import Tensor, torch
-from repro.learning.kernels.evaluations import Evaluations
+from repro.learning.kernels.kernel import Evaluations
 from repro.learning.members import MemberProblem
 from repro.learning.optimiser import Optimiser
 from repro.learning.optimiser_options import FullBatchOptions

@@ -7,8 +7,8 @@ import numpy as np
 
 from repro.codegen.lazy_torch import torch
 from repro.learning.integrated_rows import IntegratedRows, integrated_rows
-from repro.learning.kernels.evaluations import ENDLESS, Evaluations
 from repro.learning.kernels.generated import NormalEquations, normal_equations
+from repro.learning.kernels.kernel import ENDLESS, Evaluations
 from repro.learning.native import NativeProblem, can_compile, native
 from repro.learning.training_problem import TrainingProblem
 

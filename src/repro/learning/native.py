@@ -10,9 +10,8 @@ from repro.codegen.c_library import CompilerError, load_library
 from repro.codegen.c_source import c_source
 from repro.codegen.lanes import FAST
 from repro.learning import kernels
-from repro.learning.kernels.evaluations import ENDLESS, Evaluations
 from repro.learning.kernels.generated import generated_kernel
-from repro.learning.kernels.kernel import Kernel, address
+from repro.learning.kernels.kernel import ENDLESS, Evaluations, Kernel, address
 from repro.learning.kernels.network_kernel import network_kernel
 from repro.learning.kernels.positions import position_kernel
 from repro.learning.training_problem import TrainingProblem

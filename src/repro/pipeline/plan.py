@@ -13,13 +13,13 @@ from repro.learning.objective_options import OBJECTIVES
 from repro.learning.sequence_options import SEQUENCES
 from repro.learning.training_options import Training
 from repro.mechanics.system_options import SystemOptions
-from repro.pipeline.recording_identity import recording_digest
 from repro.pipeline.stage_options import (
     DataOptions,
     FitOptions,
     LoopOptions,
     RecordingOptions,
     RunOptions,
+    recording_digest,
 )
 from repro.pipeline.stored_options import check_seeds, stored_options
 from repro.plugins.options import Options

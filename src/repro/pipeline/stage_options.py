@@ -1,5 +1,6 @@
 """What each kind of stage depends on beside the stages upstream: its options are all that its work is handed."""
 
+import hashlib
 from dataclasses import dataclass
 
 from repro.control.controller import ControllerOptions
@@ -11,6 +12,7 @@ from repro.mechanics.system_options import SystemOptions
 from repro.models.gauge import Gauge
 from repro.models.model_options import ModelOptions
 from repro.plugins.options import Options
+from repro.tracking.files import file_digest
 
 
 @dataclass(frozen=True)
@@ -78,3 +80,16 @@ class RecordingOptions(Options):
     fit: FitOptions
     title: str
     links: int | None = None
+
+
+def recording_digest(source: RecordingFile) -> str:
+    """SHA-256 of the files of a recording in their order, in hexadecimal; of a single file, that of its bytes."""
+    from repro.data.recording_file import files_read
+
+    files, tests = files_read(source)
+    if len(files) == 1 and not tests and not source.test_episodes:
+        return file_digest(files[0])
+    # The names of files are names of episodes, so they matter where test episodes are chosen.
+    named = [path.name if source.test_episodes else "" for path in (*files, *tests)]
+    lines = [f"{file_digest(path)} {name}" for path, name in zip((*files, *tests), named, strict=True)]
+    return hashlib.sha256("\n".join([*lines, str(len(tests))]).encode()).hexdigest()

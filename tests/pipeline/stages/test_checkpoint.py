@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import torch
 
-from repro.pipeline.stages import checkpoint as module
-from repro.pipeline.stages.checkpoint import FileCheckpoint
+from repro.pipeline.stages import fit as module
+from repro.pipeline.stages.fit import FileCheckpoint
 
 STATE = {"weights": torch.linspace(0, 1, 5).double(), "done": [(np.arange(3.0), [1.0, 0.5], "ok")], "epoch": 4}
 

@@ -13,8 +13,7 @@ import numpy as np
 from repro.codegen.c_library import load_library
 from repro.codegen.c_source import c_source
 from repro.codegen.lanes import FAST, FUNCTIONS, LANES, TYPE, vectorised
-from repro.learning.kernels.evaluations import ENDLESS, Evaluations
-from repro.learning.kernels.kernel import Kernel, address, aligned, defines
+from repro.learning.kernels.kernel import ENDLESS, Evaluations, Kernel, address, aligned, defines
 from repro.learning.objective import Objective
 from repro.learning.symbolic import COLUMNS, residual, symbols
 from repro.learning.training_problem import TrainingProblem, TrainingTask

@@ -1,21 +1,24 @@
 """Fits an ensemble to its data, and stores the weights and the learning curves."""
 
+import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from repro.codegen.lazy_torch import torch
 from repro.learning.phases import TrainingData
 from repro.learning.result import Fitted
 from repro.library.ensemble import fit_ensemble
 from repro.pipeline.stage_options import FitOptions
-from repro.pipeline.stages.checkpoint import FileCheckpoint
 from repro.pipeline.stages.stored_fit import CURVES, PARAMETERS, forced_data, free_data, model_of, system_of
 from repro.tracking import progress
+from repro.tracking.files import replacing
 from repro.tracking.load import Run
 from repro.tracking.plain_data import Json
 
+PAUSE_SECONDS = 10.0  # between two checkpoints
 FAR = 0.2  # of the cost per degree of freedom from 1, that is worth a notice
 
 
@@ -62,3 +65,26 @@ def keep(folder: Path, fitted: Fitted, seeds: Sequence[int], seconds: float) -> 
     table = table.astype({"member": "int64", "step": "int64", "name": "object", "value": "float64"})
     table.to_parquet(folder / CURVES, index=False)
     return {"status": fitted.status, "seconds": seconds, "notes": fitted.notes}
+
+
+class FileCheckpoint:
+    """Keeps a fit's state in `folder`, so that it resumes after a kill or Ctrl-C."""
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / "checkpoint.pt"
+        self.last = time.monotonic()
+
+    def load(self) -> object | None:
+        """The last whole state, or None."""
+        if not self.path.exists():
+            return None
+        state: object = torch.load(self.path, weights_only=False)
+        return state
+
+    def save(self, state: object) -> None:
+        """Write the state if the last time is long enough ago."""
+        if time.monotonic() - self.last < PAUSE_SECONDS:
+            return
+        with replacing(self.path) as temporary, temporary.open("wb") as file:
+            torch.save(state, file)
+        self.last = time.monotonic()
