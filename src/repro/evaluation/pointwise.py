@@ -49,7 +49,7 @@ def pointwise(
         true = truth(system, *arrays)
         yield from _energy_errors(predicted, true, part.qd, split)
         yield MetricValues(split, "trapped", _trapped(predicted, true, part.qd, least), "1")
-        yield from _part_energy_error(model, parameters.double().numpy(), part, system, split)
+        yield from _part_energy_error(model, parameters, part, system, split)
         rest = RestStates(model, parameters, system, part.q)
         yield from _gravity(rest, split)
         yield from _gauge_errors(in_gauge(predicted, rest, part.qd, gauge), true, split)

@@ -25,7 +25,7 @@ class Steps:
         self._parameters, self._first, self._second = zeros(shape), zeros(shape), zeros(shape)
         self._alive = torch.ones(problem.members, 1, dtype=torch.bool, device=device)
         self._losses, self._rate = zeros(problem.members), zeros(())
-        self._ready: dict[tuple[int, float], tuple[Tensor, Replay]] = {}
+        self._ready: dict[tuple[int, Constants], tuple[Tensor, Replay]] = {}
 
     def epoch(self, state: AdamState, order: Tensor, rates: np.ndarray, batch: int, constants: Constants) -> Tensor:
         """One epoch from the state of `Adam`, on the host and updated; the mean loss (member,), on the host.
