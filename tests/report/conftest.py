@@ -1,6 +1,7 @@
 """The report of synthetic runs of every experiment."""
 
 import os
+from collections.abc import Iterator
 from dataclasses import fields, replace
 
 import pandas as pd
@@ -10,6 +11,7 @@ from synthetic_runs import fill
 from synthetic_store import PAPER, SyntheticStore
 
 from repro.report.build import build
+from repro.report.paper import load_figures, paper_folder
 from repro.report.summary import Summary
 from repro.results.gathering import Gathering
 from repro.results.results import Results
@@ -51,3 +53,12 @@ def pages_only(monkeypatch: pytest.MonkeyPatch) -> None:
     """A report without figures and PDF."""
     monkeypatch.setattr("repro.report.build.draw_all", lambda *arguments: [])
     monkeypatch.setattr("repro.report.build.write_pdf", lambda *arguments: None)
+
+
+@pytest.fixture(scope="module")
+def two_figures() -> Iterator[None]:
+    """A report with two figures."""
+    with pytest.MonkeyPatch.context() as patch:
+        some = [figure for figure in load_figures(paper_folder()) if figure.name in ("validation", "regimes")]
+        patch.setattr("repro.report.drawing.load_figures", lambda _folder: some)
+        yield

@@ -30,7 +30,7 @@ def checkout(tmp_path) -> Path:
 
 
 @pytest.fixture(scope="module")
-def published(tmp_path_factory, few_results) -> Path:
+def published(tmp_path_factory, few_results, two_figures) -> Path:
     root = make_checkout(tmp_path_factory.mktemp("published") / "checkout")
     publish.publish(few_results, root)
     return root

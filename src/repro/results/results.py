@@ -57,6 +57,17 @@ class Results:
         )
 
     @cached_property
+    def unfinished(self) -> tuple[RunSetting, ...]:
+        """The runs that failed or are missing, each as a setting without members."""
+        rows = records(self.runs[(self.runs["setting"] != "") & (self.runs["outcome"] != "ok")])
+        return tuple(RunSetting(row, (row,)) for row in rows)
+
+    @cached_property
+    def loops(self) -> Mapping[str, "pd.DataFrame"]:
+        """The closed loops of each experiment."""
+        return {str(name): group for name, group in self.control.groupby("experiment", sort=False)}
+
+    @cached_property
     def configs(self) -> Mapping[str, Mapping[str, Any]]:
         """The settings of each run by dotted key."""
         return {run: json.loads(text or "{}") for run, text in zip(self.runs["run"], self.runs["config"], strict=True)}

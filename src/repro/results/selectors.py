@@ -10,7 +10,7 @@ from repro.results.columns import LOOP
 from repro.results.results import Results
 from repro.results.run_card import OPTIONS, spelled
 from repro.results.run_setting import RunSetting
-from repro.results.table_schema import CARD, LOOP_CARD, TEST_SET, as_text, cell_text, records
+from repro.results.table_schema import CARD, LOOP_CARD, TEST_SET, as_text, cell_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -54,7 +54,7 @@ def agrees(text: Callable[[str], str], where: Where) -> bool:
 
 def find_loops(results: Results, experiment: str, where: Where) -> "pd.DataFrame":
     """The closed loops of an experiment that agree with `where`: columns of `control`, or dotted keys."""
-    chosen = results.control[results.control["experiment"] == experiment]
+    chosen = results.loops.get(experiment, results.control.iloc[:0])
     configs = results.configs if any("." in name for name in where) else {}
     for name, value in where.items():
         cells = [configs[run].get(name) for run in chosen["run"]] if "." in name else chosen[name].tolist()
@@ -189,11 +189,10 @@ def _texts(wanted: object) -> set[str]:
 
 
 def _why_not_run(results: Results, experiment: str, where: Where) -> str:
-    runs = results.runs
-    unfinished = runs[(runs["experiment"] == experiment) & (runs["setting"] != "") & (runs["outcome"] != "ok")]
-    for row in records(unfinished):
-        if agrees(RunSetting(row, (row,)).text, where):
-            return f"{row['run']} {row['outcome']}: {row['error']}"
+    for one in results.unfinished:
+        run = one.runs[0]
+        if run["experiment"] == experiment and agrees(one.text, where):
+            return f"{run['run']} {run['outcome']}: {run['error']}"
     return f"no run of {experiment} with {_spelled(where)}"
 
 
