@@ -10,7 +10,7 @@ import torch
 from repro.codegen.array_evaluation import evaluate
 from repro.data.random_force import random_force
 from repro.errors import UserError
-from repro.evaluation.metrics import pointwise
+from repro.evaluation.pointwise import pointwise
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.objective import Objective
 from repro.learning.objective_options import Equation
