@@ -13,7 +13,7 @@ from repro.errors import UserError
 from repro.evaluation.pointwise import pointwise
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.objective import Objective
-from repro.learning.objective_options import Equation
+from repro.learning.objectives import port
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
@@ -105,7 +105,7 @@ def test_both_sub_systems_are_learned_jointly_and_passive_at_every_step(data):
     model = build(_context(data), HINGED)
     start = torch.from_numpy(model.initial([np.random.default_rng(s) for s in range(2)]))
     states = States.random(DAMPED.coordinates, model.velocity_scale, 50, np.random.default_rng(1))
-    task = make_task(model, data.train, Objective(Equation.PORT), error_scale=20.0)
+    task = make_task(model, data.train, Objective(port.Options()), error_scale=20.0)
     problem = TrainingProblem(model, [task], range(2), watches=[PassivityWatch(model, states)])
     fitted = LevenbergMarquardt(restarts=1, iterations=60).fit(problem, start, silent, NoCheckpoint())
     margins = [value.max() for _, name, value in fitted.curves if name == "passivity_margin"]
