@@ -18,7 +18,8 @@ FOLDERS = {
 DECLARED = {"data": RandomForce}
 # By which keys the options of one group differ from each other, on purpose.
 CHOSEN = {"kind", "name", "source", "regime", "force_limit"}
-VARIANTS = {"adam_cosine": {"schedule", "decay"}, "lasso": {"method"}}
+BUDGET = {"schedule", "decay", "epochs", "learning_rate", "batch_size", "budget_s"}
+VARIANTS = {"adam_cosine": {"schedule", "decay"}, "adam_budget": BUDGET, "lasso": {"method"}}
 # The files of control are settings of one controller each: their base holds the defaults.
 NO_DEFAULTS = {("data", "file"), *(("control", option) for option in groups()["control"])}
 FILES = [(group, option) for group in (*FOLDERS, *DECLARED) for option in groups()[group]]

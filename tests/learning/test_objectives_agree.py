@@ -12,7 +12,7 @@ import torch
 from repro.codegen.array_evaluation import evaluate
 from repro.learning.native import native
 from repro.learning.objective import Objective
-from repro.learning.objectives import forward, inverse, port
+from repro.learning.objectives import forward, inverse, mixed, port
 from repro.learning.symbolic import residual, symbols
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
@@ -29,6 +29,7 @@ MODELS = {
     "coefficients": Lagrangian(t1, 2, momentum_hidden=(2,)),
     "network": Lagrangian(t2, 2, hidden=(4,)),
     "structured": Structured(2, SCALE, hidden=(3,)),
+    "shared and floor": Structured(2, SCALE, hidden=(3,), factor="triangular", potential_shared=True, floor=0.1),
     "beside friction": Damped(Structured(2, SCALE, hidden=(3,)), "diagonal"),
     "neural potential": NeuralPotential(SCALE, np.ones(2), [1], hidden=(3,), potential_hidden=(3,)),
     "port-Hamiltonian": PortHamiltonian(Structured(2, SCALE, hidden=(3,)), SCALE, hidden=(2,), momentum_hidden=(2,)),
@@ -37,6 +38,7 @@ MODELS = {
 OBJECTIVES = {
     "inverse": Objective(inverse.Options()),
     "forward": Objective(forward.Options()),
+    "mixed": Objective(mixed.Options(forward_weight=0.1, power_weight=2.0)),
     "port": Objective(port.Options()),
     "momentum": Objective(inverse.Options(momentum_weight=0.3)),
     "energy": Objective(inverse.Options(), energy_weight=0.4),

@@ -21,8 +21,8 @@ IDS = {
     "pretrained": [
         "dip-long-5c2563e426",
         "dip-free-cfe7fa2133",
-        "dip-lagrangian-fxf-inverse-adam-pretrain-f37f443471",
-        "dip-lagrangian-fxf-inverse-adam-pretrain-704c8baed4",
+        "dip-lagrangian-fxf-inverse-adam-pretrain-ca107330c2",
+        "dip-lagrangian-fxf-inverse-adam-pretrain-1606446bf4",
     ],
     "driven": [
         "sip-episodes1000-5db4e73935",

@@ -67,11 +67,12 @@ def test_a_reproduction_leaves_out_what_is_reproduced_at_other_scales_alone():
     listed = {
         name: yaml.safe_load((EXPERIMENTS / f"{name}.yaml").read_text()).get(REPRODUCED_AT) for name in experiments()
     }
-    assert set().union(*filter(None, listed.values())) <= scales
+    assert set().union(*filter(None, listed.values())) <= {*scales, "name"}  # the last: by its name alone
     for scale in scales:
         included = set(experiments(scale))
         assert {name for name, some in listed.items() if some and scale not in some} == set(experiments()) - included
-    assert experiments("paper") == experiments() != experiments("smoke")
+    assert set(experiments("paper")) == {name for name, some in listed.items() if some != ["name"]}
+    assert experiments("paper") != experiments("smoke")
 
 
 def test_the_smallest_scale_leaves_out_long_motions_and_long_chains():

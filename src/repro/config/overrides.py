@@ -16,10 +16,11 @@ if TYPE_CHECKING:
     from hydra.core.override_parser.types import Override
 
 EXPERIMENT = "+experiments@_global_="  # how Hydra spells experiment=
-REPRODUCED_AT = "reproduced_at"  # the key of an experiment's file that lists scales; no part of a configuration
+REPRODUCED_AT = "reproduced_at"  # lists scales, or [name]: by its name alone; no part of a configuration
 # What a scale cuts, unless the command line gives it.
 CUT_BY_SCALE = (
-    *("data.samples", "curriculum.samples", "optimiser.epochs", "optimiser.iterations", "chain", "whole_chain"),
+    *("data.samples", "curriculum.samples", "chain", "whole_chain"),
+    *("optimiser.epochs", "optimiser.iterations", "optimiser.budget_s"),
     *("sequence.initial_angles", "sequence.pretraining_epochs", "energies.horizons"),
     *("task.seconds", "task.initial_states", "task.x_des", "seeds"),
 )

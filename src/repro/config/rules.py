@@ -77,7 +77,8 @@ def _closed_form(config: Config) -> Iterator[str]:
         basis, suited = config.basis.name, ", ".join(name for name in plugin_names(BASES) if _features(name).LINEAR)
         yield f"optimiser = {name}: needs model=lagrangian and a linear basis ({suited}), not {kind}, {basis}"
     if not objective.linear:
-        yield f"optimiser = {name}: is linear in tau only; use objective=inverse or balance, not {objective.kind}"
+        suited = "implicit" if config.model.implicit_form else "inverse or balance"
+        yield f"optimiser = {name}: is linear in tau only; use objective={suited}, not {objective.kind}"
     if objective.momentum_weight:
         yield f"objective.momentum_weight = {objective.momentum_weight}: optimiser={name} fits linear terms only"
 
@@ -87,7 +88,10 @@ def _without_energies(config: Config) -> Iterator[str]:
         return
     choice = f"model={config.model.kind}"
     if config.objective.needs_energies and not config.objective.needs_port_form:
-        yield f"objective.kind = '{config.objective.kind}': {choice} predicts accelerations only; use objective=forward"
+        own = ("port", config.model.port_form), ("implicit", config.model.implicit_form)
+        suited = next((kind for kind, fits in own if fits), "forward")
+        kind = config.objective.kind
+        yield f"objective.kind = '{kind}': {choice} predicts accelerations only; use objective={suited}"
     if config.sequence.needs_energies:
         yield f"sequence.kind = '{config.sequence.kind}': {choice} has no energies; use sequence=main"
     if config.energies.gauge is not Gauge.RAW:
@@ -99,6 +103,17 @@ def _port(config: Config) -> Iterator[str]:
         suited = ", ".join(_models_with("port_form"))
         kind = config.objective.kind
         yield f"objective.kind = {kind!r}: the rows of eq. (12b) need model={suited}, not model={config.model.kind}"
+
+
+def _differentiable(config: Config) -> Iterator[str]:
+    objective, choice = config.objective, f"objective.kind = {config.objective.kind!r}"
+    if not config.model.fitted:
+        return
+    for needed in ("differentiable", "implicit_form"):
+        if getattr(objective, f"needs_{needed}") and not getattr(config.model, needed):
+            yield f"{choice}: needs model={', '.join(_models_with(needed))}, not model={config.model.kind}"
+    if config.optimiser.linearises and not objective.linearised:
+        yield f"{choice}: has no Jacobian; use optimiser=adam, adam_budget or lbfgs, not {config.optimiser.name}"
 
 
 def _momentum_transform(config: Config) -> Iterator[str]:
@@ -125,6 +140,8 @@ def _device(config: Config) -> Iterator[str]:
         return
     if not config.optimiser.runs_on_device:
         yield f"{choice}: runs optimiser=adam or adam_cosine, not {config.optimiser.name}; use device=cpu"
+    if getattr(config.optimiser, "budget_s", None) is not None:
+        yield f"{choice}: counts epochs, not CPU seconds; leave optimiser.budget_s at null"
     if problem := config.model.device_problem():
         yield f"{choice}: runs model={', '.join(_models_with('runs_on_device'))}, not {problem}; use device=cpu"
 
@@ -225,6 +242,7 @@ RULES: tuple[Callable[[Config], Iterator[str]], ...] = (
     _closed_form,
     _without_energies,
     _port,
+    _differentiable,
     _momentum_transform,
     _start_of_coefficients,
     _device,

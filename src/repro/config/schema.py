@@ -205,10 +205,10 @@ def scaled(config: Config) -> Config:
 
     What the command line gives explicitly stays as it is.
     """
-    scale, unit = config.scale, config.optimiser.unit
+    scale, cut = config.scale, config.optimiser.cut_by
     updates: dict[str, Any] = {}
-    if config.cuts(f"optimiser.{unit}"):
-        updates["optimiser"] = config.optimiser.shortened(scale.epochs if unit == "epochs" else scale.iterations)
+    if config.cuts(f"optimiser.{cut}"):
+        updates["optimiser"] = config.optimiser.shortened(scale.iterations if cut == "iterations" else scale.epochs)
     if config.cuts("task.seconds"):
         updates["task"] = replace(config.task, seconds=min(config.task.seconds, scale.seconds or math.inf))
     if config.cuts("energies.horizons"):

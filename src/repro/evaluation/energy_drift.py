@@ -7,7 +7,7 @@ import numpy as np
 
 from repro.codegen.array_evaluation import evaluate
 from repro.evaluation.discrete_gradient import NotQuadraticError, integrate, phase_space
-from repro.evaluation.model_motion import model_motion
+from repro.evaluation.model_motion import is_compiled, model_motion
 from repro.evaluation.pointwise import MetricValues
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
@@ -76,7 +76,7 @@ def energy_curves(motion: FreeMotion, seeds: Sequence[int]) -> Iterator[tuple[in
 
 
 def _roll(model: Model, weights: np.ndarray, starts: np.ndarray, steps: int, system: System) -> np.ndarray:
-    if model.energetic and model.not_symbolic is None:
+    if model.energetic and is_compiled(model):
         try:
             space = phase_space(model)
         except NotQuadraticError:

@@ -1,4 +1,4 @@
-"""The motion of a learned model: by a compiled simulator, or by predictions alone where it has no symbolic form."""
+"""The motion of a learned model: by a compiled simulator, or by predictions alone where it cannot be compiled."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -6,7 +6,7 @@ from functools import lru_cache
 import casadi
 import numpy as np
 
-from repro.evaluation.predictions import predict
+from repro.codegen.lazy_torch import torch
 from repro.mechanics.inputs import generalised_force, under_inputs
 from repro.mechanics.runge_kutta import rk4_step
 from repro.mechanics.simulate import simulate
@@ -14,6 +14,7 @@ from repro.mechanics.system import System
 from repro.models.model import Model
 
 FEW_STEPS = 1000  # of all trajectories: below this CasADi integrates in less time than a compiler takes
+LARGEST = 2000  # weights: above this the generated simulator takes longer to compile than it saves
 SUBSTEPS = 4  # of a sample time, where every one costs four predictions
 
 
@@ -31,26 +32,40 @@ def model_motion(
     held: over each step of time_step s, tau (batch, steps, n_q), or the inputs (batch, steps, n_u) of `system`.
     Integrated by RK4; not finite from where the motion diverges.
     """
-    if model.not_symbolic is None:
+    if is_compiled(model):
         motion = acceleration(model) if system is None else under_inputs(acceleration(model), system)
         engine = "casadi" if held.shape[0] * held.shape[1] < FEW_STEPS else "auto"
         return simulate(motion, initial, held, time_step, parameters=weights, angles=angles, engine=engine)
-    states = np.empty((len(held), held.shape[1] + 1, initial.shape[1]))
-    states[:, 0] = initial
+    members = len(np.unique(weights, axis=0))
+    if not np.array_equal(weights, np.repeat(weights[:: len(weights) // members], len(weights) // members, axis=0)):
+        members = len(weights)
+    parameters = torch.from_numpy(np.ascontiguousarray(weights[:: len(weights) // members]))
+
+    def of_members(array: np.ndarray) -> np.ndarray:
+        return array.reshape(members, -1, array.shape[-1])
+
+    states = np.empty((held.shape[1] + 1, members, len(held) // members, initial.shape[1]))
+    states[0] = model.state(of_members(initial))
     for step in range(held.shape[1]):
 
-        def rate(state: np.ndarray, inputs: np.ndarray = held[:, step]) -> np.ndarray:
-            q, qd = np.split(state, 2, axis=1)
-            force = inputs if system is None else generalised_force(system, q, inputs)
-            samples = [array[:, None] for array in (q, qd, np.zeros_like(q), force)]
-            return np.concatenate([qd, predict(model, weights, *samples).acceleration[:, 0]], axis=1)
+        def rate(state: np.ndarray, step: int = step) -> np.ndarray:
+            inputs = of_members(held[:, step])
+            tau = inputs if system is None else generalised_force(system, state[..., : model.n_q], inputs)
+            return model.state_rate(parameters, state, tau)
 
-        state = states[:, step]
+        state = states[step]
         with np.errstate(over="ignore", invalid="ignore"):
             for _ in range(SUBSTEPS):
                 state = rk4_step(rate, state, time_step / SUBSTEPS)
-        states[:, step + 1] = np.where(np.isfinite(state).all(axis=1, keepdims=True), state, np.nan)
-    return states
+        states[step + 1] = np.where(np.isfinite(state).all(axis=-1, keepdims=True), state, np.nan)
+    moved = np.stack([model.motion_of(parameters, state) for state in states], axis=2)
+    moved[:, :, 0] = of_members(initial)
+    return moved.reshape(len(held), *moved.shape[2:])
+
+
+def is_compiled(model: Model) -> bool:
+    """Whether the motion of a model is computed by compiled code."""
+    return model.not_symbolic is None and model.n_parameters <= LARGEST
 
 
 @lru_cache(maxsize=16)

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from repro.data.dataset import Dataset
+from repro.evaluation.model_motion import is_compiled
 from repro.evaluation.pointwise import MetricValues
 from repro.mechanics.system import System
 from repro.models.model import Model
@@ -18,8 +19,10 @@ def passivity(
 ) -> Iterator[MetricValues]:
     """The worst margin over random states by the model's own energy and by the plant's, and how often the latter fails.
 
-    Nothing where the model's equations are singular.
+    Nothing where the model's equations are singular, or neither compiled nor evaluated by the model itself.
     """
+    if not is_compiled(model) and type(model).port_values is Model.port_values:
+        return
     velocities = part.qd.reshape(-1, part.n_q).std(axis=0)
     states = States.random(part.coordinates, velocities, STATES, np.random.default_rng(9))
     weights = np.asarray(parameters, dtype=float)

@@ -40,6 +40,9 @@ def pointwise(
     predicted = predict(model, parameters, *arrays)
     yield from _equation_errors(predicted, part, split)
     least = None if predicted.mass is None else least_eigenvalue(predicted.mass)
+    if predicted.energy is not None and system is not None:
+        error = predicted.energy - truth(system, *arrays).hamiltonian(part.qd)
+        yield MetricValues(split, "mae_H_centred", np.abs(error - error.mean(1, keepdims=True)).mean(1), "J")
     if least is not None and model.energetic:
         yield MetricValues(split, "min_eig_M", least, "kg, kg m^2")
     if predicted.transformed_momentum is not None:

@@ -60,7 +60,7 @@ def _by_torch(model: Model, weights: np.ndarray, arrays: Sequence[np.ndarray]) -
             if acceleration is None and terms.mass is not None:
                 measured = torch.from_numpy(part[2])
                 acceleration = measured + terms.acceleration_error(measured, torch.from_numpy(part[3]))
-        chunks.append(replace(terms, acceleration=acceleration, port_error=None))
+        chunks.append(replace(terms, acceleration=acceleration, port_error=None, implicit_error=None))
 
     def joined(name: str) -> np.ndarray | None:
         parts = [getattr(chunk, name) for chunk in chunks]

@@ -1,6 +1,7 @@
 """Adam as the paper's Keras runs it, plain or with a cosine schedule; and stochastic gradient descent."""
 
 import math
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -32,6 +33,7 @@ class AdamState:
     alive: Tensor
     status: list[str]
     epoch: int = 0
+    seconds: float = 0.0
     curves: Curve = field(default_factory=list)
 
     @classmethod
@@ -66,15 +68,20 @@ class Adam(AdamOptions, Optimiser):
             state = AdamState.start(torch.as_tensor(parameters).to(dtype))
         batches = math.ceil(problem.samples / self.batch_size)
         every = max(1, self.epochs // self.curve_points)
+        budget = math.inf if self.budget_s is None else self.budget_s * problem.members
+        started = time.process_time() - state.seconds
         for epoch in range(state.epoch, self.epochs):
-            rates = self._rates(epoch * batches, batches)
+            before = state.seconds / budget
+            rates = self._rates(epoch * batches, batches, before)
             if compiled is None:
                 losses = self._torch_epoch(problem, state, rates, epoch)
             else:
                 losses = self._native_epoch(compiled, problem.seeds, state, rates, epoch)
             _watch(state, losses, epoch)
-            state.epoch = epoch + 1
-            is_point = epoch % every == 0 or epoch == self.epochs - 1
+            state.epoch, state.seconds = epoch + 1, time.process_time() - started
+            spent = state.seconds >= budget
+            is_point = epoch % every == 0 or epoch == self.epochs - 1 or spent
+            is_point |= int(state.seconds / budget * self.curve_points) > int(before * self.curve_points)
             if is_point:
                 state.curves.append((epoch + 1, "loss", losses.double().numpy().copy()))
             state.curves += [
@@ -83,8 +90,11 @@ class Adam(AdamOptions, Optimiser):
                 if watch.always or is_point
             ]
             checkpoint.save(state)
-            progress((epoch + 1) / self.epochs, f"epoch {epoch + 1} of {self.epochs}, loss {losses.nanmedian():.2e}")
-        return Fitted(state.parameters, state.curves, state.status, Notes(epochs=self.epochs))
+            share = max((epoch + 1) / self.epochs, min(state.seconds / budget, 1.0))
+            progress(share, f"epoch {epoch + 1} of {self.epochs}, loss {losses.nanmedian():.2e}")
+            if spent:
+                break
+        return Fitted(state.parameters, state.curves, state.status, Notes(epochs=state.epoch))
 
     def rate(self, step: int, total: int) -> float:
         """Learning rate at step 0, 1, ... of `total`, without the bias correction."""
@@ -97,8 +107,10 @@ class Adam(AdamOptions, Optimiser):
         """The decay of both moments, and epsilon."""
         return GRADIENT if self.rule == "sgd" else (BETA_1, BETA_2, self.epsilon)
 
-    def _rates(self, first: int, count: int) -> np.ndarray:
-        total, steps = self.epochs * count, range(first, first + count)
+    def _rates(self, first: int, count: int, spent: float) -> np.ndarray:
+        """Step sizes of an epoch of `count` steps after `first` ones, which took the share `spent` of the budget."""
+        total = max(round(first / spent), first + count) if spent else self.epochs * count
+        steps = range(first, first + count)
         rates = np.array([self.rate(k, total) for k in steps])
         if self.rule == "sgd":
             return rates

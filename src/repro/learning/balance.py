@@ -27,7 +27,7 @@ def balance_task(
     episode is as long as a window.
     """
     intervals = max(1, round(window / float(np.median(np.diff(dataset.time)))))
-    first = _starts(dataset.episode, intervals)
+    first = starts_of_windows(dataset.episode, intervals)
     if not len(first):
         raise UserError(f"objective.window = {window}: no episode is longer; shorten it to less than an episode")
     sample = first[:, None] + np.arange(intervals)
@@ -49,7 +49,7 @@ def balance_task(
     return TrainingTask(model, objective, measured, weight, share=share.copy())
 
 
-def _starts(episode: np.ndarray, intervals: int) -> np.ndarray:
+def starts_of_windows(episode: np.ndarray, intervals: int) -> np.ndarray:
     """The first sample (window,) of each window."""
     edges = np.flatnonzero(np.diff(episode)) + 1
     parts = zip(np.append(0, edges), np.append(edges, len(episode)), strict=True)

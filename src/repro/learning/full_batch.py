@@ -1,5 +1,7 @@
 """What the optimisers that look at all samples at once have in common: one member after another, in float64."""
 
+import math
+import time
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -45,7 +47,8 @@ class FullBatch(FullBatchOptions, Optimiser):
         state = checkpoint.load()
         done: list[_Done] = list(state) if isinstance(state, list) else []
         for number in range(len(done), problem.members):
-            member = MemberProblem(reduced.member(number), evaluations)
+            deadline = math.inf if self.budget_s is None else time.process_time() + self.budget_s
+            member = MemberProblem(reduced.member(number), evaluations, deadline)
             share = _share(progress, number, problem.members)
             solution = self.solve(member, np.asarray(parameters[number], dtype=float), share)
             done.append((*solution, member.watched))

@@ -34,6 +34,8 @@ class LBFGS(LBFGSOptions, FullBatch):
         def note(intermediate_result: OptimizeResult) -> None:
             losses.append(float(intermediate_result.fun))
             problem.look(len(losses) - 1, intermediate_result.x)
+            if problem.out_of_time:
+                raise StopIteration  # which SciPy takes as the end
             progress(min(len(losses) / self.iterations, 1.0), f"iteration {len(losses)}, loss {losses[-1]:.2e}")
 
         limits = {"maxiter": self.iterations, "maxfun": 3 * self.iterations, "maxcor": self.memory}

@@ -63,7 +63,7 @@ class LevenbergMarquardt(LevenbergMarquardtOptions, FullBatch):
                 stalled, damping = stalled + 1, min(damping * INCREASE, 1e12)
             losses.append(loss)
             problem.look(iteration + 1, parameters)
-            if stalled == 20 or loss == 0:
+            if stalled == 20 or loss == 0 or problem.out_of_time:
                 break
             progress((iteration + 1) / self.iterations, f"iteration {iteration + 1}, loss {loss:.2e}")
         return parameters, losses, "ok"

@@ -1,5 +1,7 @@
 """One member's loss, gradient and Jacobian in float64: compiled where there is a kernel, torch otherwise."""
 
+import math
+import time
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -21,7 +23,13 @@ class MemberProblem:
 
     problem: TrainingProblem  # of this member alone
     evaluations: Evaluations = ENDLESS
+    deadline: float = math.inf  # CPU seconds of this process
     watched: dict[str, dict[int, float]] = field(default_factory=dict)  # name of a watch -> step -> value
+
+    @property
+    def out_of_time(self) -> bool:
+        """Whether the budget is spent."""
+        return time.process_time() > self.deadline
 
     def look(self, step: int, parameters: np.ndarray) -> None:
         """Let the problem's watches look at the weights of a step."""

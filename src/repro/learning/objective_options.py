@@ -47,7 +47,10 @@ class ObjectiveOptions(PluginOptions):
     needs_mass           `rows` reads the mass matrix
     needs_port_form      it has both rows of eq. (12b)
     needs_force          without a force L = 0 minimises it
-    needs_accelerations  otherwise it balances momentum
+    needs_accelerations  otherwise motion is recorded, not accelerations
+    needs_differentiable it integrates the model's acceleration
+    needs_implicit_form  the model has an equation of its own that is linear in its weights
+    linearised           its rows have Jacobians, as Gauss-Newton needs
     """
 
     symbolic: ClassVar[bool] = False
@@ -57,6 +60,9 @@ class ObjectiveOptions(PluginOptions):
     needs_port_form: ClassVar[bool] = False
     needs_force: ClassVar[bool] = True
     needs_accelerations: ClassVar[bool] = True
+    needs_differentiable: ClassVar[bool] = False
+    needs_implicit_form: ClassVar[bool] = False
+    linearised: ClassVar[bool] = True
 
     momentum_weight: NotNegative = 0.0
     l1_kinetic: NotNegative = 0.0

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 from repro.plugins.options import Count, Natural, NotNegative, PluginOptions, Positive
 
@@ -16,6 +16,7 @@ class OptimiserOptions(PluginOptions):
     unit            what it counts, if anything
     linear_only     it needs a model that is linear in its parameters, and the inverse equation
     selects         it drops terms of a basis
+    linearises      it needs the Jacobian of the rows
     handles_l1      it minimises the l1 terms of (7a)
     runs_on_device  it runs on a device other than the CPU
     name            of the file in conf/optimiser; changes no result
@@ -24,6 +25,7 @@ class OptimiserOptions(PluginOptions):
     unit: ClassVar[Literal["epochs", "iterations"] | None] = None
     linear_only: ClassVar[bool] = False
     selects: ClassVar[bool] = False
+    linearises: ClassVar[bool] = False
     handles_l1: ClassVar[bool] = False
     runs_on_device: ClassVar[bool] = False
 
@@ -38,9 +40,18 @@ class OptimiserOptions(PluginOptions):
         """The same for so many epochs, where it counts in epochs."""
         return self
 
+    @property
+    def cut_by(self) -> str | None:
+        """Name of the option that `shortened` cuts: the budget where there is one, else epochs or iterations."""
+        return self.unit if getattr(self, "budget_s", None) is None else "budget_s"
+
     def shortened(self, share: float) -> Self:
-        """The same for a share of its epochs or iterations, rounded up, where it counts them."""
-        return self
+        """The same for a share of what `cut_by` names: of the CPU seconds, or of epochs or iterations, rounded up."""
+        if self.cut_by is None:
+            return self
+        whole = getattr(self, self.cut_by)
+        cut: dict[str, Any] = {self.cut_by: whole * share if self.cut_by == "budget_s" else math.ceil(whole * share)}
+        return replace(self, **cut)
 
     def continued(self) -> Self:
         """The same for a later phase, which starts from weights that are already good."""
@@ -49,21 +60,21 @@ class OptimiserOptions(PluginOptions):
 
 @dataclass(frozen=True)
 class FullBatchOptions(OptimiserOptions):
-    """At most `iterations` on the same `samples` random training samples of each member; None: on all."""
+    """At most `iterations` on the same `samples` random training samples of each member; None: on all.
+
+    budget_s: CPU seconds of a member, looked at after every iteration.
+    """
 
     unit: ClassVar[Literal["epochs", "iterations"] | None] = "iterations"
 
     iterations: Natural = 100
     samples: Count | None = None
+    budget_s: Positive | None = None
 
     @property
     def length(self) -> int:
         """Iterations, at most."""
         return self.iterations
-
-    def shortened(self, share: float) -> Self:
-        """The same for a share of the iterations."""
-        return replace(self, iterations=math.ceil(share * self.iterations))
 
 
 @dataclass(frozen=True)
@@ -73,7 +84,8 @@ class AdamOptions(OptimiserOptions):
     rule `sgd`: plain gradient descent on the same batches, without moments, momentum or epsilon.
     schedule `keras`: learning rate / (1 + decay k) at step k; `cosine`: down to 1e-4 of it along half a cosine. engine
     `auto`: compiled code where a compiler and a kernel for model and precision exist, else torch. precision: Keras's
-    default is float32, which only networks of features have a kernel for.
+    default is float32, which only networks of features have a kernel for. budget_s: CPU seconds of a member, looked at
+    after every epoch; the cosine then falls along the share of it that is spent, and `epochs` are the most.
     """
 
     unit: ClassVar[Literal["epochs", "iterations"] | None] = "epochs"
@@ -90,15 +102,12 @@ class AdamOptions(OptimiserOptions):
     curve_points: Count = 200
     engine: Literal["auto", "torch"] = "auto"
     precision: Literal["float64", "float32"] = "float64"
+    budget_s: Positive | None = None
 
     @property
     def length(self) -> int:
         """Epochs."""
         return self.epochs
-
-    def shortened(self, share: float) -> Self:
-        """The same for a share of the epochs."""
-        return replace(self, epochs=math.ceil(share * self.epochs))
 
     def lasting(self, epochs: int) -> Self:
         """The same for so many epochs."""
@@ -158,6 +167,8 @@ class LevenbergMarquardtOptions(FullBatchOptions):
     random starts, tried for `trial_iterations` each; the one with the lowest training loss goes on.
     """
 
+    linearises: ClassVar[bool] = True
+
     iterations: Count = 300
     samples: Count | None = 3000
     damping: NotNegative = 1.0
@@ -167,8 +178,8 @@ class LevenbergMarquardtOptions(FullBatchOptions):
     trial_iterations: Count = 40
 
     def shortened(self, share: float) -> Self:
-        """The same for a share of the iterations, those of the trials too."""
-        trial = math.ceil(share * self.trial_iterations)
+        """The same for a share of the iterations, those of the trials too, or of the budget."""
+        trial = self.trial_iterations if self.budget_s else math.ceil(share * self.trial_iterations)
         return replace(super().shortened(share), trial_iterations=trial)
 
     def continued(self) -> Self:

@@ -83,6 +83,10 @@ class TrainingTask:
             share=None if self.share is None else change(torch.as_tensor(self.share)),
         )
 
+    def residuals(self, model: Model, parameters: Tensor) -> Tensor:
+        """The rows (member, sample, row) of predictions at these weights (member, n_parameters), scaled as `rows`."""
+        return self.rows(model.evaluate(parameters, self.points, self.objective.mass))
+
     def rows(self, terms: Terms) -> Tensor:
         """Residual rows (member, sample, row), scaled so that the sum of their squares is the mean over samples."""
         if self.share is None:
@@ -124,8 +128,7 @@ class TrainingProblem:
         total: Tensor = torch.zeros(len(parameters), dtype=parameters.dtype)
         for number, task in enumerate(self.tasks):
             part = task if number or index is None else task.ready().select(index)
-            terms = self.model.evaluate(parameters, part.points, part.objective.mass)
-            total = total + part.rows(terms).square().sum((1, 2))
+            total = total + part.residuals(self.model, parameters).square().sum((1, 2))
         if self.l1 is not None:
             total = total + parameters.abs() @ self.l1
         return total

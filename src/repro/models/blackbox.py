@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import casadi
 import numpy as np
 
-from repro.codegen.lazy_torch import Tensor
+from repro.codegen.lazy_torch import Tensor, torch
 from repro.models.features import FeatureMap
 from repro.models.model import EnergyExpressions, Model, Prepared
 from repro.models.model_options import Activation
@@ -29,7 +29,8 @@ class BlackBox(Model):
         positions: PositionFeatures | None = None,
     ) -> None:
         self.n_q = n_q
-        self.features = FeatureMap((positions or cart_with_links(n_q)).inertia, n_q)
+        self.positions = positions or cart_with_links(n_q)
+        self.features = FeatureMap(self.positions.inertia, n_q)
         self.network = Network(2 * n_q + len(self.features), tuple(hidden), n_q, activation)
         self.network_slice = slice(0, self.network.n_parameters)
 
@@ -54,6 +55,10 @@ class BlackBox(Model):
     def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:
         """Only the acceleration is defined."""
         return Terms(acceleration=outputs[0][..., 0, :])
+
+    def acceleration_at(self, parameters: Tensor, q: Tensor, qd: Tensor, tau: Tensor) -> Tensor:
+        """qdd (member, sample, n_q), differentiable in all arguments."""
+        return self.network.values(parameters, torch.cat([qd, self.positions.values(q), tau], dim=-1))
 
     def vjp(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
         """Gradients with respect to all weights, (member, row, sample, n_parameters)."""

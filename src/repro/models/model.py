@@ -127,6 +127,12 @@ class Model(ABC):
         drift = self.port_form(q, qd, parameters).drift
         return drift + casadi.vertcat(casadi.SX.zeros(self.n_q), tau) - casadi.vertcat(qd, rate)
 
+    def implicit_error(
+        self, q: casadi.SX, qd: casadi.SX, qdd: casadi.SX, tau: casadi.SX, parameters: casadi.SX
+    ) -> casadi.SX:
+        """The error (n_q,) of the model's own equation, linear in its weights; only of models with `implicit_form`."""
+        raise NotImplementedError(f"{type(self).__name__} has no implicit equation")
+
     def transformed_momentum(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
         """p_tran = M_hat(q) qd, eq. (8), as a CasADi expression; only for models with a momentum transform."""
         raise NotImplementedError(f"{type(self).__name__} has no momentum transform")
@@ -134,6 +140,31 @@ class Model(ABC):
     def evaluate(self, parameters: Tensor, prepared: Prepared, mass: bool = False) -> Terms:
         """Predictions on prepared data."""
         return self.terms(self.outputs(parameters, prepared, mass), prepared)
+
+    def acceleration_at(self, parameters: Tensor, q: Tensor, qd: Tensor, tau: Tensor) -> Tensor:
+        """qdd (member, sample, n_q), differentiable in all arguments, of a model that is `differentiable`."""
+        raise NotImplementedError(f"{type(self).__name__} has no differentiable motion")
+
+    def state(self, motion: np.ndarray) -> np.ndarray:
+        """What the model integrates, from motion [q, qd] (..., 2 n_q): the same unless said."""
+        return motion
+
+    def motion_of(self, parameters: Tensor, state: np.ndarray) -> np.ndarray:
+        """[q, qd] (member, sample, 2 n_q) from what the model integrates."""
+        return state
+
+    def state_rate(self, parameters: Tensor, state: np.ndarray, tau: np.ndarray) -> np.ndarray:
+        """The rate of what it integrates, (member, sample, 2 n_q), under tau (member, sample, n_q)."""
+        q, qd = np.split(state, 2, axis=-1)
+        zero = np.zeros_like(q)
+        prepared = {
+            name: torch.from_numpy(array)
+            for name, array in self.prepare(np.ascontiguousarray(q), np.ascontiguousarray(qd), zero, tau).items()
+        }
+        with torch.no_grad():
+            terms = self.evaluate(parameters, prepared, mass=True)
+            error = terms.acceleration_error(torch.from_numpy(zero), torch.from_numpy(tau))
+        return np.concatenate([qd, error.numpy()], axis=-1)
 
     def rows(
         self, parameters: Tensor, prepared: Prepared, residual: Callable[[Terms], Tensor], mass: bool

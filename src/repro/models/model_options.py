@@ -31,6 +31,8 @@ class ModelOptions(PluginOptions):
     port_form        it has both rows of eq. (12b)
     joinable         copies of it, learned on one link, can be joined to a chain
     runs_on_device   it is computed by torch from end to end
+    implicit_form    it has an implicit equation that is linear in its weights
+    differentiable   its acceleration can be differentiated by the state, as `prediction` needs
     """
 
     fitted: ClassVar[bool] = True
@@ -40,6 +42,8 @@ class ModelOptions(PluginOptions):
     port_form: ClassVar[bool] = False
     joinable: ClassVar[bool] = False
     runs_on_device: ClassVar[bool] = False
+    differentiable: ClassVar[bool] = False
+    implicit_form: ClassVar[bool] = False
 
     @property
     def sub_models(self) -> tuple[str, ...]:

@@ -64,6 +64,31 @@ class Network:
         output = _affine(output, *layers[-1])
         return output if skip is None else output + torch.einsum("mnji,moi->mnjo", jets, skip)
 
+    def values(self, parameters: Tensor, z: Tensor) -> Tensor:
+        """N(z) alone, (member, sample, n_out), at z (member, sample, n_in)."""
+        layers, skip = self._layers(parameters)
+        output = z
+        for weight, bias in layers[:-1]:
+            output = torch.baddbmm(bias.unsqueeze(1), output, weight.mT)
+            output = torch.tanh(output) if self.activation == "tanh" else torch.nn.functional.softplus(output)
+        weight, bias = layers[-1]
+        output = torch.baddbmm(bias.unsqueeze(1), output, weight.mT)
+        return output if skip is None else output + z @ skip.mT
+
+    def gradient(self, parameters: Tensor, z: Tensor) -> tuple[Tensor, Tensor]:
+        """N and DN, (member, sample) and (member, sample, n_in), of a network with one output and no skip."""
+        layers, _ = self._layers(parameters)
+        value, slopes = z, []
+        for weight, bias in layers[:-1]:
+            value, first, _ = self._curve(torch.baddbmm(bias.unsqueeze(1), value, weight.mT))
+            slopes.append(first)
+        weight, bias = layers[-1]
+        output = torch.baddbmm(bias.unsqueeze(1), value, weight.mT)[..., 0]
+        gradient = weight
+        for (weight, _), first in zip(layers[-2::-1], slopes[::-1], strict=True):
+            gradient = (first * gradient) @ weight
+        return output, gradient
+
     def lie_gradient(self, parameters: Tensor, z: Tensor, zdot: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         """N, its rate DN[zdot], and at the inputs DN and its rate D^2 N[zdot]: one tangent forward, one pass back.
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from repro.codegen.lazy_torch import Tensor, torch
 from repro.mechanics.coordinate import Coordinate, jointed
 from repro.models.products import Features
 
@@ -32,6 +33,28 @@ class PositionFeatures:
         cosines = {f"cos(q{i})": m.cos(q[i]) for i in self.angles}
         sines = {f"sin(q{i})": m.sin(q[i]) for i in self.angles}
         return cosines | sines | self._moved(q)
+
+    @property
+    def size(self) -> int:
+        """Number of inputs of a network for M(q)."""
+        return 2 * len(self.angles) + len(self.translations)
+
+    def values(self, q: Tensor) -> Tensor:
+        """These inputs (..., n_z), differentiable in q (..., n_q)."""
+        parts = [function(q[..., list(self.angles)]) for function in (torch.cos, torch.sin)]
+        parts += [q[..., i : i + 1] / scale for i, scale in self.translations]
+        return torch.cat(parts, dim=-1)
+
+    def slopes(self, q: Tensor) -> Tensor:
+        """Rows [z, dz/dq_1, ..] (..., 1 + n_q, n_z) of these inputs, differentiable in q (..., n_q)."""
+        z = self.values(q)
+        rows, count = z.new_zeros((*q.shape[:-1], 1 + q.shape[-1], self.size)), len(self.angles)
+        rows[..., 0, :] = z
+        for k, i in enumerate(self.angles):
+            rows[..., 1 + i, k], rows[..., 1 + i, count + k] = -z[..., count + k], z[..., k]
+        for k, (i, scale) in enumerate(self.translations, start=2 * count):
+            rows[..., 1 + i, k] = 1 / scale
+        return rows
 
     def potential(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
         """Features of V by name: the cosines (V1), and the translations, in which a weight is linear."""

@@ -23,7 +23,8 @@ class Structured(Model):
 
     factor `triangular`: C is lower triangular, the Cholesky factor of M as in DeLaN (Lutter et al., 2019).
     initialisation `glorot`: weights as Keras draws them, with no thought for the inertia. potential_hidden: hidden
-    layers of a network for V of the same inputs as C, in the place of the linear V.
+    layers of a network for V of the same inputs as C, in the place of the linear V. potential_shared: V is one more
+    output of the network of C, as in the published code of DeLaN. floor: added to the diagonal of C C'.
     """
 
     def __init__(
@@ -38,6 +39,8 @@ class Structured(Model):
         factor: Factor = "wide",
         initialisation: Initialisation = "inertia",
         potential_hidden: Sequence[int] | None = None,
+        potential_shared: bool = False,
+        floor: float = 0.0,
         positions: PositionFeatures | None = None,
     ) -> None:
         positions = positions or cart_with_links(n_q)
@@ -49,12 +52,15 @@ class Structured(Model):
         self.velocity_scale = np.asarray(velocity_scale, dtype=float)
         self.features = FeatureMap(positions.inertia, n_q)
         self.potential_features = FeatureMap(positions.potential, n_q)
-        self.network = Network(len(self.features), tuple(hidden), len(self._entries), activation, skip)
+        self.potential_shared, self.floor = potential_shared, floor
+        n_out = len(self._entries) + int(potential_shared)
+        self.network = Network(len(self.features), tuple(hidden), n_out, activation, skip)
         self.potential: Network | None = None
         if potential_hidden is not None:
             self.potential = Network(len(self.features), tuple(potential_hidden), 1, activation, True)
         n_network = self.network.n_parameters
         n_potential = len(self.potential_features) if self.potential is None else self.potential.n_parameters
+        n_potential = 0 if potential_shared else n_potential
         self.network_slice = slice(0, n_network)
         self.potential_slice = slice(n_network, n_network + n_potential)
         self._slopes = [0, *range(2, 2 + n_q)]
@@ -74,7 +80,7 @@ class Structured(Model):
         else:
             networks = np.stack([self._network_start(generator) for generator in generators])
         if self.potential is None:
-            return np.pad(networks, ((0, 0), (0, len(self.potential_features))))
+            return np.pad(networks, ((0, 0), (0, self.n_parameters - networks.shape[1])))
         return np.concatenate([networks, self.potential.initial(generators)], axis=1)
 
     def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
@@ -83,7 +89,11 @@ class Structured(Model):
         jets = self.features.jets(q, qd, qdd)
         rows = [0, *range(2 + n_q, 2 + 2 * n_q)]
         position_rows = np.concatenate([jets[..., :2, :], -jets[..., 2 + n_q : 2 + 2 * n_q, :]], axis=-2)
-        linear = {} if self.potential else {"potential": self.potential_features.jets(q, qd, qdd)[..., rows, :]}
+        linear = (
+            {}
+            if self.potential or self.potential_shared
+            else {"potential": self.potential_features.jets(q, qd, qdd)[..., rows, :]}
+        )
         return linear | {
             "position": position_rows,
             "velocity": qd / self.velocity_scale,
@@ -95,6 +105,9 @@ class Structured(Model):
         """C and its derivatives along the motion and each coordinate (..., 2 + n_q, n_entries), and [V, w]."""
         factor = self.network.propagate(parameters[:, self.network_slice], prepared["position"])
         weights = parameters[:, self.potential_slice]
+        if self.potential_shared:
+            value = factor[:, :, self._slopes, -1]
+            return [factor[..., :-1], value * self._signs(value)]
         if self.potential is None:
             return [factor, torch.einsum("mnji,mi->mnj", prepared["potential"], weights)]
         value = self.potential.propagate(weights, prepared["position"][:, :, self._slopes])[..., 0]
@@ -102,7 +115,7 @@ class Structured(Model):
 
     def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:
         """tau = M qdd + Mdot qd - d/dq (qd' M qd) / 2 + dV/dq."""
-        factor = self._factor(outputs[0])
+        factor = self._floored(self._factor(outputs[0]))
         potential = outputs[1]
         c, rate, slopes = factor[:, :, 0], factor[:, :, 1], factor[:, :, 2:]
         velocity, acceleration, scale = prepared["velocity"], prepared["acceleration"], prepared["scale"]
@@ -123,6 +136,10 @@ class Structured(Model):
     def vjp(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
         """Gradients with respect to all weights, (member, row, sample, n_parameters)."""
         weights = parameters[:, self.network_slice]
+        if self.potential_shared:
+            whole = torch.nn.functional.pad(cotangents[0], (0, 1))
+            whole[:, :, :, self._slopes, -1] = cotangents[1] * self._signs(cotangents[1])
+            return self.network.jacobian(weights, prepared["position"], whole)
         network = self.network.jacobian(weights, prepared["position"], cotangents[0])
         if self.potential is None:
             potential = torch.einsum("mrnj,mnji->mrni", cotangents[1], prepared["potential"])
@@ -136,11 +153,15 @@ class Structured(Model):
         """T and V as CasADi expressions."""
         output = self.network.expression(parameters[self.network_slice], self.features.expression(q, qd))
         entries = casadi.SX(self.n_q * self.rank, 1)
-        entries[self._entries.tolist()] = output
+        entries[self._entries.tolist()] = output[: len(self._entries)]
         factor = casadi.reshape(entries, self.rank, self.n_q)
         u = factor @ (qd / casadi.DM(self.velocity_scale))
+        if self.floor:
+            u = casadi.vertcat(u, self.floor**0.5 * qd / casadi.DM(self.velocity_scale))
         weights = parameters[self.potential_slice]
-        if self.potential is None:
+        if self.potential_shared:
+            potential = output[-1]
+        elif self.potential is None:
             potential = casadi.dot(weights, self.potential_features.expression(q, qd))
         else:
             potential = self.potential.expression(weights, self.features.expression(q, qd))
@@ -161,6 +182,14 @@ class Structured(Model):
             entries = whole.index_copy(-1, torch.from_numpy(self._entries), entries)
         return entries.reshape(*entries.shape[:-1], self.n_q, self.rank)
 
+    def _floored(self, factor: Tensor) -> Tensor:
+        """[C, sqrt(floor) I] and its derivatives, so that M = C C' + floor in the scale of the velocities."""
+        if not self.floor:
+            return factor
+        constant = factor.new_zeros((*factor.shape[:-1], self.n_q))
+        constant[:, :, 0] = self.floor**0.5 * torch.eye(self.n_q, dtype=factor.dtype)
+        return torch.cat([factor, constant], dim=-1)
+
     def _network_start(self, generator: np.random.Generator) -> np.ndarray:
         n_hidden_layers = len(self.network.hidden)
         arrays = []
@@ -170,7 +199,8 @@ class Structured(Model):
                 draw = generator.normal(0, 1 / np.sqrt(shape[1]), shape)
                 arrays.append(0.1 * draw if output_layer or index == 2 * n_hidden_layers + 2 else draw)
             elif output_layer:
-                arrays.append(np.eye(self.n_q, self.rank).ravel()[self._entries])
+                start = np.eye(self.n_q, self.rank).ravel()[self._entries]
+                arrays.append(np.append(start, 0.0) if self.potential_shared else start)
             else:
                 arrays.append(generator.normal(0, 0.5, shape))
         return np.concatenate([array.ravel() for array in arrays])

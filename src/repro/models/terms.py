@@ -16,7 +16,8 @@ class Terms:
 
     tau, momentum, transformed_momentum, acceleration: (member, sample, n_q) in N or N m, kg m/s or kg m^2/s, m/s^2 or
     rad/s^2; kinetic, potential: (member, sample) in J; mass: (member, sample, n_q, n_q); port_error: of eq. (12b), in
-    the rates of q and of p, (member, sample, 2 n_q).
+    the rates of q and of p, (member, sample, 2 n_q). energy: H of a model without a Lagrangian, (member, sample) in J.
+    implicit_error: of a model's own implicit equation, which is linear in its weights, (member, sample, n_q).
     """
 
     tau: Quantity = None
@@ -27,6 +28,8 @@ class Terms:
     transformed_momentum: Quantity = None
     acceleration: Quantity = None
     port_error: Quantity = None
+    energy: Quantity = None
+    implicit_error: Quantity = None
 
     @property
     def lagrangian(self) -> Quantity:

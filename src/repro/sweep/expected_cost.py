@@ -81,6 +81,8 @@ def _fit_seconds(config: Config) -> float:
     handled = members * samples * SAMPLE
     if not config.model.fitted:
         return 1.0 + handled
+    if (budget := getattr(optimiser, "budget_s", None)) is not None:
+        return OVERHEAD + members * float(budget)
     if optimiser.unit is None:
         return OVERHEAD + handled
     if optimiser.unit == "epochs":

@@ -31,6 +31,8 @@ def position_kernel(problem: TrainingProblem) -> Kernel | None:
         return None
     if isinstance(model, BlackBox) and model.n_parameters <= MOST_PARAMETERS:
         return None  # straight-line code is quicker
+    if isinstance(model, Structured) and model.potential and model.potential.n_parameters > MOST_PARAMETERS:
+        return None  # V belongs to the generated physics
     jets = [_jets(task) for task in problem.tasks]
     slopes = range(jets[0].shape[-1] - 1)
     moving = tuple(c for c in slopes if any(of_task[..., 1 + c].any() for of_task in jets))

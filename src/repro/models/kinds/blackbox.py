@@ -20,6 +20,7 @@ class Options(ModelOptions):
     energetic: ClassVar[bool] = False
     controllable: ClassVar[bool] = False
     runs_on_device: ClassVar[bool] = True
+    differentiable: ClassVar[bool] = True
 
     hidden: tuple[Count, ...] = (32, 32)
     activation: Activation = "softplus"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 from repro.models.model_options import Activation, Damping, Factor, Initialisation, ModelOptions
-from repro.plugins.options import Count
+from repro.plugins.options import Count, NotNegative
 
 if TYPE_CHECKING:
     from repro.models.context import Context
@@ -22,7 +22,8 @@ class Options(ModelOptions):
     one, the Cholesky factor of M. skip: a linear path beside the hidden layers. scaled: velocities are divided by their
     spread in the data, so that M starts at the data's inertia scale. initialisation `inertia`: M starts as the
     identity, in those units. potential: V linear in `cosines` (and translations), or a `network` of potential_hidden
-    layers; `auto` takes the cosines where each is an angle from the vertical, as on a cart with links.
+    layers, or one more output of the network of C (`shared`); `auto` takes the cosines where each is an angle from the
+    vertical, as on a cart with links. floor: of the eigenvalues of M, in the scale of the velocities.
     """
 
     runs_on_device: ClassVar[bool] = True
@@ -34,9 +35,10 @@ class Options(ModelOptions):
     skip: bool = True
     scaled: bool = True
     initialisation: Initialisation = "inertia"
-    potential: Literal["auto", "cosines", "network"] = "auto"
+    potential: Literal["auto", "cosines", "network", "shared"] = "auto"
     potential_hidden: tuple[Count, ...] = (16,)
     damping: Damping = "none"
+    floor: NotNegative = 0.0
 
     def problems(self) -> Iterator[str]:
         """A triangular factor has no rank to choose."""
@@ -68,7 +70,9 @@ def build(context: Context, options: Options) -> Model:
         skip=options.skip,
         factor=options.factor,
         initialisation=options.initialisation,
-        potential_hidden=None if cosines else options.potential_hidden,
+        potential_hidden=None if cosines or options.potential == "shared" else options.potential_hidden,
+        potential_shared=options.potential == "shared",
+        floor=options.floor,
         positions=context.positions,
     )
     return with_damping(model, options.damping, context.positions)
