@@ -11,8 +11,7 @@ from repro.errors import UserError
 from repro.recording import palette
 from repro.recording.card_page import card_page
 from repro.recording.chart import LINKED_AXES, Chart
-from repro.recording.contents import DrawnMotion, LearningCurve, RunRecording
-from repro.recording.drawn_shape import DrawnShape
+from repro.recording.contents import DrawnMotion, DrawnShape, LearningCurve, RunRecording
 from repro.recording.layout import layout_of
 from repro.recording.viewer import command_of, environment
 from repro.recording.writer import read_recording, write_recording

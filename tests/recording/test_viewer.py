@@ -9,8 +9,7 @@ import pytest
 from repro.commands import view
 from repro.errors import UserError
 from repro.recording import viewer
-from repro.recording.contents import DrawnMotion, RunRecording
-from repro.recording.drawn_shape import DrawnShape
+from repro.recording.contents import DrawnMotion, DrawnShape, RunRecording
 from repro.recording.writer import write_recording
 from repro.tracking.record import Identity, Record, StageOutcome
 

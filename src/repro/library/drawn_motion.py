@@ -9,7 +9,7 @@ from repro.mechanics.coordinate import Coordinate
 from repro.mechanics.inputs import input_matrix
 from repro.mechanics.shapes import Block, Circle, InputArrow, Segment, Shape, Spring, Turn
 from repro.mechanics.system import System
-from repro.recording.drawn_shape import DrawnShape
+from repro.recording.contents import DrawnShape
 
 
 def drawn_shapes(system: System, states: np.ndarray) -> list[DrawnShape]:

@@ -4,14 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
 from repro.recording.chart import part
-from repro.recording.drawn_shape import DrawnShape
 
 FILENAME = "recording.rrd"
 PLANT = "plant"
+Kind = Literal["link", "disc", "block", "cart", "spring", "arrow", "turn"]
+
+
+@dataclass(frozen=True)
+class DrawnShape:
+    """A shape that moves, in m, y up; from where its motion diverged its values may be anything.
+
+    points  (steps, 2, 2), both ends of a link or a spring; (steps, 1, 2), the centre or the foot of any other
+    turn    (steps,) rad, how a block is turned, or the direction of an arrow, counter-clockwise from the right
+    size    half the width and height of a block; radius of a disc; radius of an arc, and 1 for clockwise or -1
+    input   number of the input that an arrow or an arc shows
+    """
+
+    kind: Kind
+    points: np.ndarray
+    turn: np.ndarray | None = None
+    size: tuple[float, float] = (0.0, 0.0)
+    input: int = 0
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from repro.recording import palette
-from repro.recording.contents import PLANT
-from repro.recording.drawn_shape import DrawnShape
+from repro.recording.contents import PLANT, DrawnShape
 from repro.recording.scene import ROOT, to_view
 
 if TYPE_CHECKING:

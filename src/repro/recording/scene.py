@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from repro.recording import palette
-from repro.recording.contents import PLANT
-from repro.recording.drawn_shape import DrawnShape
+from repro.recording.contents import PLANT, DrawnShape
 
 if TYPE_CHECKING:
     import rerun as rr

@@ -11,7 +11,7 @@ import time
 import urllib.request
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from functools import partial
 from importlib.resources import files
 from pathlib import Path
 from typing import TypeVar
@@ -138,32 +138,21 @@ def serve(path: Path) -> int:
         return _wait(process)
 
 
-@dataclass(frozen=True)
-class WebViewer:
-    """What a browser needs to show a recording without a server: the viewer's own script and WebAssembly."""
+def web_viewer() -> tuple[str, bytes]:
+    """Return what a browser needs to show a recording without a server: the viewer's own script and WebAssembly.
 
-    script: str
-    program: bytes
-
-
-def web_viewer() -> WebViewer:
-    """Fetch both files from the viewer, which serves those of its version on this machine for a moment.
-
-    Raises UserError when it does not start.
+    The viewer serves those of its version on this machine for a moment. Raises UserError when it does not start.
     """
     web, data = free_port(WEB_PORT), free_port(DATA_PORT)
     failure = "the viewer did not serve its web pages; is rerun-sdk installed as pinned in constraints.txt?"
+
+    def content(name: str) -> bytes:
+        with urllib.request.urlopen(f"http://{LOCAL}:{web}/{name}", timeout=START_SECONDS) as response:
+            return bytes(response.read())
+
     with _viewer("--serve-web", "--web-viewer-port", str(web), "--port", str(data), quiet=True) as process:
-
-        def fetched(name: str) -> bytes:
-            return _answer(process, lambda: _content(f"http://{LOCAL}:{web}/{name}"), failure)
-
-        return WebViewer(fetched("re_viewer.js").decode(), fetched("re_viewer_bg.wasm"))
-
-
-def _content(url: str) -> bytes:
-    with urllib.request.urlopen(url, timeout=START_SECONDS) as response:
-        return bytes(response.read())
+        script = _answer(process, partial(content, "re_viewer.js"), failure).decode()
+        return script, _answer(process, partial(content, "re_viewer_bg.wasm"), failure)
 
 
 @contextmanager

@@ -1,16 +1,16 @@
 """Walk the stored runs into the result tables."""
 
 import json
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from repro.errors import UserError
 from repro.results.gathering import NO_PAPER, Gathering
-from repro.results.results import Results, typed
-from repro.results.run_stages import stages_of
-from repro.results.stored import StoredRun, read_json, stored_benches, stored_runs
+from repro.results.results import Results, read_table, typed
+from repro.results.stored import StoredRun, read_json, record_of, stored_benches, stored_runs
 from repro.results.table_schema import Cell
+from repro.tracking.paths import RUN_FILE, Paths
 from repro.tracking.plain_data import digest
 from repro.tracking.record import Record
 
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 CURVE_STEPS = 400
 TRAJECTORY_POINTS = 300
 TRAJECTORY_MEMBERS = 3
+REMEDY = "delete its folder and run again"
+UPSTREAM_KINDS = ("data", "fits", "control")
 
 
 def gather(outputs: Path, scale: str, *, stale: Collection[str] = (), paper: Gathering = NO_PAPER) -> Results:
@@ -53,7 +55,7 @@ def gather_runs(runs: Sequence[StoredRun], benches: Sequence[Path], paper: Gathe
     }
     return Results(
         runs=typed("runs", [_run_row(run, cards[run.id, run.experiment]) for run in runs]),
-        stages=typed("stages", [row for run in distinct for row in stages_of(run, known)]),
+        stages=typed("stages", [row for run in distinct for row in _stages_of(run, known)]),
         **{name: typed(name, _together(tables)) for name, tables in rows.items()},  # type: ignore[arg-type]
     )
 
@@ -99,6 +101,49 @@ def _run_row(run: StoredRun, card: Mapping[str, Cell]) -> dict[str, object]:
     }
 
 
+def _stages_of(run: StoredRun, known: dict[str, Record | None]) -> list[dict[str, object]]:
+    """One row per stage of a finished run, upstream first; `known` holds what several runs share."""
+    assert run.record is not None
+    paths = Paths(run.folder.parents[1])
+    rows = {record.id: _stage_row(run.id, name, record) for name, record in _upstream(run.record, paths, known)}
+    return [*rows.values(), _stage_row(run.id, "evaluation", run.record)]
+
+
+def _upstream(record: Record, paths: Paths, known: dict[str, Record | None]) -> Iterator[tuple[str, Record]]:
+    """Walk what a stage was made from, sources first; a stage that is no longer stored is left out."""
+    for name, id in record.identity.upstream.items():
+        if id not in known:
+            folders = [paths.folder(kind, id) for kind in UPSTREAM_KINDS]
+            stored = [folder for folder in folders if (folder / RUN_FILE).is_file()]
+            known[id] = record_of(stored[0], read_json(stored[0] / RUN_FILE)) if stored else None
+        source = known[id]
+        if source is not None:
+            yield from _upstream(source, paths, known)
+            yield name, source
+
+
+def _stage_row(run: str, name: str, record: Record) -> dict[str, object]:
+    origin, machine = record.provenance, record.provenance.machine
+    return {
+        "run": run,
+        "stage": name,
+        "id": record.id,
+        "started": origin.started,
+        "wall_s": origin.wall_s,
+        "cpu_s": origin.cpu_s,
+        "peak_memory_mib": origin.peak_memory_mib,
+        "commit": origin.git.get("commit"),
+        "clean": origin.git.get("clean"),
+        "python": machine.get("python"),
+        # The first word of Linux-6.1-x86_64 says enough.
+        "system": (machine.get("platform") or "").partition("-")[0],
+        "processor": machine.get("processor"),
+        "cores": machine.get("cores_allowed"),
+        "libraries": json.dumps(record.identity.libraries, sort_keys=True),
+        "config": json.dumps(record.identity.config, sort_keys=True),
+    }
+
+
 def _table(run: StoredRun, name: str) -> "pd.DataFrame":
     import pandas as pd
 
@@ -106,22 +151,12 @@ def _table(run: StoredRun, name: str) -> "pd.DataFrame":
     # A fit without steps, such as least squares, leaves its curves empty.
     if not path.is_file() or path.stat().st_size == 0:
         return pd.DataFrame()
-    return _read(path).assign(run=run.id)
+    return read_table(path, REMEDY).assign(run=run.id)
 
 
 def _bench(folder: Path) -> "pd.DataFrame":
     command = str((read_json(folder / "run.json").get("provenance") or {}).get("command") or "")
-    return _read(folder / "bench.parquet").assign(run=folder.name, command=command)
-
-
-def _read(path: Path) -> "pd.DataFrame":
-    import pandas as pd
-
-    try:
-        return pd.read_parquet(path)
-    except (OSError, ValueError) as error:
-        message = f"{path} cannot be read ({error}); delete its folder and run again"
-        raise UserError(message) from error
+    return read_table(folder / "bench.parquet", REMEDY).assign(run=folder.name, command=command)
 
 
 def _thinned(curves: "pd.DataFrame") -> "pd.DataFrame":

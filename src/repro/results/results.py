@@ -92,15 +92,20 @@ class Results:
         if not (folder / "metrics.parquet").is_file():
             message = f"{folder} holds no metrics.parquet; name a folder of results, such as paper/results"
             raise UserError(message)
-        tables = {}
-        for name in TABLES:
-            path = folder / f"{name}.parquet"
-            try:
-                tables[name] = typed(name, pd.read_parquet(path) if path.is_file() else pd.DataFrame())
-            except (OSError, ValueError) as error:
-                message = f"{path} cannot be read ({error}); make it again with `repro report`"
-                raise UserError(message) from error
+        paths = {name: folder / f"{name}.parquet" for name in TABLES}
+        stored = {name: read_table(path) if path.is_file() else pd.DataFrame() for name, path in paths.items()}
+        tables = {name: typed(name, table) for name, table in stored.items()}
         return cls(**tables, sensitivity=Sensitivity.load(folder / "sensitivity"))
+
+
+def read_table(path: Path, remedy: str = "make it again with `repro report`") -> "pd.DataFrame":
+    """Read a Parquet file. Raises UserError naming a damaged one, with the remedy."""
+    import pandas as pd
+
+    try:
+        return pd.read_parquet(path)
+    except (OSError, ValueError) as error:
+        raise UserError(f"{path} cannot be read ({error}); {remedy}") from error
 
 
 def typed(name: str, rows: "pd.DataFrame | Iterable[Mapping[str, object]]") -> "pd.DataFrame":
@@ -155,15 +160,8 @@ class Sensitivity:
     @classmethod
     def load(cls, folder: Path) -> "Sensitivity | None":
         """Read them back; None where there are none. Raises UserError for a damaged folder."""
-        import pandas as pd
-
         path = folder / "cases.parquet"
         if not path.is_file():
             return None
-        try:
-            rows = pd.read_parquet(path).to_dict("records")
-            cases = tuple(Case(**{str(key): str(value) for key, value in row.items()}) for row in rows)
-        except (OSError, ValueError, TypeError) as error:
-            message = f"{path} cannot be read ({error}); make it again with `repro report`"
-            raise UserError(message) from error
+        cases = tuple(Case(**{str(key): str(value) for key, value in row.items()}) for row in records(read_table(path)))
         return cls(Results.load(folder), cases)

@@ -22,12 +22,12 @@ def write_interactive(recordings: Sequence[Path], folder: Path) -> Path:
     """
     from repro.recording.viewer import web_viewer
 
-    viewer = web_viewer()
+    script, program = web_viewer()
     text = rendered(
         "interactive.html",
         recordings=[{"run": path.parent.name, "content": _text(path.read_bytes())} for path in recordings],
-        viewer=_own(viewer.script),
-        program=_text(gzip.compress(viewer.program, mtime=0)),
+        viewer=_own(script),
+        program=_text(gzip.compress(program, mtime=0)),
         style=_own((ASSETS / "report.css").read_text(encoding="utf-8")),
     )
     write_text(folder / NAME, text)
