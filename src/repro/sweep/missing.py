@@ -6,7 +6,6 @@ from collections.abc import Iterable, Sequence
 from repro.config.compose import compose
 from repro.config.registry import settings
 from repro.launch import cluster
-from repro.launch.board import Board
 from repro.launch.jobs import Job, JobResult, failure_table
 from repro.launch.pool import run_jobs
 from repro.learning.optimiser_options import OPTIMISERS
@@ -83,6 +82,8 @@ def run_missing(
     if where:
         results = cluster.launch(todo, where, paths.logs)
     else:
+        from repro.launch.board import Board  # loads longer than what comes before it
+
         workers = workers or allowed_cores()
         modules = preload(job.composed.overrides for job in missing)
         with Board(todo, workers) as board:

@@ -1,5 +1,6 @@
 """A job of a sweep before it runs: what it will make, whether that is there already, and about how long it takes."""
 
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -85,9 +86,15 @@ def plan_jobs(
 
     `on_unknown` takes the jobs that were not planned before, where there are any: there is likely something to run.
     """
+
+    def begin(unknown: list[Overrides]) -> None:
+        if sys.stderr.isatty():
+            print(f"composing {len(unknown)} new job{'s' * (len(unknown) > 1)}", file=sys.stderr, flush=True)
+        on_unknown(unknown)
+
     store, measured = Store(paths.root), MeasuredStages(paths)
     planned = []
-    for composed in plan(jobs, paths.composed, on_unknown):
+    for composed in plan(jobs, paths.composed, begin):
         pipeline = Pipeline.of(composed.config, composed.command)
         record = pipeline.finished(store)
         costs = () if record else (expected_seconds(pipeline, measured), expected_mib(pipeline, measured))
