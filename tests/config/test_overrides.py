@@ -2,7 +2,7 @@
 
 import pytest
 
-from repro.config.overrides import EXPERIMENT, belongs, check, expand, experiments, setting
+from repro.config.overrides import EXPERIMENT, belongs, check, expand, experiments, parsed, setting
 from repro.config.places import CONF
 from repro.config.registry import read_settings
 from repro.errors import UserError
@@ -66,3 +66,9 @@ def test_a_name_of_the_first_version_is_answered_with_the_present_one(old):
     new = RENAMED["keys"].get(key) or RENAMED["options"][old]
     with pytest.raises(UserError, match=f"called .*{new}"):
         check([old])
+
+
+@pytest.mark.parametrize("value", ["t1", "-1e-5", "1.5", "null", "true", "two-words", "a.b"])
+def test_a_plain_value_is_no_list_in_hydras_grammar_either(value):
+    assert expand([f"data.key={value}"]) == [(f"data.key={value}",)]
+    assert not parsed(f"data.key={value}").is_sweep_override()

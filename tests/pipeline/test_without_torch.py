@@ -8,6 +8,8 @@ import sys
 import pytest
 
 from repro.sweep.missing import preload
+from repro.sweep.planned_job import plan_jobs
+from repro.tracking.paths import Paths
 
 PROGRAM = """
 import json, sys
@@ -44,3 +46,11 @@ def test_the_server_of_their_jobs_loads_none(job):
 @pytest.mark.parametrize("jobs", [[()], [("basis=t1",)], [CLOSED_FORM, ("model=structured",)], [("optimiser=adam",)]])
 def test_the_server_of_jobs_that_may_train_networks_loads_it(jobs):
     assert "torch" in preload(jobs)
+
+
+def test_on_a_terminal_a_word_comes_before_settings_are_composed(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    heard = []
+    for _ in range(2):  # what is composed already needs none
+        plan_jobs([CLOSED_FORM], Paths(tmp_path), lambda jobs: heard.append((jobs, capsys.readouterr().err)))
+    assert heard == [([CLOSED_FORM], "composing 1 new job\n")]
