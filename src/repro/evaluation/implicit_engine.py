@@ -5,7 +5,7 @@ import ctypes
 import casadi
 import numpy as np
 
-from repro.codegen import c_maths
+from repro.codegen import straight_line
 from repro.codegen.c_library import load_library
 from repro.codegen.c_source import c_source
 from repro.codegen.straight_line import statements
@@ -18,11 +18,10 @@ class FixedPoint:
 
     def __init__(self, step: casadi.Function) -> None:
         lines, n_work = statements(step, INPUTS, "better")
-        better_guess = c_maths.function("better_guess", INPUTS, "better", lines, n_work)
-        source = (
-            f"{c_maths.preamble()}\n#define N_X {step.numel_out(0)}\n{better_guess}{c_source(__file__, 'fixed_point')}"
-        )
-        self._integrate = load_library(source, c_maths.flags(lines)).integrate
+        better_guess = straight_line.function("better_guess", INPUTS, "better", lines, n_work)
+        sizes = f"#define N_X {step.numel_out(0)}\n"
+        source = f"{straight_line.preamble()}\n{sizes}{better_guess}{c_source(__file__, 'fixed_point')}"
+        self._integrate = load_library(source, straight_line.flags(lines)).integrate
         whole, real, array = ctypes.c_int64, ctypes.c_double, ctypes.c_void_p
         self._integrate.argtypes = [whole, whole, real, real, whole, array, whole, array]
         self._integrate.restype = None

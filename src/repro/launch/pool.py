@@ -39,7 +39,6 @@ def run_jobs(
     preload: Sequence[str] = ("torch",),
     on_progress: Callable[[Event], None] = lambda event: None,
     logs: Path | None = None,
-    threads: int = 1,
     memory_mib: float | None = None,
 ) -> list[JobResult]:
     """Run the jobs, at most `workers` at once, and return how each ended, in their order.
@@ -48,13 +47,12 @@ def run_jobs(
     preload     modules the server loads before the first job
     on_progress takes an Event at every change, in the calling thread
     logs        folder of the jobs' printed output (default: a new one under outputs/logs)
-    threads     threads of the numerical libraries in each job, unless the environment sets them
     memory_mib  what the running jobs may be expected to take together (default: a share of what is free); one job is
                 started whatever it takes
 
     Raises SweepInterrupted (a KeyboardInterrupt that carries the results) after Ctrl-C.
     """
-    start_server(preload, threads=threads)
+    start_server(preload)
     if logs is None:
         logs = Paths(outputs_root()).logs / f"{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}"
     memory = memory_for_jobs_mib() if memory_mib is None else memory_mib
@@ -73,11 +71,11 @@ def run_jobs(
     return results
 
 
-def start_server(preload: Sequence[str], *, threads: int = 1) -> None:
+def start_server(preload: Sequence[str]) -> None:
     """Start the server that all jobs are forked from, unless it runs; it loads the modules in the background."""
-    # The libraries read these when they are loaded, which happens in the server.
+    # The libraries read these when they are loaded, which happens in the server; one thread, unless the user sets more.
     for variable in _THREAD_VARIABLES:
-        os.environ.setdefault(variable, str(threads))
+        os.environ.setdefault(variable, "1")
     os.environ["REPRO_JOB_SERVER_OF"] = str(os.getpid())  # read by watch_parent, which this process must not load
     watched = [f"{__package__}.watch_parent", worker.__name__, *preload, f"{__package__}.preloaded"]
     multiprocessing.set_forkserver_preload(watched)

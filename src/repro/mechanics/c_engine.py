@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from repro.codegen import c_maths
+from repro.codegen import straight_line
 from repro.codegen.c_library import load_library
 from repro.codegen.c_source import c_source
 from repro.codegen.straight_line import INPUTS, OUTPUT
@@ -16,10 +16,10 @@ class CompiledIntegrator:
     """One compiled acceleration; see `simulate` for what the arguments mean."""
 
     def __init__(self, statements: Sequence[str], n_work: int, n_q: int, n_u: int) -> None:
-        accelerate = c_maths.function("accelerate", INPUTS, OUTPUT, statements, n_work)
+        accelerate = straight_line.function("accelerate", INPUTS, OUTPUT, statements, n_work)
         sizes = f"#define N_Q {n_q}\n#define N_U {n_u}\n"
-        source = f"{c_maths.preamble()}\n{sizes}{accelerate}{c_source(__file__, 'runge_kutta')}"
-        self._simulate = load_library(source, c_maths.flags(statements)).simulate
+        source = f"{straight_line.preamble()}\n{sizes}{accelerate}{c_source(__file__, 'runge_kutta')}"
+        self._simulate = load_library(source, straight_line.flags(statements)).simulate
         whole, real, array = ctypes.c_int64, ctypes.c_double, ctypes.c_void_p
         self._simulate.argtypes = [whole, whole, real, array, array, whole, array, whole, real, real, real, array]
         self._simulate.restype = None
