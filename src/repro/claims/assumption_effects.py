@@ -93,6 +93,7 @@ class _Substitution:
         # The card stands in the runs, from which settings take it.
         self.tables["metrics"] = results.metrics.drop(columns=[*CARD])
         self.places = {name: table.groupby(["experiment", "run"]).indices for name, table in self.tables.items()}
+        self.nothing = {name: table.iloc[:0] for name, table in self.tables.items()}
         self.verdicts: dict[tuple[str, str, tuple[tuple[str, str], ...]], Verdict] = {}
         self.substituted: dict[tuple[object, ...], Results] = {}
 
@@ -118,16 +119,17 @@ class _Substitution:
     ) -> "pd.DataFrame":
         import pandas as pd
 
-        parts = [self._as_ours(name, experiment, ours, other, columns) for ours, other in substitutes.items()]
-        filled = [part for part in parts if len(part)]
-        return pd.concat(filled, ignore_index=True) if filled else self.tables[name].iloc[:0]
+        stored = [pair for pair in substitutes.items() if (experiment, pair[1]) in self.places[name]]
+        parts = [self._as_ours(name, experiment, ours, other, columns) for ours, other in stored]
+        return pd.concat(parts, ignore_index=True) if parts else self.nothing[name]
 
     def _as_ours(self, name: str, experiment: str, ours: str, other: str, columns: Sequence[str]) -> "pd.DataFrame":
         """The rows of the other run with the columns by which a claim finds ours, where ours has one value there."""
         table, places = self.tables[name], self.places[name]
-        rows, example = (table.iloc[places.get((experiment, run), [])] for run in (other, ours))
-        if rows.empty or example.empty or ours == other:
+        rows = table.iloc[places[experiment, other]]
+        if ours == other or (experiment, ours) not in places:
             return rows
+        example = table.iloc[places[experiment, ours]]
         fixed = [c for c in columns if c in FOUND_BY[name] or example[c].nunique(dropna=False) == 1]
         first = example[fixed].iloc[[0] * len(rows)].set_axis(rows.index)
         return rows.drop(columns=fixed).join(first)
