@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from repro.report import style
-from repro.report.figures.diagram import Arrow, Box, diagram, place_diagram
-from repro.report.figures.figure import Figure, new_canvas
+from repro.report.figures.diagram import Arrow, Box, diagram
+from repro.report.figures.figure import Figure
 from repro.report.style import TEXT_WIDTH
 from repro.results.results import Results
 
@@ -118,13 +118,7 @@ def draw_matrices(_results: Results) -> "Canvas":
         Arrow("A", "J"),
         *(Arrow(name, "R") for name in ("below", "diagonal")),
     ]
-    canvas = new_canvas(TEXT_WIDTH, height)
-    canvas.set_layout_engine("none")
-    axis = canvas.add_axes((0, 0, 1, 1))
-    axis.set_xlim(0, TEXT_WIDTH)
-    axis.set_ylim(0, height)
-    axis.axis("off")
-    place_diagram(axis, columns, arrows, (0.05, 0.05, TEXT_WIDTH - MATRICES_WIDTH, height - 0.05))
+    canvas = diagram(columns, arrows, TEXT_WIDTH, height, beside=MATRICES_WIDTH)
     size = 1.25
     left = (TEXT_WIDTH - MATRICES_WIDTH + 0.3) / TEXT_WIDTH
     for name, bottom in (("J", 2.05), ("R", 0.25)):

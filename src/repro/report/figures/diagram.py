@@ -22,6 +22,7 @@ EDGES: Mapping[Kind, str] = {
 Place = tuple[float, float, float, float]  # left, bottom, width, height
 LINE = 0.15  # inches a line of text
 NETWORK = 0.52  # inches a drawn network
+MARGIN = 0.05  # inches around a diagram
 GAP = 0.26  # inches between columns, for the arrows
 
 
@@ -49,35 +50,32 @@ class Arrow:
     dashed: bool = False
 
 
-def diagram(columns: Sequence[Sequence[Box]], arrows: Sequence[Arrow], width: float, height: float) -> "Canvas":
-    """Draw columns of boxes, and the arrows between them, on a canvas of this size in inches."""
+def diagram(
+    columns: Sequence[Sequence[Box]], arrows: Sequence[Arrow], width: float, height: float, beside: float = MARGIN
+) -> "Canvas":
+    """Draw columns of boxes, and the arrows between them, on a canvas of this size in inches.
+
+    `beside` inches stay free at the right.
+    """
     canvas = new_canvas(width, height)
     canvas.set_layout_engine("none")
     axis = canvas.add_axes((0, 0, 1, 1))
     axis.set_xlim(0, width)
     axis.set_ylim(0, height)
     axis.axis("off")
-    place_diagram(axis, columns, arrows, (0.05, 0.05, width - 0.05, height - 0.05))
-    return canvas
-
-
-def place_diagram(
-    axis: Any, columns: Sequence[Sequence[Box]], arrows: Sequence[Arrow], area: tuple[float, float, float, float]
-) -> None:
-    """Draw into an area (left, bottom, right, top) of an axis whose unit is the inch."""
-    left, bottom, right, top = area
-    wide = (right - left - GAP * (len(columns) - 1)) / len(columns)
+    wide = (width - MARGIN - beside - GAP * (len(columns) - 1)) / len(columns)
     places: dict[str, Place] = {}
     for number, column in enumerate(columns):
-        x = left + number * (wide + GAP)
-        free = (top - bottom - sum(box.height for box in column)) / (len(column) + 1)
-        y = top
+        x = MARGIN + number * (wide + GAP)
+        free = (height - 2 * MARGIN - sum(box.height for box in column)) / (len(column) + 1)
+        y = height - MARGIN
         for box in column:
             y -= free + box.height
             _draw(axis, box, x, y, wide)
             places[box.name] = (x, y, wide, box.height)
     for arrow in arrows:
         _connect(axis, places[arrow.start], places[arrow.end], arrow.dashed)
+    return canvas
 
 
 def _draw(axis: Any, box: Box, x: float, y: float, wide: float) -> None:
