@@ -19,7 +19,7 @@ DECLARED = {"data": RandomForce}
 # By which keys the options of one group differ from each other, on purpose.
 CHOSEN = {"kind", "name", "source", "regime", "force_limit"}
 BUDGET = {"schedule", "decay", "epochs", "learning_rate", "batch_size", "budget_s"}
-VARIANTS = {"adam_cosine": {"schedule", "decay"}, "adam_budget": BUDGET, "lasso": {"method"}}
+VARIANTS = {"adam_cosine": {"schedule", "decay"}, "adam_budget": BUDGET, "sgd": {"rule"}, "lasso": {"method"}}
 # The files of control are settings of one controller each: their base holds the defaults.
 NO_DEFAULTS = {("data", "file"), *(("control", option) for option in groups()["control"])}
 FILES = [(group, option) for group in (*FOLDERS, *DECLARED) for option in groups()[group]]
