@@ -46,6 +46,10 @@ def test_inverse_is_the_autodiff_of_its_own_energy(peer, weights, motion):
     torch.testing.assert_close(peer.inverse(weights, *motion), vmap(tau)(*motion), rtol=1e-10, atol=1e-10)
 
 
+def test_both_ways_of_differentiating_give_one_force(peer, weights, motion):
+    torch.testing.assert_close(peer.automatic_inverse(weights, *motion), peer.inverse(weights, *motion))
+
+
 def test_slopes_are_the_derivatives_of_the_factor(peer, weights, motion):
     def factor(q):
         return peer.heads(weights, q.unsqueeze(0))[0][0]

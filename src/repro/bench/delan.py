@@ -39,6 +39,24 @@ class DeLaN:
         inertial = torch.einsum("sij,sj->si", factor @ factor.mT, qdd) + torch.einsum("sij,sj->si", mass_rate, qd)
         return inertial - push + force
 
+    def automatic_inverse(self, parameters: Tensor, q: Tensor, qd: Tensor, qdd: Tensor) -> Tensor:
+        """The same tau, with dM/dq by automatic differentiation at every sample."""
+        arrays = [array[0] for array in self.network.unpack(parameters.unsqueeze(0))]
+
+        def mass(place: Tensor) -> tuple[Tensor, tuple[Tensor, Tensor]]:
+            output = place
+            for weight, bias in zip(arrays[0:-2:2], arrays[1:-2:2], strict=True):
+                output = softplus(weight @ output + bias)
+            heads = arrays[-2] @ output + arrays[-1]
+            diagonal, lower, force = heads.tensor_split([self.n_q, self.n_q * (self.n_q + 1) // 2])
+            factor = self._triangle(torch.cat([softplus(diagonal) + SMALLEST, lower]).unsqueeze(0))[0]
+            return factor @ factor.mT, (factor @ factor.mT, force)
+
+        slopes, (matrix, force) = torch.vmap(torch.func.jacfwd(mass, has_aux=True))(q)
+        turned = torch.einsum("sijk,sj->sik", slopes, qd)
+        inertial = torch.einsum("sij,sj->si", matrix, qdd) + torch.einsum("sik,sk->si", turned, qd)
+        return inertial - torch.einsum("sik,si->sk", turned, qd) / 2 + force
+
     def heads(self, parameters: Tensor, q: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """L (sample, n_q, n_q), dL/dq (sample, n_q, n_q, n_q) with q last, and g (sample, n_q)."""
         arrays = [array[0] for array in self.network.unpack(parameters.unsqueeze(0))]
@@ -63,13 +81,17 @@ class DeLaN:
         return matrix
 
 
-def delan_step(case: TrainingCase, hidden: tuple[int, ...]) -> Step:
-    """Loss on tau and its gradient, for the samples of a case with one member; Glorot-uniform weights."""
+def delan_step(case: TrainingCase, hidden: tuple[int, ...], automatic: bool = False) -> Step:
+    """Loss on tau and its gradient, for the samples of a case with one member; Glorot-uniform weights.
+
+    automatic: the derivatives of M by automatic differentiation, not by the chain rule through the layers.
+    """
     peer = DeLaN(case.dataset.n_q, hidden)
+    inverse = peer.automatic_inverse if automatic else peer.inverse
     q, qd, qdd, tau = (case.measured(name)[0] for name in ("q", "qd", "qdd", "tau"))
 
     def loss(weights: Tensor) -> Tensor:
-        error = peer.inverse(weights[0], q, qd, qdd) - tau
+        error = inverse(weights[0], q, qd, qdd) - tau
         return error.square().sum(1).mean().unsqueeze(0)
 
     return differentiated(loss, torch.from_numpy(peer.network.initial([np.random.default_rng([0, 1])])))

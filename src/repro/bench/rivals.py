@@ -19,6 +19,7 @@ PROTOCOLS = {
     "lnn_naive": "; the same network, weights, samples and way of computing",
     "lnn_best": "; the same network, weights and samples; the derivatives of the features prepared for both",
     "delan_naive": "; DeLaN written anew from its paper in torch (softplus layers of q)",
+    "delan_automatic": "; DeLaN written anew, the derivatives of M by jacfwd for every sample",
     "delan_best": "; DeLaN: a triangular factor of M from a network of cos and sin, both in our engine",
     "linn_naive": "; LINN has no public code, so taken as one network of [q; qd; cos q; sin q], vmap(hessian), inverse "
     "loss",
@@ -40,6 +41,7 @@ def steps_of_rivals(scale: BenchScale) -> Iterator[PairedComparison]:
             "lnn_naive": (naive, Contender(lnn, by_hessian("forward").step)),
             "lnn_best": (best, Contender(lnn, fastest("forward").step)),
             "delan_naive": (naive, Contender(delan, partial(delan_step, hidden=hidden))),
+            "delan_automatic": (naive, Contender(delan, partial(delan_step, hidden=hidden, automatic=True))),
             "delan_best": (best, Contender(delan, best.step, triangular)),
             "linn_naive": (naive, Contender(linn, linn_step, one_network)),
             "linn_best": (best, Contender(linn, best.step, one_network)),
