@@ -9,7 +9,7 @@ from repro.mechanics.system import load
 from repro.models.bases import spring
 from repro.models.damped import Damped
 from repro.models.lagrangian import Lagrangian
-from repro.models.link_chain import ChainLink
+from repro.models.ports import ChainLink
 
 LINK = load("link", damping=[0.3])
 MODEL = Damped(Lagrangian(spring, 1), "diagonal")

@@ -7,10 +7,10 @@ from repro.codegen.array_evaluation import evaluate
 from repro.codegen.c_library import has_compiler
 from repro.evaluation import discrete_gradient
 from repro.evaluation.discrete_gradient import integrate, phase_space
-from repro.evaluation.model_motion import acceleration
 from repro.mechanics.simulate import simulate
 from repro.models.bases import t1
 from repro.models.lagrangian import Lagrangian
+from repro.models.model import acceleration
 from repro.models.port_hamiltonian import PortHamiltonian
 
 TRUE_T1 = np.array([0.4, 0.025, 0.1, 0.98])

@@ -10,7 +10,6 @@ from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
 from repro.evaluation import model_motion
-from repro.evaluation.model_motion import acceleration
 from repro.evaluation.rollouts import (
     POINTS,
     can_simulate,
@@ -21,10 +20,11 @@ from repro.evaluation.rollouts import (
 )
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
+from repro.models.anchors import Trivial
 from repro.models.bases import t1, t2
 from repro.models.blackbox import BlackBox
 from repro.models.lagrangian import Lagrangian
-from repro.models.trivial import Trivial
+from repro.models.model import acceleration
 
 
 def _values(metrics):

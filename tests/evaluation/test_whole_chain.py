@@ -7,7 +7,7 @@ from repro.data.random_force import random_force
 from repro.evaluation.chains import simulate_chain
 from repro.evaluation.whole_chain import draw, follow, learn, whole_chain_errors
 from repro.mechanics.system import load
-from repro.models.link_chain import ChainLink
+from repro.models.ports import ChainLink
 
 LINK = load("link", damping=[0.3])
 

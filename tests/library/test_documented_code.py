@@ -8,10 +8,16 @@ from pathlib import Path
 
 import pytest
 
-PAGE = Path(__file__).parents[2] / "docs" / "library.md"
-BLOCKS = re.findall(r"^```python\n(.*?)^```$", PAGE.read_text(), re.MULTILINE | re.DOTALL)
-HOOK = PAGE.parent / "hooks" / "notebooks.py"
-NOTEBOOKS = sorted((PAGE.parent / "notebooks").glob("*.py"))
+DOCS = Path(__file__).parents[2] / "docs"
+BLOCKS = {
+    f"{page}, block {number}": text
+    for page in ("library.md", "from-other-packages.md")
+    for number, text in enumerate(
+        re.findall(r"^```python\n(.*?)^```$", (DOCS / page).read_text(), re.MULTILINE | re.DOTALL), start=1
+    )
+}
+HOOK = DOCS / "hooks" / "notebooks.py"
+NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.py"))
 MODULES = ["repro", *(f"repro.library.{name}" for name in ("choices", "datasets", "fitting", "ensemble_model"))]
 
 
@@ -23,10 +29,10 @@ def test_examples_in_docstrings(module):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", range(len(BLOCKS)))
-def test_blocks_of_the_page(number, tmp_path, monkeypatch):
+@pytest.mark.parametrize("block", BLOCKS)
+def test_blocks_of_the_pages(block, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    exec(compile(BLOCKS[number], f"{PAGE.name}, block {number + 1}", "exec"), {"__name__": "__main__"})
+    exec(compile(BLOCKS[block], block, "exec"), {"__name__": "__main__"})
 
 
 @pytest.mark.slow

@@ -15,8 +15,8 @@ from repro.mechanics.system import load
 from repro.models.bases import t1
 from repro.models.context import Context
 from repro.models.kinds import neural_potential
-from repro.models.link_chain import ChainLink
 from repro.models.neural_potential import NeuralPotential
+from repro.models.ports import ChainLink
 
 LINK = load("link", damping=[0.3])
 

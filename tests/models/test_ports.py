@@ -9,8 +9,7 @@ from repro.mechanics.system import load
 from repro.models.bases import spring
 from repro.models.damped import Damped
 from repro.models.lagrangian import Lagrangian
-from repro.models.link_chain import ChainLink, link_chain
-from repro.models.ports import PortSystem, interconnect
+from repro.models.ports import ChainLink, PortSystem, interconnect, link_chain
 
 LINK = load("link", damping=[0.3])
 

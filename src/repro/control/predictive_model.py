@@ -14,6 +14,7 @@ from repro.mechanics.chain import LinkAngles
 from repro.mechanics.derive import solve_symmetric
 from repro.mechanics.inputs import input_map, inputs_from_force
 from repro.mechanics.system import System
+from repro.mechanics.system_options import Reading
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import EnergyExpressions, Model
 
@@ -160,7 +161,8 @@ class PredictiveModel:
 
     def potential_cost(self, potential: Any) -> Any:
         """V_cost: -V where theta = 0 is up (minimising it erects), V as printed otherwise."""
-        return -potential if not isinstance(self.system, LinkAngles) or self.system.reading == "physical" else potential
+        printed = isinstance(self.system, LinkAngles) and self.system.reading == Reading.PRINTED
+        return potential if printed else -potential
 
     def acceleration(self, q: ca.SX, qd: ca.SX, u: ca.SX, weights: ca.SX) -> ca.SX:
         """The forward dynamics, qdd."""

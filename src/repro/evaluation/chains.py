@@ -12,9 +12,8 @@ from repro.codegen.array_evaluation import evaluate
 from repro.evaluation.pointwise import MetricValues
 from repro.mechanics.runge_kutta import rk4_step
 from repro.mechanics.system import System
-from repro.models.link_chain import ChainLink, link_chain
 from repro.models.model import Model
-from repro.models.ports import PortSystem
+from repro.models.ports import ChainLink, PortSystem, link_chain
 
 SECONDS, TIME_STEP = 10.0, 0.004
 KEPT = 25  # steps from one kept state to the next

@@ -1,9 +1,7 @@
 """The motion of a learned model: by a compiled simulator, or by predictions alone where it cannot be compiled."""
 
 from collections.abc import Sequence
-from functools import lru_cache
 
-import casadi
 import numpy as np
 
 from repro.codegen.lazy_torch import torch
@@ -11,7 +9,7 @@ from repro.mechanics.inputs import generalised_force, under_inputs
 from repro.mechanics.runge_kutta import rk4_step
 from repro.mechanics.simulate import simulate
 from repro.mechanics.system import System
-from repro.models.model import Model
+from repro.models.model import Model, acceleration
 
 FEW_STEPS = 1000  # of all trajectories: below this CasADi integrates in less time than a compiler takes
 LARGEST = 2000  # weights: above this the generated simulator takes longer to compile than it saves
@@ -66,12 +64,3 @@ def model_motion(
 def is_compiled(model: Model) -> bool:
     """Whether the motion of a model is computed by compiled code."""
     return model.not_symbolic is None and model.n_parameters <= LARGEST
-
-
-@lru_cache(maxsize=16)
-def acceleration(model: Model) -> casadi.Function:
-    """qdd = f(q, qd, tau, parameters) of a model, as a CasADi function."""
-    q, qd, tau = (casadi.SX.sym(name, model.n_q) for name in ("q", "qd", "tau"))
-    parameters = casadi.SX.sym("parameters", model.n_parameters)
-    qdd = model.acceleration(q, qd, tau, parameters)
-    return casadi.Function("acceleration", [q, qd, tau, parameters], [casadi.densify(qdd)], {"cse": True})

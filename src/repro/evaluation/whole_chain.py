@@ -12,7 +12,7 @@ from repro.evaluation.chains import SECONDS, TIME_STEP, random_start, simulate_c
 from repro.evaluation.pointwise import MetricValues
 from repro.mechanics.runge_kutta import rk4_step
 from repro.mechanics.system import System
-from repro.models.link_chain import ChainLink
+from repro.models.ports import ChainLink
 
 
 @dataclass(frozen=True)

@@ -30,9 +30,9 @@ class Damped(Model):
     def __init__(self, model: Model, damping: Damping, positions: PositionFeatures | None = None) -> None:
         self.model, self.n_q = model, model.n_q
         jointed = (positions or cart_with_links(model.n_q)).jointed
-        self.shapes = full(model.n_q) if damping == "full" else diagonal(model.n_q, jointed)
+        self.shapes = paired(model.n_q, 1) if damping == "full" else diagonal(model.n_q, jointed)
         if damping == "gyroscopic":
-            self.shapes = np.concatenate([self.shapes, antisymmetric(model.n_q)])
+            self.shapes = np.concatenate([self.shapes, paired(model.n_q, -1)])
         self.rates = joint_rates(model.n_q, jointed) if damping in ("coulomb", "offset") else np.zeros((0, model.n_q))
         self.constant = np.eye(model.n_q) if damping == "offset" else np.zeros((model.n_q, 0))
         counts = {"c": len(self.shapes), "dry": len(self.rates), "offset": self.constant.shape[1]}
@@ -122,19 +122,11 @@ def diagonal(n_q: int, jointed: Sequence[int]) -> np.ndarray:
     return shapes
 
 
-def antisymmetric(n_q: int) -> np.ndarray:
-    """Shapes E_k (n_q (n_q - 1) / 2, n_q, n_q) of an antisymmetric matrix, upper entries in row order."""
-    rows, columns = np.triu_indices(n_q, 1)
+def paired(n_q: int, sign: int) -> np.ndarray:
+    """Shapes E_k of a symmetric (sign 1) or antisymmetric (-1) matrix (n_q, n_q), upper entries in row order."""
+    rows, columns = np.triu_indices(n_q, 0 if sign == 1 else 1)
     shapes = np.zeros((len(rows), n_q, n_q))
     numbers = np.arange(len(rows))
-    shapes[numbers, rows, columns], shapes[numbers, columns, rows] = 1, -1
-    return shapes
-
-
-def full(n_q: int) -> np.ndarray:
-    """Shapes E_k (n_q (n_q + 1) / 2, n_q, n_q) of a symmetric matrix, upper entries in row order."""
-    rows, columns = np.triu_indices(n_q)
-    shapes = np.zeros((len(rows), n_q, n_q))
-    numbers = np.arange(len(rows))
-    shapes[numbers, rows, columns] = shapes[numbers, columns, rows] = 1
+    shapes[numbers, columns, rows] = sign
+    shapes[numbers, rows, columns] = 1
     return shapes

@@ -1,7 +1,6 @@
 """Which of the Lagrangians with the same motion a learned one is read as; see `repro.evaluation.canonical`."""
 
 from enum import StrEnum
-from typing import assert_never
 
 
 class Gauge(StrEnum):
@@ -15,21 +14,9 @@ class Gauge(StrEnum):
     @property
     def is_canonical(self) -> bool:
         """Whether T vanishes at rest."""
-        match self:
-            case Gauge.CANONICAL | Gauge.CANONICAL_ANCHOR:
-                return True
-            case Gauge.RAW | Gauge.ANCHOR:
-                return False
-            case _:
-                assert_never(self)
+        return self in (Gauge.CANONICAL, Gauge.CANONICAL_ANCHOR)
 
     @property
     def is_anchored(self) -> bool:
         """Whether one energy is known."""
-        match self:
-            case Gauge.ANCHOR | Gauge.CANONICAL_ANCHOR:
-                return True
-            case Gauge.RAW | Gauge.CANONICAL:
-                return False
-            case _:
-                assert_never(self)
+        return self in (Gauge.ANCHOR, Gauge.CANONICAL_ANCHOR)

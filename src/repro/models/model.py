@@ -190,3 +190,12 @@ def _port_function(model: Model) -> casadi.Function:
     form = model.port_form(q, qd, parameters)
     rows = casadi.densify(casadi.vertcat(form.gradient, form.drift))
     return casadi.Function("port", [q, qd, parameters], [rows], {"cse": True})
+
+
+@lru_cache(maxsize=16)
+def acceleration(model: Model) -> casadi.Function:
+    """qdd = f(q, qd, tau, parameters) of a model, as a CasADi function."""
+    q, qd, tau = (casadi.SX.sym(name, model.n_q) for name in ("q", "qd", "tau"))
+    parameters = casadi.SX.sym("parameters", model.n_parameters)
+    qdd = model.acceleration(q, qd, tau, parameters)
+    return casadi.Function("acceleration", [q, qd, tau, parameters], [casadi.densify(qdd)], {"cse": True})

@@ -11,7 +11,7 @@ from repro.codegen.array_evaluation import evaluate
 from repro.codegen.lazy_torch import torch
 from repro.mechanics.coordinate import Coordinate
 from repro.mechanics.system import System
-from repro.models.model import Model
+from repro.models.model import Model, acceleration
 
 REACH = 2.0  # m on either side of the start
 FASTEST = 3.0  # times the spread of the training velocities
@@ -62,21 +62,13 @@ def margins(model: Model, weights: np.ndarray, states: States, storage: System |
 
 def _accelerations(model: Model, weights: np.ndarray, states: States) -> np.ndarray:
     if model.not_symbolic is None:
-        return evaluate(_acceleration(model), states.q, states.qd, states.tau, weights)
+        return evaluate(acceleration(model), states.q, states.qd, states.tau, weights)
     zero = np.zeros_like(states.q)
     samples = model.prepare(*(array[None] for array in (states.q, states.qd, zero, states.tau)))
     prepared = {name: torch.from_numpy(array) for name, array in samples.items()}
     with torch.no_grad():
         terms = model.evaluate(torch.from_numpy(weights)[None], prepared, mass=True)
         return terms.acceleration_error(torch.from_numpy(zero), torch.from_numpy(states.tau))[0].numpy()
-
-
-@lru_cache(maxsize=16)
-def _acceleration(model: Model) -> casadi.Function:
-    q, qd, tau = (casadi.SX.sym(name, model.n_q) for name in ("q", "qd", "tau"))
-    parameters = casadi.SX.sym("parameters", model.n_parameters)
-    qdd = casadi.densify(model.acceleration(q, qd, tau, parameters))
-    return casadi.Function("acceleration", [q, qd, tau, parameters], [qdd], {"cse": True})
 
 
 @lru_cache(maxsize=16)

@@ -12,8 +12,8 @@ from repro.errors import UserError
 from repro.mechanics.chain import Chain
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
+from repro.models.anchors import Exact
 from repro.models.damped import Damped
-from repro.models.exact import Exact
 from repro.models.features import FeatureMap
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model

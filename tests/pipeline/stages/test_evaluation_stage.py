@@ -6,12 +6,11 @@ import pytest
 import torch
 
 from repro.evaluation.pointwise import MetricValues
+from repro.models.anchors import Degenerate, Trivial
 from repro.models.bases import t1
 from repro.models.blackbox import BlackBox
-from repro.models.degenerate import Degenerate
 from repro.models.gauge import Gauge
 from repro.models.lagrangian import Lagrangian
-from repro.models.trivial import Trivial
 from repro.pipeline.stages.evaluate import METRICS, TRAJECTORIES, Fit, measure
 
 

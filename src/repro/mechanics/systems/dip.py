@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 from repro.mechanics.chain import Chain, Link
 from repro.mechanics.system import System
+from repro.mechanics.system_options import Reading
 from repro.mechanics.systems.sip_rod import SinglePendulumRod
 
 
@@ -37,7 +38,7 @@ class DoublePendulum(Chain):
     def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
         """Kinetic energy in J; printed: with (l1 thetad1 sin(theta1) + l2 thetad2 sin(theta2))^2 in T_p2."""
         right = super().kinetic(q, qd, m)
-        if self.reading == "physical":
+        if self.reading == Reading.PHYSICAL:
             return right
         first, second = (link.centre * qd[i] * m.sin(q[i]) for i, link in enumerate(self.links, start=1))
         whole = self.L1 * qd[1] * m.sin(q[1])
@@ -45,7 +46,7 @@ class DoublePendulum(Chain):
 
     def potential(self, q: Sequence[Any], m: Any) -> Any:
         """Potential energy in J; printed: - m1 g l1 cos(theta1) - m2 g (L1 cos(theta1 + l2 cos(theta2)))."""
-        if self.reading == "physical":
+        if self.reading == Reading.PHYSICAL:
             return super().potential(q, m)
         first, second = self.links
         outer = self.L1 * m.cos(q[1] + second.centre * m.cos(q[2]))

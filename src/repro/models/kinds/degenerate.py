@@ -24,7 +24,7 @@ class Options(ModelOptions):
 
     def system_problem(self, system: System) -> str | None:
         """It needs a cyclic coordinate that an input drives."""
-        from repro.models.degenerate import Degenerate
+        from repro.models.anchors import Degenerate
 
         try:
             Degenerate(system)
@@ -35,6 +35,6 @@ class Options(ModelOptions):
 
 def build(context: Context, options: Options) -> Model:
     """The model; UserError without the true system."""
-    from repro.models.degenerate import Degenerate
+    from repro.models.anchors import Degenerate
 
     return Degenerate(context.true_system)

@@ -54,9 +54,8 @@ class Options(ModelOptions):
 
 def build(context: Context, options: Options) -> Model:
     """The joined model; UserError unless the one part is of the first coordinates, as a cart with one rod is."""
-    from repro.models.interconnection import Interconnection, Joined
+    from repro.models.interconnection import Interconnection, Joined, mean_inertia, remaining_scale
     from repro.models.lagrangian import Lagrangian
-    from repro.models.remaining_inertia import mean_inertia, remaining_scale
     from repro.models.structured import Structured
 
     if problem := options.parts_problem(context.n_q, [part.model.n_q for part in context.parts]):

@@ -22,6 +22,6 @@ class Options(ModelOptions):
 
 def build(context: Context, options: Options) -> Model:
     """The model that predicts zeros."""
-    from repro.models.trivial import Trivial
+    from repro.models.anchors import Trivial
 
     return Trivial(context.n_q)

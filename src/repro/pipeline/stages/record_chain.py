@@ -7,8 +7,8 @@ import numpy as np
 
 from repro.evaluation.chains import KEPT, TIME_STEP, Motion, random_start, simulate_chain
 from repro.mechanics.system import System
-from repro.models.link_chain import ChainLink
 from repro.models.model import Model
+from repro.models.ports import ChainLink
 from repro.pipeline.stage_options import RecordingOptions
 from repro.pipeline.stages.stored_fit import load_parameters, model_of, simulated_system
 from repro.recording.chain_writer import ChainMotion, ChainRecording, write_chain_recording
