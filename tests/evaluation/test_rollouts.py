@@ -128,7 +128,7 @@ def test_a_window_error_is_a_geometric_mean_of_relative_distances(exact, system,
     )  # fmt: skip
     speeds = np.linspace(0.1, 2.0, 50)
 
-    def moving(acceleration, initial, tau, time_step, parameters, angles):
+    def moving(acceleration, initial, tau, time_step, parameters, angles, engine):
         states = np.zeros((len(initial), 51, 4))
         states[:, 1:, 2] = speeds
         return states

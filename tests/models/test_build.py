@@ -15,7 +15,7 @@ from repro.errors import UserError
 from repro.library.ensemble import build_model
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import load
-from repro.models import degenerate
+from repro.models import anchors
 from repro.models.bases import t1, t2
 from repro.models.context import Context
 from repro.models.kinds import lagrangian, structured, trivial
@@ -119,7 +119,7 @@ def test_the_trivial_model_says_nothing(context, data):
 def test_the_degenerate_model_is_the_cart_momentum_alone(name, data):
     """T = p_x^2 / 2 m with the true p_x; its momentum is (p_x, p_x dp_x/dthetad / m); its mass matrix has rank one."""
     system = load(name)
-    model = degenerate.Degenerate(system)
+    model = anchors.Degenerate(system)
     prepared = {name: torch.from_numpy(a) for name, a in model.prepare(data.q, data.qd, data.qdd, data.tau).items()}
     terms = model.evaluate(torch.zeros(3, 0, dtype=torch.float64), prepared)
     p = evaluate(dynamics_of(system).momentum, data.q, data.qd)[..., 0]
