@@ -28,9 +28,9 @@ from repro.tracking.store import Store
 SMALL_TOLERANCES = {"weights": 1e-9, "metrics": 1e-9}
 WIDE_TOLERANCES = {"weights": 1e-11, "metrics": 1e-6}
 SMALL = {
-    "generated code": "scale=smoke basis=t2 optimiser=adam",
-    "torch": "scale=smoke basis=t2 optimiser=adam optimiser.engine=torch",
-    "Levenberg-Marquardt": "scale=smoke basis=t2 optimiser=levenberg_marquardt",
+    "generated code": "scale=smoke data.samples=200 basis=t2 optimiser=adam",
+    "torch": "scale=smoke data.samples=200 basis=t2 optimiser=adam optimiser.engine=torch",
+    "Levenberg-Marquardt": "scale=smoke data.samples=200 basis=t2 optimiser=levenberg_marquardt",
 }
 WIDE = (
     "scale=quick seeds=1 basis=t2 model.hidden=[64,64] optimiser=adam optimiser.engine=torch optimiser.epochs=20",

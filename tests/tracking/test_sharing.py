@@ -107,8 +107,8 @@ def _jobs_of(sweep):
     return found
 
 
-def test_ten_kills(root, start):
-    kill_and_resume(root, start, 10)
+def test_six_kills(root, start):
+    kill_and_resume(root, start, 6)
 
 
 @pytest.mark.slow

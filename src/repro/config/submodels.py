@@ -11,6 +11,7 @@ from repro.config.registry import read_settings
 from repro.config.schema import Config
 from repro.errors import UserError
 from repro.tracking.load import Run, load_run
+from repro.tracking.plain_data import Json
 
 
 def is_settings(part: str) -> bool:
@@ -26,8 +27,9 @@ def settings_of(part: str, config: Config) -> Config:
     """The configuration of a sub-model's run: its own settings, with the scale, seeds and reading of the whole."""
     words = re.split(r"[\s+]+", _named().get(part, part).strip())
     own = [word if "=" in word else word.replace(":", "=", 1) for word in words]
-    seeds = ",".join(str(seed) for seed in config.members)
-    return _composed((*own, f"scale={config.scale.name}", f"seeds=[{seeds}]", f"reading={config.reading.name}"))
+    # What a scale cuts it cuts of the parts as well, whose settings are no command line.
+    shared = {**config.model_dump(mode="json", include={"scale", "reading"}), "seeds": config.members, "explicit": []}
+    return typed({**_composed(tuple(own)), **shared})
 
 
 def fit_of(id: str, root: Path | None = None) -> Run:
@@ -56,8 +58,7 @@ def _named() -> dict[str, str]:
 
 
 @lru_cache(maxsize=64)
-def _composed(overrides: tuple[str, ...]) -> Config:
-    job = tuple(renamed(override) for override in (*overrides, "record=false"))
-    check(job)
-    # What a scale cuts it cuts of the parts as well, whose settings are no command line.
-    return typed({**composed(job), "explicit": []})
+def _composed(overrides: tuple[str, ...]) -> Json:
+    job = [renamed(override) for override in (*overrides, "record=false")]
+    check([*job, "scale=smoke", "seeds=1", "reading=physical"])  # which the whole has for all of its parts
+    return composed(job)
