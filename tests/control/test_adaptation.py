@@ -173,6 +173,21 @@ def test_the_mass_matrix_stays_positive_definite(plant):
     assert adaptive.refused > 0
 
 
+def test_a_plant_that_changes_is_followed_by_a_filter_that_renews_its_doubt():
+    """After two seconds with one plant the masses change: without renewal the old measurements outweigh the new."""
+    system, other = load("sip"), load("sip", m0=0.75, m1=0.17)
+    model, samples = Truth(system), training(system)
+    errors = []
+    for renewal in (0.0, 1e-3):
+        prior = Prior.of(model, model.coefficients, samples, 0.2, 0.3)
+        adaptive = Identification(MomentumBalance(model, system, 8, DT), prior, 2e-3, 2e-4, renewal)
+        for plant in (system, other):
+            for stretch, applied in zip(*motion(plant, steps=50), strict=True):
+                adaptive.update(stretch, applied)
+        errors.append(np.abs(adaptive.weights / Truth(other).coefficients - 1).max())
+    assert errors[1] < 0.08 < errors[0]
+
+
 def test_what_is_not_finite_teaches_nothing_and_harms_nothing(plant):
     system, model, samples = plant
     adaptive = identification(system, model, 1.1 * model.coefficients, samples)

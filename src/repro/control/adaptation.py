@@ -128,13 +128,16 @@ class Identification:
     from its linear prediction, or where the mass matrix would lose most of its least eigenvalue.
 
     noise, drift: standard deviations of a measured momentum and of the unexplained momentum of one update, as shares of
-    the rms momentum. refused: number of dropped steps.
+    the rms momentum. renewal: share of the covariance of the prior that every update adds to that of the weights, so
+    that a model that is wrong where a motion ended, at rest beside the goal, is corrected there. refused: number of
+    dropped steps.
     """
 
     balance: MomentumBalance
     prior: Prior
     noise: float
     drift: float
+    renewal: float = 0.0
     weights: np.ndarray = field(init=False)
     unexplained: np.ndarray = field(init=False)
     covariance: np.ndarray = field(init=False)
@@ -165,6 +168,8 @@ class Identification:
         self._jacobian += jacobian
         n_w, n_q = len(self.weights), len(self.unexplained)
         self.covariance[n_w:, n_w:] += self._drift
+        if self.renewal:
+            self.covariance[:n_w, :n_w] += self.renewal * self.prior.covariance
         cross = np.hstack([self._jacobian, np.eye(n_q)]) @ self.covariance
         innovation = cross[:, :n_w] @ self._jacobian.T + cross[:, n_w:] + self._noise
         gain = np.linalg.solve(innovation, cross).T

@@ -17,7 +17,7 @@ from repro.control.optimal_control_problem import (
     PotentialGoal,
     SolverName,
 )
-from repro.plugins.options import Count, Natural, Positive
+from repro.plugins.options import Count, Natural, NotNegative, Positive
 
 if TYPE_CHECKING:
     import numpy as np
@@ -44,7 +44,7 @@ class Options(ControllerOptions):
     tolerance, iterations, seconds                limits of one solution; seconds of CPU time
     adaptive                                      re-identify the model online
     prior_error, prior_friction                   as in `Prior`, of an adaptive controller
-    noise, drift                                  as in `Identification`, of an adaptive controller
+    noise, drift, renewal                         as in `Identification`, of an adaptive controller
     """
 
     intervals: Count = 20
@@ -69,6 +69,7 @@ class Options(ControllerOptions):
     prior_friction: Positive = 0.3
     noise: Positive = 2e-3
     drift: Positive = 2e-4
+    renewal: NotNegative = 0.0
 
     @property
     def adapts(self) -> bool:
@@ -120,6 +121,7 @@ def build(options: Options, model: PredictiveModel, disc: Disc | None, samples: 
             if not options.adaptive:
                 return controller
             prior = Prior.of(model.model, weights, samples, options.prior_error, options.prior_friction)
-            return AdaptiveController(controller, Identification(balance, prior, options.noise, options.drift))
+            known = Identification(balance, prior, options.noise, options.drift, options.renewal)
+            return AdaptiveController(controller, known)
 
         yield make
