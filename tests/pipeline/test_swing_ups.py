@@ -31,13 +31,12 @@ JOBS = [job for job in expand(["experiment=swing_up"]) if "control=none" not in 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("job", JOBS, ids=lambda job: "-".join(word.rpartition(".")[2] for word in job[:-1]))
-def test_loops_reach_their_goal(job, tmp_path, record_property):
+@pytest.mark.parametrize("job", JOBS, ids=lambda job: "-".join(word.rpartition("=")[2] for word in job[:-1]))
+def test_loops_reach_their_goal(job, tmp_path):
     store = Store(Path(tmp_path))
     pipeline = Pipeline.of(compose([*job, "scale=paper", f"task.initial_states={STARTS}"]).config, "")
     execute(pipeline, store)
     loops = pd.read_parquet(store.find(pipeline.control_stage.id, kind="control").path("control.parquet"))
     found = {"success": int(loops.success.sum()), "p95": float(loops.solve_ms_p95.median())}
-    for name, value in found.items():
-        record_property(name, value)
+    print(found)
     assert found["success"] >= _least(job) * STARTS - 1 and found["p95"] < SLOWEST, found
