@@ -55,7 +55,8 @@ class DeLaN:
         slopes, (matrix, force) = torch.vmap(torch.func.jacfwd(mass, has_aux=True))(q)
         turned = torch.einsum("sijk,sj->sik", slopes, qd)
         inertial = torch.einsum("sij,sj->si", matrix, qdd) + torch.einsum("sik,sk->si", turned, qd)
-        return inertial - torch.einsum("sik,si->sk", turned, qd) / 2 + force
+        tau: Tensor = inertial - torch.einsum("sik,si->sk", turned, qd) / 2 + force
+        return tau
 
     def heads(self, parameters: Tensor, q: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """L (sample, n_q, n_q), dL/dq (sample, n_q, n_q, n_q) with q last, and g (sample, n_q)."""
