@@ -185,6 +185,18 @@ def fill_measured(store: SyntheticStore, rng: np.random.Generator) -> None:
             store.run("measured", found | {"bound_mae_qdd": found["mae_qdd"]}, **card)
 
 
+def fill_related_work(store: SyntheticStore, rng: np.random.Generator) -> None:
+    """Run a network of ours and a peer at two budgets, synthetically."""
+    anchors = {"trivial": {"mae_tau": 1.25}, "degenerate": {"mae_tau": 0.1}}
+    store.anchors("related_work", **anchors, system="sip", as_printed=False)
+    for seconds in (1.7, 5.0):
+        peer = {"model": "blackbox", "objective": "forward", "optimiser": "adam_budget", "optimiser.budget_s": seconds}
+        ours = {"model": "structured", "optimiser": "levenberg_marquardt", "optimiser.budget_s": seconds}
+        for card, tau in ((peer, 0.1 / seconds), (ours, 1e-5)):
+            found = learned(rng, tau) | {"fit_seconds": [seconds] * 5}
+            store.run("related_work", found, system="sip", labels="exact", tau_noise=0.0, n_train=1000, **card)
+
+
 def fill_control(store: SyntheticStore) -> None:
     """Run the experiments of control, synthetically."""
     for experiment, system, links in (("sip_control", "sip", 1), ("dip_control", "dip", 2)):
@@ -217,6 +229,7 @@ def fill(store: SyntheticStore) -> None:
     fill_sensitivity(store.outputs, np.random.default_rng(1))
     fill_control(store)
     fill_measured(store, np.random.default_rng(2))
+    fill_related_work(store, np.random.default_rng(3))
     fill_ports(store, rng)
     fill_double_pendulum(store, rng)
     anchors = {"mae_tau": 1.4, "mae_qdd": 11.0, "onestep_euler_qd[0]": 0.05, "onestep_euler_qd[1]": 0.12}

@@ -39,17 +39,18 @@ def draw(results: Results) -> "Canvas | None":
         }
         for system in SYSTEMS
     }
-    if not any(group for of_system in found.values() for group in of_system.values()):
+    shown = [system for system, groups in found.items() if any(groups.values())]
+    if not shown:
         return None
     canvas = new_canvas(TEXT_WIDTH, 3.4)
-    panels = canvas.subplots(1, 2)
-    for (system, title), panel in zip(SYSTEMS.items(), panels, strict=True):
+    panels = canvas.subplots(1, len(shown), squeeze=False)[0]
+    for system, panel in zip(shown, panels, strict=True):
         for (name, group), role in zip(found[system].items(), style.SERIES, strict=True):
             _line(panel, group, name, role.marked_line_style)
         panel.set_xscale("log")
         panel.set_yscale("log")
         panel.set_xlabel("CPU time of a fit [s]")
-        panel.set_title(f"{title}: MAE q̈ [m/s², rad/s²]")
+        panel.set_title(f"{SYSTEMS[system]}: MAE q̈ [m/s², rad/s²]")
     canvas.legend(handles=panels[0].lines, loc="outside lower center", ncols=5)
     return canvas
 
