@@ -45,7 +45,10 @@ def worst_margin(model: Model, parameters: np.ndarray, states: States, storage: 
 
 
 def margins(model: Model, weights: np.ndarray, states: States, storage: System | None = None) -> np.ndarray:
-    """The passivity margin at every state, (state,), for one member's weights (n_parameters,)."""
+    """The passivity margin at every state, (state,), for one member's weights (n_parameters,).
+
+    nan where xdot is not finite.
+    """
     q, qd, tau = states.q, states.qd, states.tau
     if storage is None:
         gradient, drift = model.port_values(weights, q, qd)
@@ -54,9 +57,10 @@ def margins(model: Model, weights: np.ndarray, states: States, storage: System |
         gradient, velocity = evaluate(_energy_gradient(storage), q, qd), qd
         rate = np.concatenate([qd, _accelerations(model, weights, states)], axis=-1)
     supplied = (velocity * tau).sum(-1)
-    size = np.linalg.norm(gradient, axis=-1) * np.linalg.norm(rate, axis=-1) + np.abs(supplied)
-    gained = (gradient * rate).sum(-1) - supplied
-    margin: np.ndarray = np.divide(gained, size, out=np.zeros_like(size), where=size > 0)
+    with np.errstate(invalid="ignore", over="ignore"):  # accelerations are infinite where the mass matrix is singular
+        size = np.linalg.norm(gradient, axis=-1) * np.linalg.norm(rate, axis=-1) + np.abs(supplied)
+        gained = (gradient * rate).sum(-1) - supplied
+        margin: np.ndarray = np.divide(gained, size, out=np.zeros_like(size), where=size > 0)
     return margin
 
 
