@@ -18,6 +18,7 @@ from repro.evaluation.rollouts import (
     rollout_errors,
     window_error,
 )
+from repro.evaluation.uncertainty import motion_errors
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
 from repro.models.anchors import Trivial
@@ -55,6 +56,25 @@ def test_a_rollout_starts_anew_with_every_episode(exact, data):
     np.testing.assert_array_equal(rollout.model[:, starts], rollout.plant[:, starts])
     error = np.abs(rollout.model - rollout.plant).max((0, 2))
     assert error[19] > 1e-2 and error[90] > 1e-2 and error[21] < 1e-2
+
+
+def test_errors_of_the_weights_carry_over_to_the_rollout(exact, data):
+    """As finite differences of whole rollouts say."""
+    model, parameters = exact
+    draw, size = np.random.default_rng(2), model.n_parameters
+    factor = np.stack([np.eye(size) + 0.3 * draw.normal(size=(size, size)) for _ in parameters])
+    covariance = factor @ factor.swapaxes(1, 2)
+    rollout = first_points(model, parameters, data.test)
+    found = motion_errors(model, parameters.numpy(), np.linalg.inv(covariance), rollout.model, data.test)
+    h = 1e-5
+    slopes = []
+    for step in np.moveaxis(factor, 2, 0):
+        ahead, behind = (
+            first_points(model, parameters + sign * h * torch.from_numpy(step), data.test).model for sign in (1, -1)
+        )
+        slopes.append((ahead - behind) / (2 * h))
+    expected = np.sqrt(np.square(slopes).sum(0))
+    np.testing.assert_allclose(found[:, :60], expected[:, :60], rtol=2e-3, atol=1e-6)
 
 
 def test_no_more_points_than_fig_4_shows(exact, system):

@@ -10,7 +10,6 @@ from repro.data.random_force import random_force
 from repro.learning.path.kalman import Linearised, smoothed, whitened
 from repro.learning.path.path_fit import MemberPath, fit_path
 from repro.learning.path.path_options import PathOptions
-from repro.learning.path.step_model import StepModel
 from repro.learning.path.windows import Windows
 from repro.learning.result import silent
 from repro.mechanics.system import load
@@ -18,6 +17,7 @@ from repro.models.bases import t1
 from repro.models.damped import Damped
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
+from repro.models.step_model import StepModel
 from repro.models.structured import Structured
 
 SYSTEM = load("sip")

@@ -103,6 +103,21 @@ def test_lines_are_named_with_their_unit(written):
     assert tracks["force"].names == ("force [N]",)
 
 
+def test_a_motion_with_errors_lies_within_its_band():
+    recording = example(models=1)
+    (model,) = recording.models.values()
+    spread = np.abs(model.state) / 10
+    layout = layout_of(replace(recording, models={"seed 1": replace(model, spread=spread)}))
+    for number, chart in enumerate([*layout.coordinates, *layout.rates]):
+        lines = dict(zip(chart.names, chart.lines.values(), strict=True))
+        _, own, above, below = lines.values()
+        assert [name.partition("seed 1 ")[2].partition(" [")[0] for name in lines][2:] == ["+ 2 s.e.", "- 2 s.e."]
+        np.testing.assert_allclose(above - own, 2 * spread[:, number])
+        np.testing.assert_allclose(own - below, 2 * spread[:, number])
+    with pytest.raises(ValueError, match="spread of seed 1"):
+        replace(recording, models={"seed 1": replace(model, spread=spread[:, :2])})
+
+
 def test_every_input_has_a_line_in_the_chart_of_its_unit():
     forces = {name: np.linspace(0.0, slope, 50) for name, slope in (("x", 1.0), ("y", 2.0), ("theta", 3.0))}
     still = DrawnMotion(np.zeros((50, 6)), {"H": np.zeros(50)}, [DrawnShape("link", np.ones((50, 2, 2)))])

@@ -12,6 +12,7 @@ from repro.evaluation.identifiability import Identifiability, identifiability
 from repro.evaluation.pointwise import ACCELERATION, FORCE, MetricValues
 from repro.models.inverse_jacobians import inverse_model
 from repro.models.model import Model
+from repro.models.step_model import StepModel, substeps_for
 
 CUTOFF = 1e-11  # of the largest eigenvalue of the information scaled to a unit diagonal: below it nothing is known
 PARTICIPATES = 1e-4  # share of a weight in a null direction from which it has no standard error
@@ -112,6 +113,29 @@ def expected_errors(
         variance = np.einsum("niw,wv,niv->ni", rows, known.covariance, rows, optimize=True)
         means.append(GAUSSIAN * float(np.sqrt(np.maximum(variance, 0)).mean()))
     return means[0], means[1]
+
+
+def motion_errors(
+    model: Model, parameters: np.ndarray, information: np.ndarray, motion: np.ndarray, part: Dataset
+) -> np.ndarray:
+    """Standard errors (member, point, 2 n_q) of a roll-out by the errors of the weights, exact at each restart.
+
+    parameters: (member, n); information: (member, n, n); motion: the roll-out (member, point, 2 n_q) over the first
+    samples of `part` and under their force.
+    """
+    steps, points = StepModel(model), motion.shape[1]
+    restart = np.append(True, np.diff(part.episode[:points]) != 0)
+    interval = np.where(restart[1:], np.nan, part.time_step)
+    errors = np.zeros_like(motion)
+    for member, (weights, known) in enumerate(zip(parameters, information, strict=True)):
+        covariance = Uncertainty.of(known).covariance
+        substeps = substeps_for(part.qd[member], part.time_step)
+        step = steps(motion[member, :-1], part.tau[member, : points - 1], interval, weights, substeps)
+        slope = np.zeros((motion.shape[2], len(weights)))
+        for k, (by_state, by_weights) in enumerate(zip(step.by_state, step.columns[..., 1:], strict=True), start=1):
+            slope = by_state @ slope + by_weights  # both are 0 at a restart
+            errors[member, k] = np.sqrt(np.maximum(np.einsum("xw,wv,xv->x", slope, covariance, slope), 0))
+    return errors
 
 
 def _mass(model: Model) -> casadi.Function:

@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -77,6 +78,10 @@ def recording_of(
         energies = {name: table.get(f"{role}.{name}", absent).to_numpy() for name in ENERGIES}
         return DrawnMotion(state, energies, drawn_shapes(system, state))
 
+    def spread(table: pd.DataFrame) -> np.ndarray | None:
+        columns = [f"standard_error.{name}" for name in names]
+        return table[columns].to_numpy() if columns[0] in table else None
+
     plant = motion(first, "plant")
     q, qd = np.split(plant.state, 2, axis=1)
     inputs, forces = np.zeros((len(time), 0)), {c.name: tau[:, i] for i, c in enumerate(coordinates)}
@@ -97,7 +102,7 @@ def recording_of(
         time=time,
         coordinates=[(c.name, c.unit) for c in coordinates],
         plant=plant,
-        models={label: motion(table, "model") for label, table in tested.items()},
+        models={label: replace(motion(table, "model"), spread=spread(table)) for label, table in tested.items()},
         forces=forces,
         inputs={} if system is None else named_inputs(system, inputs),
         power={name: np.where(restart, 0.0, values) for name, values in power.items()},

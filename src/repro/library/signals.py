@@ -9,6 +9,7 @@ from repro.data.dataset import Dataset
 from repro.evaluation.canonical import RestStates, in_gauge
 from repro.evaluation.predictions import predict
 from repro.evaluation.rollouts import ModelRollout
+from repro.evaluation.uncertainty import motion_errors
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
 from repro.models.gauge import Gauge
@@ -25,10 +26,12 @@ def signals(
     test: Dataset,
     system: System | None,
     rollout: ModelRollout | None,
+    information: np.ndarray | None = None,
 ) -> list[Signal]:
     """Rows of every member: tau[i], episode, and the states and energies of plant and model by name.
 
-    parameters: (member, n_parameters). Energies are in the canonical gauge, where the true system is known.
+    parameters: (member, n_parameters); information: of the weights (member, n_parameters, n_parameters), where the fit
+    has one: then there are standard errors of the model's states too. Energies are in the canonical gauge, where the true system is known.
     """
     if rollout is None:
         return []
@@ -39,6 +42,9 @@ def signals(
     columns["episode"] = episode
     for role, states in (("plant", rollout.plant), ("model", rollout.model), ("euler", rollout.one_step_euler)):
         columns |= {f"{role}.{name}": states[..., index] for index, name in enumerate(names)}
+    if information is not None:
+        errors = motion_errors(model, parameters, information, rollout.model, test)
+        columns |= {f"standard_error.{name}": errors[..., index] for index, name in enumerate(names)}
     if system is not None and model.energetic:
         columns |= _energies("plant", true_energies(system, rollout.plant))
         columns |= _energies("model", learned_energies(model, parameters, system, rollout.model))

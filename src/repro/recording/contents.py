@@ -37,6 +37,7 @@ class DrawnMotion:
     """One trajectory on the recording's time grid; from where it diverged its values may be anything.
 
     state     (steps, 2 n_q), coordinates then their rates
+    spread    (steps, 2 n_q), standard errors of the state, or None
     energies  name -> (steps,), J
     shapes    what the picture shows of it
     """
@@ -44,6 +45,7 @@ class DrawnMotion:
     state: np.ndarray
     energies: Mapping[str, np.ndarray]
     shapes: Sequence[DrawnShape]
+    spread: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -110,6 +112,8 @@ class RunRecording(Recording):
             shapes["predicted"] = self.predicted, (steps, self.predicted.shape[1], 2)
         for label, rollout in {PLANT: self.plant, **self.models}.items():
             shapes[f"state of {label}"] = rollout.state, (steps, 2 * len(self.coordinates))
+            if rollout.spread is not None:
+                shapes[f"spread of {label}"] = rollout.spread, rollout.state.shape
             places = {f"shape {number} of {label}": drawn.points for number, drawn in enumerate(rollout.shapes)}
             shapes |= {what: (points, (steps, *points.shape[1:])) for what, points in places.items()}
             for name in self.plant.energies:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 CARD = "run_card"
 TIMELINE = "sim_time"
 LEARNING_TIMELINE = "fit_step"
+BAND = 2  # standard errors that are drawn on either side of a motion
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,13 @@ def layout_of(recording: RunRecording) -> Layout:
         return Chart(path, title, quantity, unit, lines, colours, reference=PLANT)
 
     def column(number: int) -> dict[str, np.ndarray]:
-        return {label: rollout.state[:, number] for label, rollout in rollouts.items()}
+        lines = {}
+        for label, rollout in rollouts.items():
+            lines[label] = rollout.state[:, number]
+            for sign, size in () if rollout.spread is None else (("+", BAND), ("-", -BAND)):
+                edge = f"{label} {sign} {BAND} s.e."
+                lines[edge], colours[edge] = lines[label] + size * rollout.spread[:, number], palette.BAND
+        return lines
 
     coordinates, rates = [], []
     for number, (name, unit) in enumerate(recording.coordinates):

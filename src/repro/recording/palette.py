@@ -10,6 +10,7 @@ FORCE: Colour = (196, 84, 196)
 OBSTACLE: Colour = (222, 72, 72)
 TRACK: Colour = (132, 132, 132)
 PREDICTED: Colour = (226, 160, 40)
+BAND: Colour = (150, 150, 150)
 
 MODELS: tuple[Colour, ...] = (
     (226, 104, 10),

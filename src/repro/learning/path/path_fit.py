@@ -14,14 +14,12 @@ from repro.data.dataset import Dataset
 from repro.learning.levenberg_marquardt import damped_step
 from repro.learning.path.kalman import Linearised, smoothed, whitened
 from repro.learning.path.path_options import PathOptions
-from repro.learning.path.step_model import StepModel
 from repro.learning.path.windows import Windows
 from repro.learning.result import Progress
 from repro.models.model import Model
+from repro.models.step_model import StepModel, substeps_for
 from repro.models.zeroed import Zeroed
 
-TURN = 0.08  # rad that an angle turns within a sub-step
-LONGEST = 0.01  # s of a sub-step
 LEAVE = 3e-3  # share of the loss below which a gain ends a stage that another one follows
 SETTLED = 1e-4  # and the last one, where the rest is small beside what noise does to the weights
 MOST_GROWTH = 256.0  # of the damping in one step, after which no step gains any more
@@ -118,12 +116,6 @@ class MemberPath:
         left = 1 - 2 * self.windows.n_q * len(rest) / seen
         noise: np.ndarray = np.sqrt(np.nanmean(rest**2, axis=(0, 1)) / left)
         return noise
-
-
-def substeps_for(qd: np.ndarray, interval: float) -> int:
-    """Sub-steps of an interval (s) that suit the fastest of velocities (sample, n_q)."""
-    fastest = float(np.quantile(np.abs(qd).max(1), 0.995))
-    return max(1, int(np.ceil(interval / min(LONGEST, TURN / max(fastest, 1e-9)))))
 
 
 def fit_path(

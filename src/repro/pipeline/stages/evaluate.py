@@ -150,7 +150,7 @@ def measure(
     ]
     table = pd.DataFrame(rows, columns=["member", "split", "metric", "value", "unit"])
     table.to_parquet(folder / METRICS, index=False)
-    trajectories = signals(fit.model, fit.parameters, fit.seeds, data.test, system, rollout)
+    trajectories = signals(fit.model, fit.parameters, fit.seeds, data.test, system, rollout, fit.information)
     trajectories += [] if motion is None else energy_curves(motion, fit.seeds)
     pd.DataFrame(trajectories, columns=["member", "name", "t", "value"]).to_parquet(folder / TRAJECTORIES, index=False)
     medians = {m.name: float(np.median(m.values)) for m in metrics if m.split == "test" and "[" not in m.name}

@@ -19,6 +19,8 @@ from repro.codegen.lanes import FAST, FUNCTIONS, TYPE, vector_function
 from repro.codegen.point_function import LONG
 from repro.models.model import Model
 
+TURN = 0.08  # rad that an angle turns within a sub-step
+LONGEST = 0.01  # s of a sub-step
 TOGETHER = 512  # steps that are differentiated at once, without a compiler
 
 
@@ -108,6 +110,12 @@ class StepModel:
         rate[:, n:, 1 + n_x : -n] -= jacobian[..., n_x:]
         rate[:, n:, -n:] += inverse
         return rate
+
+
+def substeps_for(qd: np.ndarray, interval: float) -> int:
+    """Sub-steps of an interval (s) that suit the fastest of velocities (sample, n_q)."""
+    fastest = float(np.quantile(np.abs(qd).max(1), 0.995))
+    return max(1, int(np.ceil(interval / min(LONGEST, TURN / max(fastest, 1e-9)))))
 
 
 def _inverse(matrices: np.ndarray) -> np.ndarray:
