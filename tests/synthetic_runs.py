@@ -182,7 +182,10 @@ def fill_measured(store: SyntheticStore, rng: np.random.Generator) -> None:
             keys = {"data.sample_step": 0.01, "data.encoder_zero": 0.0, "data.q_noise": 0.001}
             card = {**place, **keys, "labels": "smoothed", "objective": objective, "n_train": samples}
             found = learned(rng, tau * (1000 / samples) ** 0.5)
-            store.run("measured", found | {"bound_mae_qdd": found["mae_qdd"]}, **card)
+            names = {"plant.theta": 1.0, "model.theta": 1.01, "standard_error.theta": 0.02, "episode": 3.0}
+            rows = [(0, name, 0.04 * k, value) for name, value in names.items() for k in range(20)]
+            moved = pd.DataFrame(rows, columns=["member", "name", "t", "value"]) if objective == "path" else None
+            store.run("measured", found | {"bound_mae_qdd": found["mae_qdd"]}, trajectories=moved, **card)
 
 
 def fill_related_work(store: SyntheticStore, rng: np.random.Generator) -> None:

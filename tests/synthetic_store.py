@@ -41,7 +41,7 @@ LAYERS = ("hidden", "momentum_hidden")
 # What the synthetic paper prints, and the motions that the figures of the project show.
 PAPER = Gathering(
     protocols={"synthetic": {"synthetic.as_printed": True}},
-    trajectories=("sip_regimes", "ph_passivity"),
+    trajectories={"sip_regimes": {}, "ph_passivity": {}, "measured": {}},
     closed_loops=("sip_control", "dip_control"),
 )
 

@@ -1,4 +1,4 @@
-"""Learning from positions alone: the error against the number of samples and the noise, and the Cramer-Rao bound."""
+"""Learning from positions alone: the error beside the Cramer-Rao bound, and the band of a roll-out."""
 
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,7 @@ from repro.results.run_setting import RunSetting
 from repro.results.selectors import Where, settings
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.figure import Figure as Canvas
 
 EXPERIMENT = "measured"
@@ -23,6 +24,8 @@ METHODS: Mapping[str, Where] = {
     "path": {"labels": "smoothed", "objective": "path"},
 }
 TYPICAL_NOISE = 0.001  # m, rad
+ANGLE, ERROR = "theta", "standard_error.theta"
+BAND = 2.0  # standard errors
 
 
 def draw(results: Results) -> "Canvas | None":
@@ -32,7 +35,8 @@ def draw(results: Results) -> "Canvas | None":
     if not any(noisy.values()):
         return None
     canvas = new_canvas(TEXT_WIDTH, 2.8)
-    samples, noise = canvas.subplots(1, 2, sharey=True)
+    samples, noise, motion = canvas.subplots(1, 3)
+    noise.sharey(samples)
     most = max(_samples(setting) for group in noisy.values() for setting in group)
     for name, role in zip(METHODS, style.SERIES, strict=False):
         over_samples = [s for s in noisy[name] if _noise(s) == TYPICAL_NOISE]
@@ -46,6 +50,7 @@ def draw(results: Results) -> "Canvas | None":
         panel.set_yscale("log")
         panel.set_xlabel(text)
     samples.set_title("MAE q̈ [m/s², rad/s²]")
+    _rollout(motion, results.trajectories)
     canvas.legend(handles=samples.lines, loc="outside lower center", ncols=4)
     return canvas
 
@@ -54,6 +59,23 @@ def _line(panel: Any, group: list[RunSetting], along: Callable[[RunSetting], flo
     points = sorted((along(s), float(np.median(values))) for s in group if (values := s.values(metric)).size)
     if points:
         panel.plot(*zip(*points, strict=True), **looks)
+
+
+def _rollout(panel: Any, trajectories: "pd.DataFrame") -> None:
+    """The error of the angle along the first episode that was not learned, by one model, and its band."""
+    known = trajectories[trajectories["name"] == ERROR]
+    if known.empty:
+        panel.set_axis_off()
+        return
+    run, member = known.iloc[0][["run", "member"]]
+    rows = trajectories[(trajectories["run"] == run) & (trajectories["member"] == member)]
+    lines = rows.pivot(index="t", columns="name", values="value").sort_index()
+    first = lines[lines["episode"] == lines["episode"].iloc[0]]
+    band, error = BAND * first[ERROR], first[f"model.{ANGLE}"] - first[f"plant.{ANGLE}"]
+    panel.fill_between(first.index, -band, band, color=style.SERIES[2].colour, alpha=0.3, linewidth=0)
+    panel.plot(first.index, error, color=style.SERIES[2].colour)
+    panel.set_title("error of θ in a roll-out [rad]")
+    panel.set_xlabel("time [s]")
 
 
 def _samples(setting: RunSetting) -> float:
@@ -69,9 +91,11 @@ FIGURES = (
         "measured",
         "Learning from positions alone",
         "Single pendulum, T1, positions at 100 Hz: medians over the members. The bound is the error that the Fisher "
-        "information of the path fit predicts for any unbiased method.",
+        "information of the path fit predicts for any unbiased method. Right: how far one model, learned from the "
+        "fewest samples, is off along a motion that it has not seen, and two standard errors on either side.",
         "Two panels with logarithmic axes: the error of accelerations against samples and against noise, one line per "
-        "method, and the Cramér-Rao bound as a dashed line.",
+        "method, and the Cramér-Rao bound as a dashed line. A third one: the error of the angle in a roll-out over "
+        "time, in a shaded band.",
         draw,
     ),
 )

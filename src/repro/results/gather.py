@@ -41,7 +41,7 @@ def gather_runs(runs: Sequence[StoredRun], benches: Sequence[Path], paper: Gathe
     cards = {(run.id, run.experiment): _card(run, paper) for run in runs}
     finished = [run for run in runs if run.outcome == "ok"]
     distinct = [*{run.id: run for run in finished}.values()]  # once, though several experiments list it
-    moved = {run.id: run for run in finished if run.experiment in paper.trajectories}.values()
+    moved = {run.id: run for run in finished if paper.keeps_trajectories(run.experiment, run.card.settings)}.values()
     driven = {run.id: run for run in finished if run.experiment in paper.closed_loops}.values()
     known: dict[str, Record | None] = {}
     rows = {

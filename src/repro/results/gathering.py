@@ -20,12 +20,12 @@ class Gathering:
     """How runs are gathered for one paper.
 
     protocols     what counts as printed: name -> dotted key -> value
-    trajectories  experiments whose trajectories are kept
+    trajectories  experiments whose trajectories are kept, and the settings of these runs by dotted key
     closed_loops  experiments of whose closed loops the first of each run is kept
     """
 
     protocols: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    trajectories: tuple[str, ...] = ()
+    trajectories: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     closed_loops: tuple[str, ...] = ()
 
     @classmethod
@@ -42,11 +42,16 @@ class Gathering:
 
     def is_as_printed(self, settings: Settings) -> bool:
         """Whether a run of these settings, at its scale, follows a protocol; what that does not name is free."""
-        missing = object()
-        return any(
-            all(settings.get(key, missing) == value for key, value in printed.items())
-            for printed in self.protocols.values()
-        )
+        return any(_has(settings, printed) for printed in self.protocols.values())
+
+    def keeps_trajectories(self, experiment: str, settings: Settings) -> bool:
+        """Whether the trajectories of a run are kept."""
+        return experiment in self.trajectories and _has(settings, self.trajectories[experiment])
+
+
+def _has(settings: Settings, wanted: Mapping[str, Any]) -> bool:
+    missing = object()
+    return all(settings.get(key, missing) == value for key, value in wanted.items())
 
 
 NO_PAPER = Gathering()
