@@ -8,7 +8,8 @@ from scipy.optimize import least_squares
 
 from repro.codegen.array_evaluation import evaluate
 from repro.control.adaptation import Identification, MomentumBalance, Prior, sampled
-from repro.control.conditions import measured
+from repro.control.conditions import measured, sensor_errors
+from repro.control.state_filter import FilteredIdentification
 from repro.data.random_force import random_force
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
@@ -228,3 +229,33 @@ def test_friction_is_expected_to_take_a_share_of_the_momentum():
 def test_simpsons_rule_needs_an_even_number():
     with pytest.raises(ValueError, match="even"):
         MomentumBalance(Truth(load("sip")), load("sip"), 7, DT)
+
+
+def test_under_noise_the_filter_of_the_state_is_nearer_than_the_balance(plant):
+    system, model, samples = plant
+    start, draw = random_start(system, 0.8, 0, 0), np.random.default_rng(5)
+    wrong = model.coefficients * np.random.default_rng([*start.seed, 1]).uniform(0.8, 1.2, len(model.coefficients))
+    by_balance = identification(system, model, wrong, samples)
+    by_filter = FilteredIdentification(
+        by_balance.balance, by_balance.prior, 2e-3, 2e-4, sensors=sensor_errors(system)
+    )  # fmt: skip
+    stretches, applied = motion(system, steps=50)
+    seen = measured(stretches, system, 1.0, draw)
+    seen[1:, 0] = seen[:-1, -1]
+    for stretch, force in zip(seen, applied, strict=True):
+        by_balance.update(stretch, force)
+        by_filter.update(stretch, force)
+    off = [np.linalg.norm(each.weights / model.coefficients - 1) for each in (by_filter, by_balance)]
+    assert off[0] < 0.5 * off[1]
+    assert np.abs(by_filter._state - stretches[-1, -1]).max() < 0.01  # what is measured is off by 0.01 rad/s
+
+
+def test_the_filter_begins_anew_after_a_motion_without_numbers(plant):
+    system, model, samples = plant
+    known = identification(system, model, model.coefficients, samples)
+    filtered = FilteredIdentification(known.balance, known.prior, 2e-3, 2e-4, sensors=sensor_errors(system))
+    stretches, applied = motion(system, steps=2)
+    filtered.update(stretches[0], applied[0])
+    filtered.update(np.full_like(stretches[0], np.nan), applied[0])
+    filtered.update(stretches[1], applied[1])
+    np.testing.assert_allclose(filtered.weights, model.coefficients, rtol=1e-3)

@@ -67,9 +67,14 @@ def measured(states: np.ndarray, system: System, noise: float, generator: np.ran
     """States (..., 2 n_q) with measurement noise, in units of NOISE."""
     if not noise:
         return states
+    return states + noise * sensor_errors(system) * generator.standard_normal(states.shape)
+
+
+def sensor_errors(system: System) -> np.ndarray:
+    """Standard deviations (2 n_q,) of one unit of noise."""
     deviations = [NOISE[1] if c.is_angle else NOISE[0] for c in system.coordinates]
     deviations += [NOISE[3] if c.is_angle else NOISE[2] for c in system.coordinates]
-    return states + noise * np.array(deviations) * generator.standard_normal(states.shape)
+    return np.array(deviations)
 
 
 def _factors(conditions: Conditions, start: Start, count: int) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from repro.control.controller import ControllerOptions
 from repro.control.optimal_control_problem import (
@@ -45,6 +45,8 @@ class Options(ControllerOptions):
     adaptive                                      re-identify the model online
     prior_error, prior_friction                   as in `Prior`, of an adaptive controller
     noise, drift, renewal                         as in `Identification`, of an adaptive controller
+    estimator                                     of an adaptive controller: momentum `balance`, or Kalman `filter`
+    sensor_noise                                  that the filter expects, in units of `NOISE`
     """
 
     intervals: Count = 20
@@ -70,6 +72,8 @@ class Options(ControllerOptions):
     noise: Positive = 2e-3
     drift: Positive = 2e-4
     renewal: NotNegative = 0.0
+    estimator: Literal["balance", "filter"] = "balance"
+    sensor_noise: Positive = 1.0
 
     @property
     def adapts(self) -> bool:
@@ -92,7 +96,9 @@ class Options(ControllerOptions):
         )
 
     def problems(self, system: System) -> Iterator[str]:
-        """Weights of coordinates and inputs that the system does not have."""
+        """Weights of coordinates and inputs that the system does not have; a filter of what does not adapt."""
+        if self.estimator == "filter" and not self.adaptive:
+            yield "control.estimator=filter re-identifies the model: use control.adaptive=true"
         has = {"position": [c.name for c in system.coordinates], "force": [each.name for each in system.inputs]}
         for cost in ("stage_cost", "terminal_cost"):
             for key, names in has.items():
@@ -106,8 +112,10 @@ def build(options: Options, model: PredictiveModel, disc: Disc | None, samples: 
     """Makes predictive controllers that share one problem and one solver."""
     from repro.control.adaptation import AdaptiveController, Identification, MomentumBalance, Prior
     from repro.control.closed_loop import SUBSTEPS
+    from repro.control.conditions import sensor_errors
     from repro.control.predictive_controller import PredictiveController
     from repro.control.solver import Limits, make_solver
+    from repro.control.state_filter import FilteredIdentification
     from repro.control.transcription import Transcription
 
     transcription = Transcription(model, options.problem(disc, model.system), options.discretisation)
@@ -121,7 +129,10 @@ def build(options: Options, model: PredictiveModel, disc: Disc | None, samples: 
             if not options.adaptive:
                 return controller
             prior = Prior.of(model.model, weights, samples, options.prior_error, options.prior_friction)
-            known = Identification(balance, prior, options.noise, options.drift, options.renewal)
-            return AdaptiveController(controller, known)
+            known = balance, prior, options.noise, options.drift, options.renewal
+            if options.estimator == "balance":
+                return AdaptiveController(controller, Identification(*known))
+            sensors = options.sensor_noise * sensor_errors(model.system)
+            return AdaptiveController(controller, FilteredIdentification(*known, sensors=sensors))
 
         yield make
