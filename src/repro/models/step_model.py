@@ -1,4 +1,4 @@
-"""StepDerivatives of a model under a held force, and their derivatives by state, weights and force.
+"""Steps of a model under a held force, and their derivatives by state, weights and force.
 
 Classical Runge-Kutta, differentiated stage by stage. With tau_hat(q, v, a, w) the inverse model, a stage's acceleration
 has da = M^-1 (dtau - tau_q dq - tau_v dv - tau_w dw): no derivative of M^-1 is ever formed.
