@@ -31,7 +31,8 @@ def signals(
     """Rows of every member: tau[i], episode, and the states and energies of plant and model by name.
 
     parameters: (member, n_parameters); information: of the weights (member, n_parameters, n_parameters), where the fit
-    has one: then there are standard errors of the model's states too. Energies are in the canonical gauge, where the true system is known.
+    has one: then there are standard errors of the model's states too. Energies are in the canonical gauge, where the
+    true system is known.
     """
     if rollout is None:
         return []
