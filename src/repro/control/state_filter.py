@@ -18,6 +18,7 @@ class FilteredIdentification(Identification):
     """
 
     sensors: np.ndarray = field(kw_only=True)
+    _state: np.ndarray | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -28,23 +29,22 @@ class FilteredIdentification(Identification):
         if not np.isfinite(samples).all():
             self._begin(self.covariance[-len(self.weights) :, -len(self.weights) :])
             return
-        if self._state is None:
-            self._state = samples[0]
+        state = samples[0] if self._state is None else self._state
         size = len(self.weights)
         self.covariance[-size:, -size:] += self.renewal * self.prior.covariance
         forces = generalised_force(self.balance.system, samples[:-1, : self.balance.model.n_q], applied)
         for force, seen in zip(forces, samples[1:], strict=True):
-            self._predict(self._state, force, len(applied))
-            self._correct(seen)
+            state = self._correct(self._predict(state, force, len(applied)), seen)
+        self._state = state
 
     def _begin(self, covariance: np.ndarray) -> None:
         """Start at the next measured state, with a covariance of the weights."""
         known = np.diag(self.sensors**2)
         between = np.zeros((len(known), len(self.weights)))
         self.covariance = np.block([[known, between], [between.T, covariance]])
-        self._state: np.ndarray | None = None
+        self._state = None
 
-    def _predict(self, state: np.ndarray, force: np.ndarray, intervals: int) -> None:
+    def _predict(self, state: np.ndarray, force: np.ndarray, intervals: int) -> np.ndarray:
         n, n_q, dt = len(state), self.balance.model.n_q, self.balance.dt
         substeps = substeps_for(state[None, n_q:], dt)
         step = self._steps(state[None], force[None], np.array([dt]), self.weights, substeps)
@@ -55,13 +55,13 @@ class FilteredIdentification(Identification):
         self.covariance[n:, :n] = across[:, n:].T
         self.covariance[:n, :n] = across @ along.T
         self.covariance[n_q:n, n_q:n] += push @ push.T
-        self._state = step.states[0]
+        return step.states[0]
 
-    def _correct(self, seen: np.ndarray) -> None:
+    def _correct(self, state: np.ndarray, seen: np.ndarray) -> np.ndarray:
         n = len(seen)
         cross = self.covariance[:n]
         gain = np.linalg.solve(cross[:, :n] + np.diag(self.sensors**2), cross).T
-        change = gain @ (seen - self._state)
+        change = gain @ (seen - state)
         for halving in range(HALVINGS):
             weights = self.weights + change[n:] / 2**halving
             if self._least_eigenvalue(weights) >= self._least:
@@ -71,4 +71,4 @@ class FilteredIdentification(Identification):
             self.refused += 1
         self.covariance -= gain @ cross
         self.covariance = (self.covariance + self.covariance.T) / 2
-        self._state = self._state + change[:n]
+        return state + change[:n]

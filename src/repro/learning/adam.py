@@ -9,8 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from repro.learning.batch_order import shuffled
-from repro.learning.native import NativeProblem, native
+from repro.learning.native import NativeProblem, native, shuffled
 from repro.learning.optimiser import Optimiser
 from repro.learning.optimiser_options import AdamOptions
 from repro.learning.result import Checkpoint, Curve, Fitted, Notes, Progress

@@ -103,3 +103,20 @@ def _training_library(kernel: Kernel, n_parameters: int, real: type[np.floating]
     library.adam_epoch.restype = ctypes.c_double
     library.loss_and_gradient.restype = None
     return library
+
+
+def shuffled(seed: int, samples: int, epoch: int) -> np.ndarray:
+    """A fresh order (sample,) of int32 from (seed, epoch) alone, so that a resumed run sees the same batches."""
+    generator = np.random.PCG64([seed, 11, epoch])
+    if not can_compile():
+        return np.random.Generator(generator).permutation(samples).astype(np.int32)
+    state = generator.state["state"]
+    halves = np.array([divmod(state[name], 1 << 64) for name in ("state", "inc")], dtype=np.uint64)
+    order = np.empty(samples, dtype=np.int32)
+    _shuffling().shuffle(address(halves), address(order), ctypes.c_int64(samples))
+    return order
+
+
+@lru_cache(maxsize=1)
+def _shuffling() -> ctypes.CDLL:
+    return load_library(c_source(kernels.__file__, "shuffle"), FAST)

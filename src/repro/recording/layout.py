@@ -53,9 +53,10 @@ def layout_of(recording: RunRecording) -> Layout:
         lines = {}
         for label, rollout in rollouts.items():
             lines[label] = rollout.state[:, number]
-            for sign, size in () if rollout.spread is None else (("+", BAND), ("-", -BAND)):
-                edge = f"{label} {sign} {BAND} s.e."
-                lines[edge], colours[edge] = lines[label] + size * rollout.spread[:, number], palette.BAND
+            if rollout.spread is not None:
+                for sign, size in (("+", BAND), ("-", -BAND)):
+                    edge = f"{label} {sign} {BAND} s.e."
+                    lines[edge], colours[edge] = lines[label] + size * rollout.spread[:, number], palette.BAND
         return lines
 
     coordinates, rates = [], []

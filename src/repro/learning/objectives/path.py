@@ -32,6 +32,6 @@ class Options(balance.Options):
 
     def finished(self, model: Model, dataset: Dataset, fitted: Fitted, progress: Progress) -> Fitted:
         """Weights of maximum likelihood, and their information."""
-        from repro.learning.path.path_ensemble import fit_paths
+        from repro.learning.path.path_fit import fit_paths
 
         return fit_paths(model, dataset, self.path, fitted, progress)
