@@ -55,7 +55,8 @@ class FilteredIdentification(Identification):
         self.covariance[n:, :n] = across[:, n:].T
         self.covariance[:n, :n] = across @ along.T
         self.covariance[n_q:n, n_q:n] += push @ push.T
-        return step.states[0]
+        advanced: np.ndarray = step.states[0]
+        return advanced
 
     def _correct(self, state: np.ndarray, seen: np.ndarray) -> np.ndarray:
         n = len(seen)
@@ -71,4 +72,5 @@ class FilteredIdentification(Identification):
             self.refused += 1
         self.covariance -= gain @ cross
         self.covariance = (self.covariance + self.covariance.T) / 2
-        return state + change[:n]
+        corrected: np.ndarray = state + change[:n]
+        return corrected
