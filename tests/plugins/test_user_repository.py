@@ -60,7 +60,7 @@ def test_a_metric_of_the_user_is_taken_and_its_code_identified(mine, tmp_path):
 
 @pytest.mark.slow
 def test_another_paper_is_another_folder(mine, tmp_path):
-    report = done(PAPER, mine, tmp_path)
+    report = done(PAPER, mine / "another", tmp_path)
     claims = pd.read_csv(report / "results" / "claims.csv").set_index("id")
     assert list(claims.index) == ["P1"] and claims.loc["P1", "printed"] == 0.011
     assert claims.loc["P1", "ours"] == pytest.approx(0.011, rel=0.3)
