@@ -144,7 +144,7 @@ def parsed(override: str) -> "Override":
 
 
 def _values(override: str) -> list[str]:
-    if re.fullmatch(r"[+~]{0,2}[\w@/.]+=[\w.-]+", override):  # a word or a number, whose value no grammar changes
+    if re.fullmatch(r"\w+([./]\w+)*=[\w.-]+", override):  # a word or a number, whose value no grammar changes
         return [override]
     from hydra.core.override_parser.types import Glob
 
