@@ -27,8 +27,8 @@ IDS = {
     "driven": [
         "sip-episodes1000-5db4e73935",
         "sip-truth-587f0e5f28",
-        "sip-truth-sip-best-f9132eec24",
-        "sip-truth-sip-best-48cd24d9da",
+        "sip-truth-sip-best-b5e2387847",
+        "sip-truth-sip-best-2a55643e18",
     ],
 }
 
