@@ -20,7 +20,7 @@ def test_the_acceleration_is_that_of_the_model(system):
     rival, draw = _rival(system, 150), np.random.default_rng(0)
     weights = rival.model.initial([draw]) + 0.1 * draw.normal(size=(1, rival.model.n_parameters))
     motion = draw.normal(size=(4, 1, 20, rival.model.n_q))
-    expected = predict(rival.model, torch.from_numpy(weights), *motion).acceleration
+    expected = predict(rival.model, weights, *motion).acceleration
     q, qd, _, tau = (torch.from_numpy(each[0]) for each in motion)
     found = rival.acceleration(torch.from_numpy(weights), q, qd, tau)
     np.testing.assert_allclose(found, expected[0], rtol=1e-9)

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import torch
 
 from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
@@ -49,9 +48,9 @@ def _fitted(system: str, sensors: dict[str, object], seed: int, samples: int) ->
     model = Lagrangian(basis, n_q)
     task = balance_task(model, data.train, Objective(balance.Options()), 0.2)
     start = LeastSquares(cutoff=1e-5).fit(
-        TrainingProblem(model, [task], [seed]), torch.zeros(1, model.n_parameters), silent, NoCheckpoint()
+        TrainingProblem(model, [task], [seed]), np.zeros((1, model.n_parameters)), silent, NoCheckpoint()
     )
-    weights = start.parameters[0].double().numpy()
+    weights = np.asarray(start.parameters[0])
     return model, data, fit_path(model, data.train, 0, weights, PathOptions(), silent)
 
 
@@ -62,7 +61,7 @@ def test_every_fit_is_accurate_and_at_the_bound(system: str, sensors: dict[str, 
     for seed in SEEDS:
         model, data, found = _fitted(system, sensors, seed, 8000)
         test = data.test
-        terms = predict(model, torch.from_numpy(found.parameters)[None], test.q, test.qd, test.qdd, test.tau)
+        terms = predict(model, found.parameters[None], test.q, test.qd, test.qdd, test.tau)
         errors.append(np.abs(terms.acceleration - test.qdd).mean())
         known = Uncertainty.of(found.information)
         bounds.append(expected_errors(model, found.parameters, known, 0, test)[1])

@@ -120,8 +120,8 @@ def by_path(rival: NeuralODE, start: np.ndarray, seed: int) -> np.ndarray:
     task = balance_task(model, train, Objective(balance.Options()), 0.2, ERROR_SCALE)
     optimiser = LevenbergMarquardt(iterations=40, restarts=1)
     problem = TrainingProblem(model, [task], [seed])
-    balanced = optimiser.fit(problem, torch.from_numpy(start)[None], silent, NoCheckpoint())
-    return fit_path(model, train, 0, balanced.parameters[0].numpy(), PathOptions(), silent).parameters
+    balanced = optimiser.fit(problem, start[None], silent, NoCheckpoint())
+    return fit_path(model, train, 0, np.asarray(balanced.parameters[0]), PathOptions(), silent).parameters
 
 
 def race(seeds: range, samples: int, patience: float, clock: Callable[[], float] = time.process_time) -> Pairs:
