@@ -14,7 +14,7 @@ from repro.codegen.point_function import LEAST_POINTS
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
 from repro.models.expression import ExpressionModel
-from repro.models.model import Model
+from repro.models.model import Model, tensors
 from repro.models.terms import Terms
 
 CHUNK = 1024  # samples at a time, so that wide networks fit into memory
@@ -52,8 +52,8 @@ def _by_torch(model: Model, weights: np.ndarray, arrays: Sequence[np.ndarray]) -
     """Predictions of one member, (1, sample, ...), by the model's own evaluation."""
     chunks = []
     for start in range(0, arrays[0].shape[1], CHUNK):
-        part = [np.ascontiguousarray(array[:, start : start + CHUNK]) for array in arrays]
-        prepared = {name: torch.from_numpy(array) for name, array in model.prepare(*part).items()}
+        part = [np.require(array[:, start : start + CHUNK], requirements=("C", "W")) for array in arrays]
+        prepared = tensors(model.prepare(*part))
         with torch.no_grad():
             terms = model.evaluate(torch.from_numpy(weights), prepared, mass=True)
             acceleration = terms.acceleration

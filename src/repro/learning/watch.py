@@ -9,7 +9,7 @@ import numpy as np
 from repro.codegen.lazy_torch import Tensor, torch
 from repro.data.dataset import Dataset
 from repro.mechanics.system import System
-from repro.models.model import Model
+from repro.models.model import Model, tensors
 from repro.models.passivity_margin import States, worst_margin
 from repro.models.terms import least_eigenvalue
 
@@ -72,7 +72,7 @@ class InertiaWatch:
 
     def __call__(self, parameters: Tensor) -> np.ndarray:
         """Least eigenvalue (member,) at weights (member, n_parameters)."""
-        prepared = {name: torch.from_numpy(array) for name, array in self.prepared.items()}
+        prepared = tensors(self.prepared)
         with torch.no_grad():
             mass = self.model.evaluate(parameters.double(), prepared, mass=True).mass
         return least_eigenvalue(mass.numpy())

@@ -1,7 +1,7 @@
 """What every model offers to the fitting, the evaluation and the control."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -14,6 +14,11 @@ from repro.mechanics.derive import euler_lagrange, solve_symmetric
 from repro.models.terms import Terms
 
 Prepared = dict[str, Tensor]
+
+
+def tensors(arrays: Mapping[str, np.ndarray]) -> Prepared:
+    """The arrays as float64 tensors on the same memory; what may not be written, as a broadcast force, is copied."""
+    return {name: torch.from_numpy(np.require(array, requirements="W")) for name, array in arrays.items()}
 
 
 @dataclass(frozen=True)
@@ -156,11 +161,8 @@ class Model(ABC):
     def state_rate(self, parameters: Tensor, state: np.ndarray, tau: np.ndarray) -> np.ndarray:
         """The rate of what it integrates, (member, sample, 2 n_q), under tau (member, sample, n_q)."""
         q, qd = np.split(state, 2, axis=-1)
-        zero = np.zeros_like(q)
-        prepared = {
-            name: torch.from_numpy(array)
-            for name, array in self.prepare(np.ascontiguousarray(q), np.ascontiguousarray(qd), zero, tau).items()
-        }
+        zero, tau = np.zeros_like(q), np.require(tau, requirements="W")
+        prepared = tensors(self.prepare(np.ascontiguousarray(q), np.ascontiguousarray(qd), zero, tau))
         with torch.no_grad():
             terms = self.evaluate(parameters, prepared, mass=True)
             error = terms.acceleration_error(torch.from_numpy(zero), torch.from_numpy(tau))
