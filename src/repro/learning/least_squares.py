@@ -11,6 +11,7 @@ from scipy.linalg import lstsq, qr
 from repro.codegen.array_evaluation import evaluate
 from repro.codegen.lazy_torch import Tensor
 from repro.codegen.point_function import LEAST_POINTS
+from repro.errors import UserError
 from repro.learning.objective import Objective
 from repro.learning.optimiser import Optimiser
 from repro.learning.optimiser_options import LeastSquaresOptions
@@ -57,8 +58,12 @@ def regression(problem: TrainingProblem, member: int) -> tuple[np.ndarray, np.nd
     """Matrix (at most n_parameters + 1 rows) and right-hand side of one member's problem, linear in its parameters.
 
     They are the triangle of all rows of the problem: the same least squares, norms and singular values.
+    UserError where squares of the data overflow.
     """
     rows = _triangle(block for task in problem.tasks for block in _blocks(task, member))
+    with np.errstate(over="ignore"):
+        if not np.isfinite(np.sum(rows**2)):
+            raise UserError("the regression has infs: values of the data are too large to be squared")
     return rows[:, :-1], rows[:, -1]
 
 
