@@ -10,17 +10,17 @@ import repro
 from repro.mechanics.inputs import input_limits
 
 ARM = Path(__file__).resolve().parents[3] / "shared" / "data" / "delan_characters.csv.gz"
-SYSTEMS = (
+WITH_ANGLES = (
     *("torque_pendulum", "acrobot", "pendubot", "furuta", "two_joint_arm"),
-    *("ball_and_beam", "quadrotor", "spring_row", "cart_on_slope"),
+    *("ball_and_beam", "quadrotor", "cart_on_slope"),
 )
 TRANSLATIONS = ("ball_and_beam", "quadrotor", "spring_row", "cart_on_slope")
 
 
-def learned(system: str, seed: int, model: str, **options: object) -> pd.Series:
+def learned(system: str, seed: int, model: str, iterations: int = 500, **options: object) -> pd.Series:
     """Errors on test data by metric."""
-    data = repro.simulate(system, seeds=[seed], samples=1250, episode_steps=50, reset="random", force_limit=None)
-    optimiser = repro.optimiser("levenberg_marquardt", iterations=100, restarts=3, samples=None, damping_decrease=10.0)
+    data = repro.simulate(system, seeds=[seed], samples=1250, episode_steps=12, reset="random", force_limit=None)
+    optimiser = repro.optimiser("levenberg_marquardt", iterations=iterations, damping_decrease=10.0)
     made = repro.model(model, **options)
     fitted = repro.fit(data, made, optimiser=optimiser, seeds=[seed], system=repro.system(system))
     return fitted.score(data)[seed]
@@ -33,7 +33,7 @@ def error(system: str, seed: int, model: str, **options: object) -> float:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(5))
-@pytest.mark.parametrize("system", SYSTEMS)
+@pytest.mark.parametrize("system", WITH_ANGLES)
 def test_a_structured_model_is_learned_from_a_thousand_samples(system, seed):
     assert error(system, seed, "structured") < 1e-4
 
@@ -43,7 +43,7 @@ def test_a_structured_model_is_learned_from_a_thousand_samples(system, seed):
 @pytest.mark.parametrize("system", TRANSLATIONS)
 def test_a_network_for_all_positions_learns_what_depends_on_translations(system, seed):
     inertia = "positions" if system == "ball_and_beam" else "angles"
-    assert error(system, seed, "neural_potential", inertia=inertia, potential_hidden=[16]) < 1e-4
+    assert error(system, seed, "neural_potential", iterations=1500, inertia=inertia, potential_hidden=[16]) < 1e-4
 
 
 def test_the_energy_of_a_motor_with_its_rod_is_learned():

@@ -50,10 +50,10 @@ def find_recording(run: str, root: Path) -> Path:
         return store.paths.folder(KIND, fitting[0]) / FILENAME
     if fitting:
         listed = _listed(fitting)
-        raise UserError(f"{run!r} fits the ids of {len(fitting)} recordings; type more of one of them:{listed}")
+        raise UserError(f"{run!r} fits the ids of {len(fitting)} recordings; type more of one of them: {listed}")
     if not names:
         raise UserError(f"no recordings in {root / KIND}; make some with: repro reproduce")
-    raise UserError(f"no recording of a run {run!r} in {root / KIND}; there are:{_listed(list(names))}")
+    raise UserError(f"no recording of a run {run!r} in {root / KIND}; there are: {_listed(list(names))}")
 
 
 def screenshot(path: Path, picture: Path, at: float | None = None, size: tuple[int, int] = (1600, 900)) -> None:
@@ -192,6 +192,6 @@ def _wait(process: subprocess.Popen[bytes]) -> int:
 
 
 def _listed(ids: Sequence[str]) -> str:
-    shown = sorted(ids)[:20]
-    more = f"\n  ... and {len(ids) - len(shown)} more" if len(ids) > len(shown) else ""
-    return "".join(f"\n  {id}" for id in shown) + more
+    shown = sorted(ids)[:5]
+    more = f" and {len(ids) - len(shown)} more" if len(ids) > len(shown) else ""
+    return ", ".join(shown) + more
