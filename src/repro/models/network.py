@@ -41,7 +41,7 @@ class Network:
         return sum(math.prod(shape) for shape in self.shapes)
 
     def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
-        """Glorot-uniform weights and zero biases (the Keras defaults), one draw a member: (member, n_parameters)."""
+        """Glorot-uniform weights and zero biases (the Keras defaults), one draw per member: (member, n_parameters)."""
         return np.stack([np.concatenate([_glorot(shape, g) for shape in self.shapes]) for g in generators])
 
     def unpack(self, parameters: Tensor) -> list[Tensor]:

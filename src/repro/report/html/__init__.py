@@ -1,1 +1,1 @@
-"""The report as pages that open from disk: one front page, one page a claim, one card a run."""
+"""The report as pages that open from disk: one front page, one page per claim, one card per run."""

@@ -37,8 +37,8 @@ ANCHOR_TITLES = {
     ORACLE: "oracle (least squares)",
 }
 CAPTION = (
-    "Median over members with the 95 % Student-t interval of those that finished; failed members count as infinitely "
-    "wrong in the median. Skill is 1 - error / error of the trivial model. "
+    "Median over members with its 95 % interval between two order statistics; failed members count as infinitely wrong "
+    "in both. Skill is 1 - error / error of the trivial model. "
     "Forces in N and N m, accelerations in m/s² and rad/s², energies in J."
 )
 
