@@ -66,7 +66,7 @@ def vectorised(function: ca.Function, output: str, inputs: Sequence[str]) -> tup
 def vector_function(function: ca.Function, inputs: Sequence[str]) -> str:
     """`static void NAME(const vec *INPUT, ..., vec *restrict out)` for a function with one column as its result."""
     lines, n_work = vectorised(function, "out", inputs)
-    arguments = "".join(f"const vec *{name}, " for name in inputs)
+    arguments = "".join(f"const {'double' if name.startswith(CONSTANT) else 'vec'} *{name}, " for name in inputs)
     work = f"    vec {', '.join(f'w{i}' for i in range(n_work))};\n" if n_work else ""
     body = "".join(f"    {line};\n" for line in lines)
     name = function.name()
