@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 import torch
 
-from repro.codegen.lanes import LANES
+from repro.codegen import lanes
+from repro.codegen.c_library import CompilerError
+from repro.codegen.lanes import LANES, can_compile
 from repro.learning import native as module
 from repro.learning.adam import Adam
 from repro.learning.kernels.generated import generated_kernel
@@ -12,7 +14,7 @@ from repro.learning.kernels.network_kernel import network_kernel
 from repro.learning.kernels.positions import position_kernel
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.members import MemberProblem
-from repro.learning.native import NativeProblem, can_compile, native
+from repro.learning.native import NativeProblem, native
 from repro.learning.objective import Objective
 from repro.learning.objectives import forward, inverse
 from repro.learning.result import NoCheckpoint, silent
@@ -186,9 +188,9 @@ def test_without_a_compiler_torch_gives_the_same_result(data, start, monkeypatch
 
 def test_a_compiler_that_cannot_compile_counts_as_none(monkeypatch):
     def refuse(source, flags):
-        raise module.CompilerError("math.h: no such file")
+        raise CompilerError("math.h: no such file")
 
-    monkeypatch.setattr(module, "load_library", refuse)
+    monkeypatch.setattr(lanes, "load_library", refuse)
     can_compile.cache_clear()
     assert not can_compile()
     monkeypatch.undo()

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from repro.codegen.lanes import can_compile
 from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
 from repro.learning.path.kalman import Linearised, smoothed, whitened
@@ -64,6 +65,15 @@ def test_steps_are_differentiated_and_need_no_compiler(name: str) -> None:
         ]
         ahead, behind = (StepModel(model)(x, u, step, w, 3).states for x, u, w in moves)
         np.testing.assert_allclose(slope @ direction, (ahead - behind) / (2 * h), atol=2e-7)
+
+
+@pytest.mark.skipif(not can_compile(), reason="needs a C compiler")
+@pytest.mark.parametrize("name", MODELS)
+def test_steps_are_compiled_where_a_compiler_is(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The interpreted steps give the same values an order of magnitude more slowly, so that nothing else shows them."""
+    monkeypatch.setattr(StepModel, "_some", lambda *_: pytest.fail("interpreted"))
+    model, weights = _weights(name)
+    assert StepModel(model)(np.zeros((5, 4)), np.zeros((5, 2)), np.full(5, 0.04), weights, 3).states.shape == (5, 4)
 
 
 def _dense(windows: Windows, linear: Linearised, initial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -2,9 +2,11 @@
 
 import re
 from collections.abc import Sequence
+from functools import lru_cache
 
 import casadi as ca
 
+from repro.codegen.c_library import CompilerError, load_library
 from repro.codegen.straight_line import statements
 
 LANES = 8  # doubles in the widest vector registers; a compiler splits a vector for narrower ones
@@ -61,6 +63,17 @@ def vectorised(function: ca.Function, output: str, inputs: Sequence[str]) -> tup
     """
     lines, n_work = statements(function, inputs, output)
     return [_vector_statement(line, output) for line in lines], n_work
+
+
+@lru_cache(maxsize=1)
+def can_compile() -> bool:
+    """Whether generated code can be compiled here; what a compiler that works refuses is a fault, and raises."""
+    # a compiler without the C library's headers is common, and a processor may refuse the flags
+    try:
+        load_library("#include <math.h>\n#include <stdint.h>\n", FAST)
+    except (CompilerError, OSError):
+        return False
+    return True
 
 
 def vector_function(function: ca.Function, inputs: Sequence[str]) -> str:

@@ -7,11 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
+from repro.codegen.lanes import can_compile
 from repro.codegen.lazy_torch import torch
 from repro.learning.integrated_rows import IntegratedRows, integrated_rows
 from repro.learning.kernels.generated import NormalEquations, normal_equations
 from repro.learning.kernels.kernel import ENDLESS, Evaluations
-from repro.learning.native import NativeProblem, can_compile, native
+from repro.learning.native import NativeProblem, native
 from repro.learning.training_problem import TrainingProblem
 
 SOMETIMES = 10  # steps, for what is not watched always

@@ -6,9 +6,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from repro.codegen.c_library import CompilerError, load_library
+from repro.codegen.c_library import load_library
 from repro.codegen.c_source import c_source
-from repro.codegen.lanes import FAST
+from repro.codegen.lanes import FAST, can_compile
 from repro.learning import kernels
 from repro.learning.kernels.generated import generated_kernel
 from repro.learning.kernels.kernel import ENDLESS, Evaluations, Kernel, address
@@ -78,17 +78,6 @@ def native(
     if kernel is None and real == np.float64:
         kernel = position_kernel(problem) or generated_kernel(problem)
     return None if kernel is None else NativeProblem(problem, kernel, real)
-
-
-@lru_cache(maxsize=1)
-def can_compile() -> bool:
-    """Whether generated code can be compiled here."""
-    # a compiler without the C library's headers is common, and a processor may refuse the flags
-    try:
-        load_library("#include <math.h>\n#include <stdint.h>\n", FAST)
-    except (CompilerError, OSError):
-        return False
-    return True
 
 
 def _training_library(kernel: Kernel, n_parameters: int, real: type[np.floating]) -> ctypes.CDLL:

@@ -13,9 +13,9 @@ import casadi
 import numpy as np
 
 from repro.codegen.array_evaluation import evaluate
-from repro.codegen.c_library import CompilerError, load_library
+from repro.codegen.c_library import load_library
 from repro.codegen.c_source import c_source
-from repro.codegen.lanes import FAST, FUNCTIONS, TYPE, vector_function
+from repro.codegen.lanes import FAST, FUNCTIONS, TYPE, can_compile, vector_function
 from repro.codegen.point_function import LONG
 from repro.models.model import Model
 
@@ -147,14 +147,13 @@ def _functions(model: Model) -> tuple[casadi.Function, casadi.Function]:
 @lru_cache(maxsize=16)
 def _library(model: Model) -> Callable[[np.ndarray, np.ndarray, np.ndarray, int, np.ndarray], None] | None:
     """The compiled steps (points, places, weights, substeps, result), or None where there is no compiler."""
+    if not can_compile():
+        return None
     inertia, jacobians = _functions(model)
     parts = [vector_function(each, ("x", "parameters")) for each in (inertia, jacobians)]
     own = c_source(__file__, "linearised_steps", n_q=model.n_q, n_weights=model.n_parameters)
     flags = FAST if jacobians.n_instructions() < 2 * LONG else ("-O1", *FAST[1:])  # evaluated often: worth optimising
-    try:
-        run = load_library(TYPE + FUNCTIONS + "".join(parts) + own, flags).linearised
-    except (CompilerError, OSError):
-        return None
+    run = load_library(TYPE + FUNCTIONS + "".join(parts) + own, flags).linearised
     run.argtypes = [*[ctypes.c_void_p] * 2, *[ctypes.c_int64] * 2, *[ctypes.c_void_p] * 2]
     run.restype = None
 
