@@ -106,13 +106,13 @@ def metrics(project: Project, **filters: object) -> pd.DataFrame:
     return found[found["split"] == "test"].groupby("metric")["value"].max()
 
 
-def a_system(project: Project, told: str) -> None:
+def a_system(project: Project, printed: str) -> None:
     worst = metrics(project, system="tethered")
     assert worst["mae_tau"] < 1e-8
-    assert "tethered" in told
+    assert "tethered" in printed
 
 
-def a_mechanism(project: Project, told: str) -> None:
+def a_mechanism(project: Project, printed: str) -> None:
     learned = load_runs(root=project.outputs, system="crane", model="structured")
     skill = learned[(learned["split"] == "test") & (learned["metric"] == "skill_tau")]["value"]
     assert len(skill) == 2
@@ -121,47 +121,47 @@ def a_mechanism(project: Project, told: str) -> None:
     assert list((project.outputs / "recordings").glob("crane-truth*/recording.rrd"))
 
 
-def a_basis(project: Project, told: str) -> None:
-    assert "rank 6 of 6 terms" in told
+def a_basis(project: Project, printed: str) -> None:
+    assert "rank 6 of 6 terms" in printed
     assert metrics(project, basis="shifted")["mae_tau"] < 1e-8
 
 
-def a_model(project: Project, told: str) -> None:
+def a_model(project: Project, printed: str) -> None:
     assert metrics(project, model="fourier")["mae_tau"] < 1e-6
-    assert "2 jobs" in told
+    assert "2 jobs" in printed
 
 
-def an_optimiser(project: Project, told: str) -> None:
+def an_optimiser(project: Project, printed: str) -> None:
     assert metrics(project, optimiser="trust_region")["mae_tau"] < 1e-6
-    assert "2 jobs" in told
+    assert "2 jobs" in printed
 
 
-def an_objective(project: Project, told: str) -> None:
+def an_objective(project: Project, printed: str) -> None:
     assert metrics(project, objective="robust")["mae_tau"] < 1e-6
 
 
-def a_sequence(project: Project, told: str) -> None:
+def a_sequence(project: Project, printed: str) -> None:
     worst = metrics(project, sequence="rehearsal")
     assert worst["mae_tau"] < 1e-8
     assert worst["mae_H_legendre"] < 1e-8
 
 
-def a_metric(project: Project, told: str) -> None:
+def a_metric(project: Project, printed: str) -> None:
     assert metrics(project, basis="t1")["mirror_tau"] < 1e-10
 
 
-def a_controller(project: Project, told: str) -> None:
+def a_controller(project: Project, printed: str) -> None:
     loops = pd.concat(pd.read_parquet(path) for path in (project.outputs / "control").glob("*/control.parquet"))
     assert loops["success"].all()
 
 
-def a_figure(project: Project, told: str) -> None:
+def a_figure(project: Project, printed: str) -> None:
     report = project.outputs / "report" / "smoke"
     assert (report / "figures" / "bases.png").is_file()
     assert "Bases, seed by seed" in (report / "index.html").read_text()
 
 
-def an_experiment(project: Project, told: str) -> None:
+def an_experiment(project: Project, printed: str) -> None:
     table = pd.read_csv(project.outputs / "report" / "smoke" / "tables" / "sip_noise.csv")
     noises = table.loc[table["model"] == "structured", "qdd_noise"]
     assert sorted(noises.astype(float)) == [0.0, 0.1, 1.0]
@@ -171,10 +171,10 @@ def an_experiment(project: Project, told: str) -> None:
     assert len(listed["jobs"]) == 8
 
 
-def a_claim(project: Project, told: str) -> None:
+def a_claim(project: Project, printed: str) -> None:
     verdicts = pd.read_csv(project.outputs / "report" / "smoke" / "results" / "claims.csv").set_index("id")
     assert verdicts.loc["N1", "leaning"] == "supported"
-    assert "N1" in told
+    assert "N1" in printed
 
 
 LAGRANGIAN_SETTINGS = "conf/model/lagrangian.yaml"
@@ -224,8 +224,8 @@ def test_the_files_of_a_recipe_are_well_formed(name: str, tmp_path: Path) -> Non
 def test_a_recipe_does_what_it_says_and_touches_nothing_else(name: str, project: Project) -> None:
     recipe = RECIPES[name]
     recipe.write(project.root)
-    told = "".join(project.do(command) for command in recipe.commands)
-    OUTCOMES[name](project, told)
+    printed = "".join(project.do(command) for command in recipe.commands)
+    OUTCOMES[name](project, printed)
     assert project.changed() == recipe.paths
 
 

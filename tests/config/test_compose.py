@@ -92,10 +92,10 @@ def test_the_smallest_scale_cuts_the_seeds_of_an_experiment_and_not_those_of_a_c
 
 def test_what_was_composed_is_read_from_the_cache(tmp_path):
     jobs = expand(["basis=t1,t2", "scale=quick"])
-    asked = []
-    first = plan(jobs, tmp_path, lambda jobs: asked.append(1))
-    assert plan(jobs, tmp_path, lambda jobs: asked.append(2)) == first
-    assert asked == [1]
+    composed = []
+    first = plan(jobs, tmp_path, lambda jobs: composed.append(1))
+    assert plan(jobs, tmp_path, lambda jobs: composed.append(2)) == first
+    assert composed == [1]
     (file,) = tmp_path.iterdir()
     stored = json.loads(file.read_text())
     assert stored["sources"] == f"{digest()} {code_digest()}"

@@ -71,14 +71,14 @@ def run_here(outputs: Path, job: dict[str, Any]) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize(
-    ("overrides", "told"),
+    ("overrides", "message"),
     [
         (["hydra.launcher.timeout_min=3"], "go with hydra/launcher="),
         (["hydra/launcher=joblib"], "allowed are submitit_slurm, submitit_local, ray"),
     ],
 )
-def test_unknown_places_are_named(overrides: list[str], told: str) -> None:
-    with pytest.raises(UserError, match=re.escape(told)):
+def test_unknown_places_are_named(overrides: list[str], message: str) -> None:
+    with pytest.raises(UserError, match=re.escape(message)):
         cluster.split(overrides)
 
 
@@ -89,7 +89,7 @@ def test_missing_extra_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.mark.parametrize(
-    ("launcher", "flag", "told"),
+    ("launcher", "flag", "message"),
     [
         (
             "submitit_slurm",
@@ -103,10 +103,10 @@ def test_missing_extra_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -
     ],
 )
 def test_flags_for_one_machine_are_refused_on_a_launcher(
-    monkeypatch: pytest.MonkeyPatch, outputs: Path, launcher: str, flag: str, told: str
+    monkeypatch: pytest.MonkeyPatch, outputs: Path, launcher: str, flag: str, message: str
 ) -> None:
     monkeypatch.setitem(cluster.EXTRAS, launcher, ("slurm", "hydra"))
-    with pytest.raises(UserError, match=re.escape(told)) as error:
+    with pytest.raises(UserError, match=re.escape(message)) as error:
         run.main(["-m", "basis=t1,t2", f"hydra/launcher={launcher}", flag])
     assert len(str(error.value).splitlines()) == 1
     assert not outputs.exists()
@@ -184,9 +184,9 @@ def test_a_sweep_on_a_launcher(
     good, bad = recordings
     where = launcher(name)
     assert run.main(["-m", *CLOSED_FORM, f"data.path={bad},{good}", *where]) == 1
-    told = capsys.readouterr().out
-    assert "1 of 2 jobs failed" in told
-    assert "infs" in told
+    message = capsys.readouterr().out
+    assert "1 of 2 jobs failed" in message
+    assert "infs" in message
     assert len(Store(outputs).records("runs")) == 1
     logs = set((outputs / "logs").iterdir())
     assert run.main(["-m", *CLOSED_FORM, f"data.path={good}", *where]) == 0

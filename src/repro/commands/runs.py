@@ -48,15 +48,15 @@ def _runs_table(runs: Sequence[tuple[Entry, Card]]) -> str:
         [
             *([entry.id] if width is None else [digits(entry.id), entry.name]),
             *(entry.outcome for _ in failed),
-            *(_cell(values.get(name), 3) for name in results),
             *(_cell(card.get(column), 6) for column in columns),
+            *(_cell(values.get(name), 3) for name in results),
             entry.finished[:16].replace("T", " "),
             duration(entry.wall_s),
         ]
         for (entry, card), values in zip(runs, medians, strict=True)
     ]
     names = ["id"] if width is None else ["id", "name"]
-    return table(rows, [*names, *failed, *results, *columns, "finished (UTC)", "took"], width)
+    return table(rows, [*names, *failed, *columns, *results, "finished (UTC)", "took"], width)
 
 
 def _cell(value: object, digits: int) -> object:

@@ -1,7 +1,7 @@
 """The typed options of a choice, by its name: what the command line reads from conf/ and Python code from here."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 from repro.control.controller import CONTROLLERS, ControllerOptions
 from repro.control.task import Task
@@ -15,6 +15,8 @@ from repro.mechanics.system_options import SystemOptions
 from repro.models.model_options import ModelOptions
 from repro.plugins.checked import validated
 from repro.plugins.plugin import plugin
+
+Chosen = TypeVar("Chosen")
 
 
 def model(name: str, **options: Any) -> ModelOptions:
@@ -43,8 +45,7 @@ def model(name: str, **options: Any) -> ModelOptions:
     >>> repro.model("structured", hidden=[16]).hidden
     (16,)
     """
-    chosen = _checked("models.kinds", name, options)
-    assert isinstance(chosen, ModelOptions)
+    chosen = _checked("models.kinds", name, options, ModelOptions)
     if problem := next(chosen.problems(), None):
         raise UserError(problem)
     return chosen
@@ -76,9 +77,7 @@ def optimiser(name: str, **options: Any) -> OptimiserOptions:
     >>> repro.optimiser("adam", epochs=20).epochs
     20
     """
-    chosen = _checked("learning.optimisers", name, options)
-    assert isinstance(chosen, OptimiserOptions)
-    return chosen
+    return _checked("learning.optimisers", name, options, OptimiserOptions)
 
 
 def objective(name: str, **options: Any) -> ObjectiveOptions:
@@ -107,9 +106,7 @@ def objective(name: str, **options: Any) -> ObjectiveOptions:
     >>> repro.objective("inverse", error_scale=20.0).error_scale
     20.0
     """
-    chosen = _checked(OBJECTIVES, name, options)
-    assert isinstance(chosen, ObjectiveOptions)
-    return chosen
+    return _checked(OBJECTIVES, name, options, ObjectiveOptions)
 
 
 def sequence(name: str, **options: Any) -> SequenceOptions:
@@ -138,9 +135,7 @@ def sequence(name: str, **options: Any) -> SequenceOptions:
     >>> repro.sequence("joint", initial_angles=10).initial_angles
     10
     """
-    chosen = _checked(SEQUENCES, name, options)
-    assert isinstance(chosen, SequenceOptions)
-    return chosen
+    return _checked(SEQUENCES, name, options, SequenceOptions)
 
 
 def metric(name: str, **options: Any) -> MetricOptions:
@@ -169,9 +164,7 @@ def metric(name: str, **options: Any) -> MetricOptions:
     >>> repro.metric("quantiles", shares=[0.5]).shares
     (0.5,)
     """
-    chosen = _checked(METRICS, name, options)
-    assert isinstance(chosen, MetricOptions)
-    return chosen
+    return _checked(METRICS, name, options, MetricOptions)
 
 
 def controller(name: str, **options: Any) -> ControllerOptions:
@@ -200,9 +193,7 @@ def controller(name: str, **options: Any) -> ControllerOptions:
     >>> repro.controller("mpc", intervals=10).intervals
     10
     """
-    chosen = _checked(CONTROLLERS, name, options)
-    assert isinstance(chosen, ControllerOptions)
-    return chosen
+    return _checked(CONTROLLERS, name, options, ControllerOptions)
 
 
 def task(start: str = "hanging", **options: Any) -> Task:
@@ -269,5 +260,7 @@ def system(name: str, *, damping: Sequence[float] = (), reading: str = "physical
     return load_system(validated(SystemOptions, name, options))
 
 
-def _checked(folder: str, name: str, options: dict[str, Any]) -> object:
-    return validated(plugin(folder, name).Options, name, options)
+def _checked(folder: str, name: str, options: dict[str, Any], kind: type[Chosen]) -> Chosen:
+    chosen = validated(plugin(folder, name).Options, name, options)
+    assert isinstance(chosen, kind)
+    return chosen

@@ -60,8 +60,9 @@ def _front(content: Content) -> dict[str, Any]:
     counted = Counter(verdict.verdict for verdict in content.verdicts)
     figures = {figure.name: figure for figure in content.figures}
     tables = {table.name: table for table in content.tables[1:]}
-    shown = {SENSITIVITY, *content.paper.front_figures}
-    shown |= {name for section in content.sections for name in (*section.figures, *section.tables)}
+    # A figure may have the name of a table.
+    drawn = {SENSITIVITY, *content.paper.front_figures, *(name for one in content.sections for name in one.figures)}
+    tabled = {SENSITIVITY, *(name for one in content.sections for name in one.tables)}
     return {
         "counts": {name: counted[name] for name in VERDICTS if counted[name]},
         "headline": headline(content.verdicts),
@@ -70,8 +71,8 @@ def _front(content: Content) -> dict[str, Any]:
         "figures": figures,
         "tables": tables,
         "sections": content.sections,
-        "other_figures": [figure for name, figure in figures.items() if name not in shown],
-        "other_tables": [table for name, table in tables.items() if name not in shown],
+        "other_figures": [figure for name, figure in figures.items() if name not in drawn],
+        "other_tables": [table for name, table in tables.items() if name not in tabled],
         "assumptions": content.assumptions,
         "trials": [row.data for row in tables[SENSITIVITY].rows if "alternative" in row.data]
         if SENSITIVITY in tables
