@@ -8,6 +8,7 @@ import numpy as np
 from pydantic.dataclasses import dataclass as checked
 
 from repro.report.tables.table import Row, Table
+from repro.report.tables.under_trained import training_of
 from repro.report.writing import ABSENT, interval
 from repro.results.metric_names import metric_named, written
 from repro.results.results import Results
@@ -57,9 +58,11 @@ class ModelTable:
         """Make the table; without runs it has no rows."""
         shown = [s for s in settings(results, self.experiment) if anchor_name(s) not in (TRIVIAL, DEGENERATE)]
         shown = with_varying_options(shown)
+        training = {setting.run_ids: training_of(setting, shown) for setting in shown}
         layout = _Layout(
             card=[column for column in varying_columns(shown) if column not in ("as_printed", "model")],
             metrics=[m for m in (*self.metrics, *CORE) if any(setting.values(m).size for setting in shown)],
+            training=training if set(training.values()) != {ABSENT} else {},
         )
         rows: list[Row] = []
         distinct: list[dict[str, Any]] = []
@@ -103,16 +106,17 @@ def counted(setting: RunSetting) -> str:
 
 @dataclass(frozen=True)
 class _Layout:
-    """Which card columns and metrics a table shows."""
+    """Which card columns and metrics a table shows, and the marks of training, where there are any, by run ids."""
 
     card: Sequence[str]
     metrics: Sequence[str]
+    training: Mapping[tuple[str, ...], str]
 
     @property
     def columns(self) -> tuple[str, ...]:
         card = (column.replace("_", " ") for column in self.card)
         metrics = (metric_named(metric).label for metric in self.metrics)
-        return ("model", *card, *metrics, "members", "failed", "stale")
+        return ("model", *card, *metrics, *(["trained"] if self.training else []), "members", "failed", "stale")
 
     def row(self, setting: RunSetting, *, anchor_as: str = "") -> Row:
         # An anchor shows only its test set: it has no optimiser or width to compare.
@@ -123,11 +127,13 @@ class _Layout:
         data: dict[str, Any] = {"model": title, **card}
         for metric, one in estimates.items():
             data |= {metric: one.median, f"{metric}_low": one.low, f"{metric}_high": one.high}
-        data |= {"n": setting.n, "failed": setting.failed, "stale": setting.stale}
+        trained = {"trained": self.training.get(setting.run_ids, ABSENT)} if self.training else {}
+        data |= {**trained, "n": setting.n, "failed": setting.failed, "stale": setting.stale}
         cells = (
             title,
             *(written(column, value) for column, value in card.items()),
             *(interval(one) if metric != "trapped" else counted(setting) for metric, one in estimates.items()),
+            *trained.values(),
             *(str(setting.n), str(setting.failed), "stale" if setting.stale else ""),
         )
         return Row.of([setting], cells, data, anchor=bool(anchor_as))
@@ -137,5 +143,5 @@ class _Layout:
             return self.row(found, anchor_as=name)
         title = f"{ANCHOR_TITLES[name]}: not run"
         card = {column: as_text(test_set.get(column)) for column in self.card}
-        absent = [ABSENT] * len(self.metrics)
+        absent = [ABSENT] * (len(self.metrics) + bool(self.training))
         return Row((title, *card.values(), *absent, "0", "0", ""), {"model": title, **card, "n": 0}, anchor=True)
