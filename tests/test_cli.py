@@ -14,6 +14,7 @@ import pytest
 
 from repro import cli
 from repro.errors import UserError
+from repro.tracking.paths import FAILED
 from repro.tracking.stage import Stage
 from repro.tracking.store import StageFailed, Store
 
@@ -157,9 +158,9 @@ def test_diff_tells_what_differs(store, records, capsys):
 def test_clean_shows_first_and_keeps_what_counts(store, records, capsys):
     assert cli.main(["clean"]) == 0
     assert "add --yes" in capsys.readouterr().out
-    assert store.failure(records[2].id) is not None
+    assert store.find(records[2].id, shelf=FAILED) is not None
     assert cli.main(["clean", "--yes"]) == 0
-    assert store.failure(records[2].id) is None
+    assert store.find(records[2].id, shelf=FAILED) is None
     assert [record.id for record in store.records("runs")] == sorted(record.id for record in records[:2])
     assert cli.main(["clean", "everything"]) == 2
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from repro.errors import UserError
-from repro.tracking import code
+from repro.tracking import code, source_reader
 from repro.tracking.source_reader import READER
 from repro.tracking.stage import Stage
 
@@ -138,5 +138,5 @@ def test_a_hundred_modules_are_read_from_the_cache(root, toy, monkeypatch):
     assert str(toy.folder) in READER.cache_file.read_text()
     monkeypatch.setattr(READER, "_cached", None)
     code.closure.cache_clear()
-    monkeypatch.setattr(code.syntax, "analyse", lambda path, module: pytest.fail(f"{path} was analysed again"))
+    monkeypatch.setattr(source_reader, "analyse", lambda path, module: pytest.fail(f"{path} was analysed again"))
     assert toy.ids() == ids

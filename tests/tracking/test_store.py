@@ -6,6 +6,7 @@ import json
 
 import pytest
 
+from repro.tracking.paths import DAMAGED, FAILED
 from repro.tracking.store import StageFailed, Store
 
 
@@ -47,14 +48,14 @@ def test_failure_is_data_and_is_tried_again(store, stage):
         store.compute(stage(a=1), broken)
     failed = caught.value.record
     assert failed.outcome == "failed"
-    assert store.failure(failed.id) == failed
+    assert store.find(failed.id, shelf=FAILED) == failed
     assert failed.failure.command == "repro run toy"
     assert 'raise ValueError("loss is not finite")' in failed.failure.trace
     assert store.find(failed.id) is None
 
     record = store.compute(stage(a=1), lambda folder: {"left": sorted(path.name for path in folder.iterdir())})
     assert record.summary["left"] == ["holder.json"]
-    assert store.failure(failed.id) is None
+    assert store.find(failed.id, shelf=FAILED) is None
 
 
 def test_ctrl_c_keeps_the_checkpoint_and_nothing_else_counts(store, stage):
@@ -98,7 +99,7 @@ def test_damage_is_seen_kept_aside_and_mended(store, stage, capsys, harm):
     assert store.records("fits") == [other]
     again = store.compute(stage(a=1), making(loss=0.5))
     assert store.find(again.id, verify=True) is not None
-    assert [folder.name for folder in store.paths.damaged("fits").iterdir()] == [f"{good.id}-1"]
+    assert [folder.name for folder in store.paths.folder("fits", "", DAMAGED).iterdir()] == [f"{good.id}-1"]
     notice = capsys.readouterr().err
     assert notice.count("\n") == 1
     assert f"{good.id} was damaged" in notice

@@ -1,5 +1,6 @@
 """`repro clean`: removes leftovers, never a current result."""
 
+import itertools
 import shutil
 import time
 from collections.abc import Iterator, Sequence
@@ -10,13 +11,14 @@ from filelock import FileLock, Timeout
 
 from repro.commands.arguments import command_parser
 from repro.errors import UserError
-from repro.tracking.paths import Paths, outputs_root
+from repro.tracking.paths import DAMAGED, FAILED, WORK, Paths, outputs_root
 from repro.tracking.survey import StageState, survey
 from repro.tracking.text import size
 
 # What can be removed, and the default choice.
-SORTS = ("failed", "damaged", "interrupted", "logs", "stale")
-USUAL = ("failed", "damaged", "interrupted", "logs")
+SHELVES = {"failed": FAILED, "damaged": DAMAGED, "interrupted": WORK}
+USUAL = (*SHELVES, "logs")
+SORTS = (*USUAL, "stale")
 _LOG_AGE_S = 7 * 24 * 3600
 
 
@@ -48,13 +50,9 @@ def removable(paths: Paths, sorts: Sequence[str]) -> list[Path]:
     """The folders of the chosen sorts: failed attempts, damaged stages kept aside, working folders of ended processes
     (their checkpoints too), logs older than a week, stages that the present code no longer gives."""
     folders: list[Path] = []
-    for kind in paths.kinds():
-        if "failed" in sorts:
-            folders += [paths.failed(kind, id) for id in paths.ids(kind, ".failed")]
-        if "damaged" in sorts:
-            folders += sorted(paths.damaged(kind).glob("*"))
-        if "interrupted" in sorts:
-            folders += [paths.work(kind, id) for id in paths.ids(kind, ".work")]
+    shelves = [shelf for sort, shelf in SHELVES.items() if sort in sorts]
+    for kind, shelf in itertools.product(paths.kinds(), shelves):
+        folders += [paths.folder(kind, id, shelf) for id in paths.ids(kind, shelf)]
     if "logs" in sorts and paths.logs.is_dir():
         folders += [folder for folder in sorted(paths.logs.iterdir()) if _age(folder) > _LOG_AGE_S]
     if "stale" in sorts:
@@ -65,7 +63,7 @@ def removable(paths: Paths, sorts: Sequence[str]) -> list[Path]:
 def remove(paths: Paths, folders: Sequence[Path]) -> Iterator[Path]:
     """Remove folders and yield each; a stage that a living process is making is left alone."""
     for folder in folders:
-        being_made = folder.parent.name == ".work"
+        being_made = folder.parent.name == WORK
         lock = FileLock(paths.lock(folder.parent.parent.name, folder.name), timeout=0) if being_made else nullcontext()
         with suppress(Timeout), lock:
             shutil.rmtree(folder)

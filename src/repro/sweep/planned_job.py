@@ -13,7 +13,7 @@ from repro.pipeline.plan import Pipeline
 from repro.results.selectors import Where, agrees
 from repro.results.table_schema import as_text
 from repro.sweep.expected_cost import MeasuredStages, expected_mib, expected_seconds
-from repro.tracking.paths import Paths
+from repro.tracking.paths import FAILED, Paths
 from repro.tracking.record import Record
 from repro.tracking.store import Store
 from repro.tracking.text import duration
@@ -73,7 +73,7 @@ class PlannedJob:
     def failures(self, store: Store) -> list[Record]:
         """Those of its stages whose last attempt failed."""
         stages = [*self.pipeline.stages, self.pipeline.recording_stage]
-        last_attempts = (store.failure(stage.id, kind=stage.kind) for stage in stages)
+        last_attempts = (store.find(stage.id, kind=stage.kind, shelf=FAILED) for stage in stages)
         return [record for record in last_attempts if record is not None]
 
 

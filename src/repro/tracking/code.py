@@ -16,9 +16,8 @@ from pathlib import Path
 
 from repro.errors import UserError
 from repro.plugins.roots import plugin_roots
-from repro.tracking import syntax
 from repro.tracking.record import Identity
-from repro.tracking.source_reader import READER
+from repro.tracking.source_reader import READER, within
 
 ABSENT = "absent"
 # Libraries that are installed under another name than the imported one; looking others up takes 0.1 s.
@@ -54,7 +53,7 @@ def closure(entries: tuple[str, ...]) -> Identity:
 def remember_loaded() -> None:
     """Record this package's loaded modules for jobs forked from here: later edits do not reach their code."""
     package = __name__.partition(".")[0]
-    loaded = sorted(name for name in sys.modules if syntax.within(name, package))
+    loaded = sorted(name for name in sys.modules if within(name, package))
     READER.record((module, path) for module in loaded if (path := _file(module)) is not None)
 
 
@@ -70,7 +69,7 @@ def _reached(importer: str, imports: Sequence[str]) -> Iterator[str]:
     for name in imports:
         parts = name.split(".")
         for room in (f"{root}.tracking", f"{root}.errors"):
-            if syntax.within(name, room) and not syntax.within(importer, room):
+            if within(name, room) and not within(importer, room):
                 break
         else:
             # The root package only re-exports names that no stage uses.
@@ -98,21 +97,14 @@ def version(module: str) -> str:
 
 
 @cache
-def _root(name: str) -> Path | None:
-    """Folder of a top-level package or file of a top-level module."""
+def _file(module: str) -> Path | None:
+    name, *rest = module.split(".")
     spec = find_spec(name)
     if spec is None or spec.origin is None or not spec.has_location:
         return None
-    origin = Path(spec.origin)
-    return origin.parent if spec.submodule_search_locations else origin
-
-
-@cache
-def _file(module: str) -> Path | None:
-    name, *rest = module.split(".")
-    root = _root(name)
-    if root is None or not root.is_dir():
-        return None if rest else root
+    root = Path(spec.origin).parent
+    if not spec.submodule_search_locations:
+        return None if rest else Path(spec.origin)
     for folder in (root, *plugin_roots()) if name == __name__.partition(".")[0] and rest else (root,):
         place = folder.joinpath(*rest)
         if rest and place.with_suffix(".py").is_file():

@@ -103,7 +103,8 @@ def disk_trouble(error: Exception, folder: Path) -> UserError | None:
         filename = getattr(error, "filename", None)
         number = number if filename is None or Path(os.fsdecode(filename)).is_relative_to(folder) else None
     elif number not in _REMEDIES:
-        number = errno.ENOSPC if _is_full(folder) else None
+        usage = shutil.disk_usage(next(place for place in (folder, *folder.parents) if place.exists()))
+        number = errno.ENOSPC if usage.total > 0 and usage.free < _NO_ROOM_BYTES else None
     if number is None:
         return None
     return UserError(
@@ -135,10 +136,3 @@ def check_writable(folder: Path) -> None:
             ) from None
         write_bytes(folder / ".cache" / "probe", b"0" * _NO_ROOM_BYTES)
         (folder / ".cache" / "probe").unlink(missing_ok=True)
-
-
-def _is_full(folder: Path) -> bool:
-    while not folder.exists():
-        folder = folder.parent
-    usage = shutil.disk_usage(folder)
-    return usage.total > 0 and usage.free < _NO_ROOM_BYTES

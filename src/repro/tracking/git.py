@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -13,8 +14,8 @@ from typing import Any
 
 from repro.tracking.files import file_digest, write_bytes
 
-# Where the files lie that a run's identity is made from, and their suffixes: of new files these alone are stored.
-_READ_BY_RUNS = (("src/repro/", (".py", ".c", ".h")), ("conf/", (".yaml",)), ("experiments/", (".yaml",)))
+# The files that a run's identity is made from: of new files these alone are stored.
+_READ_BY_RUNS = re.compile(r"src/repro/.*\.(py|c|h)|(conf|experiments)/.*\.yaml")
 _LARGEST_DIGESTED_BYTES = 100_000_000
 
 
@@ -50,8 +51,7 @@ def _state(top: Path, patches: Path) -> dict[str, Any]:
     status = _text(top, "status", "--porcelain=v2", "--branch", "--untracked-files=all", "-z").split("\0")
     header = dict(line[2:].split(" ", 1) for line in status if line.startswith("# "))
     untracked = [line[2:] for line in status if line.startswith("? ")]
-    results = patches.parent.resolve()
-    if results != top and results.is_relative_to(top):
+    if (results := patches.parent.resolve()) != top:
         untracked = [name for name in untracked if not (top / name).is_relative_to(results)]
     modified = any(line and line[0] in "12u" for line in status)
     record: dict[str, Any] = {
@@ -61,12 +61,7 @@ def _state(top: Path, patches: Path) -> dict[str, Any]:
         "patch": None,
     }
     if not record["clean"]:
-        source = [
-            name
-            for name in untracked
-            for folder, ends in _READ_BY_RUNS
-            if name.startswith(folder) and name.endswith(ends)
-        ]
+        source = [name for name in untracked if _READ_BY_RUNS.fullmatch(name)]
         patch = _patch(top, source)
         file = patches / f"{hashlib.sha256(patch).hexdigest()[:16]}.patch"
         if not file.exists():

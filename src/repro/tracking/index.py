@@ -8,7 +8,6 @@ run.json is read each time.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import sqlite3
@@ -18,7 +17,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from repro.tracking.paths import RUN_FILE, Paths
-from repro.tracking.plain_data import canonical
+from repro.tracking.plain_data import digest
 from repro.tracking.record import StageOutcome
 
 _SHELVES = {"": StageOutcome.OK, ".failed": StageOutcome.FAILED}
@@ -63,7 +62,7 @@ CREATE TABLE IF NOT EXISTS stages (place TEXT PRIMARY KEY, changed_ns INTEGER, s
 CREATE TABLE IF NOT EXISTS codes (key TEXT PRIMARY KEY, code TEXT);
 """
 # A file of other fields is made again.
-_FORMAT = int(hashlib.sha256(",".join(Entry._fields).encode()).hexdigest()[:7], 16)
+_FORMAT = int(digest(Entry._fields)[:7], 16)
 _LONGEST_WAIT_S = 5.0  # for another process that writes
 # Time of change in ns and size of a run.json.
 Stamp = tuple[int, int]
@@ -154,7 +153,7 @@ def _entry(file: Path, id: str, kind: str, outcome: StageOutcome, codes: Codes) 
         run = json.loads(file.read_bytes())
         identity, origin, error = run["identity"], run["provenance"], run["error"]
         code = {part: identity[part] for part in ("modules", "code", "libraries")}
-        key = hashlib.sha256(canonical(code)).hexdigest()[:16]
+        key = digest(code)[:16]
         codes[key] = code
         return Entry(
             id,

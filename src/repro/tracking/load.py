@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _METRICS = "metrics.parquet"
-_FIRST = ["run", "experiment", "scale"]
-_COLUMNS = [*_FIRST, "member", "split", "metric", "value", "unit"]
+_COLUMNS = ["run", "experiment", "scale", "member", "split", "metric", "value", "unit"]
 _MOST_VALUES = 8  # in a message
 _MOST_LISTED = 5  # ids
 
@@ -46,18 +45,13 @@ class Run:
     @property
     def upstream(self) -> dict[str, Run]:
         """Role -> the stage its data, fit, ... came from."""
-        upstream = self.record.identity.upstream
-        return {role: Run(load_record(self._paths, id)) for role, id in upstream.items() if self._stored(role, id)}
-
-    @property
-    def _paths(self) -> Paths:
-        return Paths(self.record.folder.parent.parent)
-
-    def _stored(self, role: str, id: str) -> bool:
-        if any(self._paths.folder(kind, id).is_dir() for kind in self._paths.kinds()):
-            return True
-        command = self.record.provenance.command
-        raise UserError(f"{id}, the {role} of {self.id}, was deleted; this makes it again: {command}")
+        paths, stages = Paths(self.record.folder.parent.parent), {}
+        for role, id in self.record.identity.upstream.items():
+            if not any(paths.folder(kind, id).is_dir() for kind in paths.kinds()):
+                command = self.record.provenance.command
+                raise UserError(f"{id}, the {role} of {self.id}, was deleted; this makes it again: {command}")
+            stages[role] = Run(load_record(paths, id))
+        return stages
 
     def table(self, name: str) -> pd.DataFrame:
         """A Parquet file of its folder: "metrics", "curves", "trajectories", ... UserError for an unknown one."""
@@ -138,47 +132,39 @@ def load_runs(*, root: Path | str | None = None, **filters: Any) -> pd.DataFrame
     import pandas as pd
 
     paths = Paths(Path(root or outputs_root()))
-    listed: dict[str, dict[tuple[str, str], None]] = {}  # run -> the (experiment, scale) pairs that list it
-    for job in listed_jobs(paths):
-        listed.setdefault(job.run, {})[job.experiment, job.scale] = None
-    carded = []
-    for entry in index.load(paths).finished().values():
-        if entry.kind == "runs" and (paths.folder(entry.kind, entry.id) / _METRICS).is_file():
-            card = {key: value for key, value in entry.card.items() if not isinstance(value, list | Mapping)}
-            for experiment, scale in listed.get(entry.id, {("", ""): None}):
-                carded.append({"run": entry.id, "experiment": experiment, "scale": scale, **card})
-    if not carded:
+    runs = [entry for entry in index.load(paths).finished().values() if entry.kind == "runs"]
+    cards = pd.DataFrame(
+        {"run": run.id} | {key: value for key, value in run.card.items() if not isinstance(value, list | Mapping)}
+        for run in runs
+        if (paths.folder("runs", run.id) / _METRICS).is_file()
+    )
+    if cards.empty:
         return pd.DataFrame(columns=_COLUMNS)
-    known = {key for columns in carded for key in columns}
+    listed = pd.DataFrame([(job.run, job.experiment, job.scale) for job in listed_jobs(paths)], columns=_COLUMNS[:3])
+    cards = cards.merge(listed.drop_duplicates(), how="left", on="run").fillna({"experiment": "", "scale": ""})
     for key, condition in filters.items():
-        if key in known:
-            carded = _filtered(carded, key, condition)
-    parts = [pd.read_parquet(paths.folder("runs", columns["run"]) / _METRICS).assign(**columns) for columns in carded]
-    whole = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=_COLUMNS)
-    whole = whole[_FIRST + [name for name in whole.columns if name not in _FIRST]]
+        if key in cards:
+            cards = _filtered(cards, key, condition)
+    tables = [pd.read_parquet(paths.folder("runs", run) / _METRICS).assign(run=run) for run in cards["run"].unique()]
+    whole = cards.merge(pd.concat(tables) if tables else pd.DataFrame(columns=["run", *_COLUMNS[3:]]), on="run")
+    whole = whole[[*_COLUMNS, *cards.columns.difference(_COLUMNS, sort=False)]]
     for key, condition in filters.items():
-        if key not in whole and key not in known:
-            raise UserError(f"no column {key} to filter by; there are: {', '.join([*whole.columns, *known])}")
-        if key not in known and not whole.empty:
-            fitting = {value for value in whole[key].unique() if _fits(value, condition)}
-            whole = whole[whole[key].isin(fitting)]
-            if not fitting:
-                _warn(key, condition, [])
+        if key not in whole:
+            raise UserError(f"no column {key} to filter by; there are: {', '.join(whole.columns)}")
+        if key not in cards:
+            whole = _filtered(whole, key, condition)
     return whole.reset_index(drop=True)
 
 
-def _filtered(cards: list[dict[str, Any]], key: str, condition: Any) -> list[dict[str, Any]]:
-    left = [card for card in cards if _fits(card.get(key), condition)]
-    if cards and not left:
-        _warn(key, condition, [card.get(key) for card in cards])
-    return left
-
-
-def _warn(key: str, condition: Any, present: Iterable[Any]) -> None:
-    if not callable(condition):
-        values = sorted({str(value) for value in present})
+def _filtered(table: pd.DataFrame, key: str, condition: Any) -> pd.DataFrame:
+    """The rows whose value fits; a warning where none does."""
+    present = table[key].unique()
+    fitting = [value for value in present if _fits(value, condition)]
+    if len(present) and not fitting and not callable(condition):
+        values = sorted(map(str, present))
         some = f"{', '.join(values[:_MOST_VALUES])}{', ...' * (len(values) > _MOST_VALUES)}"
-        warnings.warn(f"no run has {key}={condition!r}{f'; there are {some}' if some else ''}", stacklevel=4)
+        warnings.warn(f"no run has {key}={condition!r}; there are {some}", stacklevel=3)
+    return table[table[key].isin(fitting)]
 
 
 def _fits(value: Any, condition: Any) -> bool:

@@ -42,15 +42,13 @@ def is_held(lock: Path) -> bool:
     """Whether a living process holds the lock."""
     if not lock.exists():
         return False
-    handle = FileLock(lock)
     try:
-        handle.acquire(timeout=0)
+        with FileLock(lock, timeout=0):
+            return False
     except Timeout:
         return True
     except OSError:
         return False  # on a read-only store nothing is being made
-    handle.release()
-    return False
 
 
 def holder() -> dict[str, object]:

@@ -15,6 +15,8 @@ HOLDER_FILE = "holder.json"
 TEMPORARY_SUFFIX = ".tmp"
 CHECKPOINT_PREFIX = "checkpoint"
 ROOT_VARIABLE = "REPRO_OUTPUTS"
+# Beside the finished stages of a kind: those being made (they survive a kill), the last failed attempts, damaged ones.
+WORK, FAILED, DAMAGED = ".work", ".failed", ".damaged"
 # Folders under the root that hold no finished stages.
 NOT_KINDS = frozenset({"experiments", "report", "logs", "patches"})
 
@@ -35,25 +37,13 @@ class Paths:
 
     root: Path
 
-    def folder(self, kind: str, id: str) -> Path:
-        """Folder of one finished stage."""
-        return self.root / kind / id
-
-    def work(self, kind: str, id: str) -> Path:
-        """Folder of a stage that is being made; it survives a kill."""
-        return self.root / kind / ".work" / id
+    def folder(self, kind: str, id: str, shelf: str = "") -> Path:
+        """Folder of a stage: finished, or on the shelf WORK, FAILED or DAMAGED."""
+        return self.root / kind / shelf / id
 
     def lock(self, kind: str, id: str) -> Path:
         """Lock file of a stage; held by the operating system, never deleted by a run."""
         return self.root / kind / ".lock" / f"{id}.lock"
-
-    def failed(self, kind: str, id: str) -> Path:
-        """Folder of the last failed attempt of a stage."""
-        return self.root / kind / ".failed" / id
-
-    def damaged(self, kind: str) -> Path:
-        """Folder that keeps damaged stages, out of the way."""
-        return self.root / kind / ".damaged"
 
     def kinds(self) -> list[str]:
         """The kinds that have a folder, sorted."""
@@ -63,7 +53,7 @@ class Paths:
         return sorted(name for name in entries if not name.startswith(".") and name not in NOT_KINDS)
 
     def ids(self, kind: str, shelf: str = "") -> list[str]:
-        """Ids of the stages of one kind, sorted; `shelf` is "" (finished), ".work" or ".failed"."""
+        """Names of the folders of one kind on a shelf, sorted: the ids of the finished stages by default."""
         folder = self.root / kind / shelf
         if not folder.is_dir():
             return []
@@ -75,19 +65,9 @@ class Paths:
         return self.root / "experiments"
 
     @property
-    def report(self) -> Path:
-        """Folder of everything the report makes."""
-        return self.root / "report"
-
-    @property
     def logs(self) -> Path:
         """Folder of the jobs' printed output."""
         return self.root / "logs"
-
-    @property
-    def patches(self) -> Path:
-        """Folder of the working tree's differences from the commit, one file per content."""
-        return self.root / "patches"
 
     @property
     def index(self) -> Path:

@@ -24,19 +24,15 @@ def plain(value: Any) -> Any:
     raise TypeError(f"{type(value).__name__} {value!r} is not plain data (numbers, text, lists, dictionaries)")
 
 
-def canonical(value: Any) -> bytes:
-    """The one JSON text of a value: sorted keys, no blanks."""
-    return json.dumps(value, sort_keys=True, separators=(",", ":"), default=plain).encode()
-
-
 def plain_copy(value: Any) -> Any:
     """The value as it reads back from JSON."""
     return json.loads(json.dumps(value, default=plain))
 
 
 def digest(value: Any) -> str:
-    """SHA-256 of the canonical JSON text, in hexadecimal."""
-    return hashlib.sha256(canonical(value)).hexdigest()
+    """SHA-256 of the one JSON text of a value (sorted keys, no blanks), in hexadecimal."""
+    text = json.dumps(value, sort_keys=True, separators=(",", ":"), default=plain)
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def flattened(value: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:

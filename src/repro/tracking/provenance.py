@@ -8,7 +8,7 @@ import resource
 import socket
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -39,11 +39,12 @@ class Meter:
 def describe(stage: Stage, overrides: Sequence[str], patches: Path, meter: Meter) -> Provenance:
     """Provenance of a stage that ends now; what cannot change within a process is looked up once."""
     wall_s, cpu_s = meter.seconds()
+    config = flattened(stage.config).items()
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return Provenance(
         command=stage.command,
         overrides=tuple(overrides),
-        seeds=_seeds(stage.config),
+        seeds={key: value for key, value in config if key.rpartition(".")[2] in ("seed", "seeds")},
         started=meter.started_at.isoformat(timespec="milliseconds"),
         finished=datetime.now(UTC).isoformat(timespec="milliseconds"),
         wall_s=wall_s,
@@ -117,9 +118,3 @@ def _torch() -> dict[str, Any] | None:
 def _processor_seconds() -> float:
     own, children = resource.getrusage(resource.RUSAGE_SELF), resource.getrusage(resource.RUSAGE_CHILDREN)
     return own.ru_utime + own.ru_stime + children.ru_utime + children.ru_stime
-
-
-def _seeds(config: Mapping[str, Any]) -> dict[str, Any]:
-    """Every config entry called seed or seeds, by dotted key."""
-    entries = flattened(config).items()
-    return {key: value for key, value in entries if key.rpartition(".")[2] in ("seed", "seeds")}

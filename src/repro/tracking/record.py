@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from repro.tracking.files import file_digest, write_json
 from repro.tracking.paths import RUN_FILE
 from repro.tracking.plain_data import digest
-
-Stored = TypeVar("Stored", "Identity", "Provenance", "StoredFile", "Failure")
 
 
 class StageOutcome(StrEnum):
@@ -114,20 +112,14 @@ class Record:
 
     @classmethod
     def of(cls, folder: Path, content: Mapping[str, Any]) -> Record:
-        """The record of a folder from the content of its run.json."""
-        identity, provenance, error = content["identity"], content["provenance"], content["error"]
-        return cls(
-            id=content["id"],
-            kind=content["kind"],
-            name=content["name"],
-            outcome=StageOutcome(content["outcome"]),
-            folder=folder,
-            identity=_stored(Identity, {**identity, "modules": tuple(identity.get("modules", ()))}),
-            summary=content["summary"],
-            provenance=_stored(Provenance, {**provenance, "overrides": tuple(provenance.get("overrides", ()))}),
-            files={name: _stored(StoredFile, file) for name, file in content["files"].items()},
-            failure=None if error is None else _stored(Failure, error),
-        )
+        """The record of a folder from the content of its run.json; entries that only another version has are left out.
+
+        Raises KeyError, TypeError or ValueError for what is none.
+        """
+        from repro.plugins.checked import validated  # takes longer to load than most commands need
+
+        record: Record = validated(cls, RUN_FILE, {**content, "folder": folder, "failure": content["error"]})
+        return record
 
 
 class Damage(Exception):  # noqa: N818 - a finding about a folder, not a programming error
@@ -148,23 +140,14 @@ def read(folder: Path, verify: bool = False) -> Record:
             raise
         raise Damage(f"{RUN_FILE} is missing") from error
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise Damage(f"{RUN_FILE} cannot be read ({error})") from error
+        raise Damage(f"{RUN_FILE} cannot be read ({'; '.join(str(error).splitlines())})") from error
     if stored != digest(content):
         raise Damage(f"{RUN_FILE} differs from its checksum")
-    for name, expected in record.files.items():
-        _check_file(folder / name, expected, verify)
+    for path, expected in ((folder / name, expected) for name, expected in record.files.items()):
+        if not path.is_file():
+            raise Damage(f"{path.name} is missing")
+        if path.stat().st_size != expected.bytes:
+            raise Damage(f"{path.name} has {path.stat().st_size} bytes instead of {expected.bytes}")
+        if verify and file_digest(path) != expected.sha256:
+            raise Damage(f"{path.name} differs from its checksum")
     return record
-
-
-def _stored(kind: type[Stored], content: Mapping[str, Any]) -> Stored:
-    """Entries that another version wrote and this one has no use for are left out."""
-    return kind(**{item.name: content[item.name] for item in fields(kind) if item.name in content})
-
-
-def _check_file(path: Path, expected: StoredFile, verify: bool) -> None:
-    if not path.is_file():
-        raise Damage(f"{path.name} is missing")
-    if path.stat().st_size != expected.bytes:
-        raise Damage(f"{path.name} has {path.stat().st_size} bytes instead of {expected.bytes}")
-    if verify and file_digest(path) != expected.sha256:
-        raise Damage(f"{path.name} differs from its checksum")

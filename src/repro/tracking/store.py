@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import shutil
 import traceback
 from collections.abc import Callable, Sequence
@@ -10,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from repro.errors import UserError
-from repro.tracking import lock, progress, provenance, record
+from repro.tracking import lock, paths, progress, provenance, record
 from repro.tracking.files import disk_errors_explained, disk_trouble, file_digest, sync, write_json
-from repro.tracking.paths import CHECKPOINT_PREFIX, HOLDER_FILE, RUN_FILE, TEMPORARY_SUFFIX, Paths
+from repro.tracking.paths import HOLDER_FILE, RUN_FILE, TEMPORARY_SUFFIX, Paths
 from repro.tracking.plain_data import plain_copy
 from repro.tracking.record import Damage, Failure, Record, StageOutcome, StoredFile
 from repro.tracking.source_reader import READER
@@ -44,20 +45,19 @@ class Store:
         self.paths = Paths(Path(root).absolute())
         self.overrides = tuple(overrides)
 
-    def find(self, id: str, *, kind: str = "", verify: bool = False) -> Record | None:
-        """The finished stage of an id, or None when it is missing or damaged.
+    def find(self, id: str, *, kind: str = "", shelf: str = "", verify: bool = False) -> Record | None:
+        """The finished stage of an id, or on the shelf FAILED its last failed attempt; None where there is none whole.
 
         Checks run.json and the sizes of the files; `verify` checks every byte.
         """
-        return self._first(self.paths.folder, id, kind, verify)
+        for candidate in [kind] if kind else self.paths.kinds():
+            with suppress(FileNotFoundError, Damage):
+                return record.read(self.paths.folder(candidate, id, shelf), verify)
+        return None
 
     def has(self, id: str, kind: str) -> bool:
         """Whether a finished stage lies in its folder, unread."""
         return (self.paths.folder(kind, id) / RUN_FILE).is_file()
-
-    def failure(self, id: str, *, kind: str = "") -> Record | None:
-        """The last failed attempt of an id, or None; a success replaces it."""
-        return self._first(self.paths.failed, id, kind)
 
     def records(self, kind: str) -> list[Record]:
         """All finished, undamaged stages of one kind, by id."""
@@ -73,7 +73,7 @@ class Store:
         stored = self.find(stage.id, kind=stage.kind)
         if stored is not None:
             return stored
-        folder = self.paths.work(stage.kind, stage.id)
+        folder = self.paths.folder(stage.kind, stage.id, paths.WORK)
         with (
             disk_errors_explained(self.paths.root),
             lock.held(self.paths.lock(stage.kind, stage.id), folder / HOLDER_FILE, stage.id),
@@ -84,21 +84,14 @@ class Store:
 
     def verify(self, kind: str, id: str) -> Damage | None:
         """Check every byte of a finished stage; a damaged one is moved aside, so that its command makes it again."""
-        holder = self.paths.work(kind, id) / HOLDER_FILE
         with disk_errors_explained(self.paths.root):
             try:
                 record.read(self.paths.folder(kind, id), verify=True)
             except FileNotFoundError:
                 return None
             except Damage:
-                with lock.held(self.paths.lock(kind, id), holder, id):
+                with lock.held(self.paths.lock(kind, id), self.paths.folder(kind, id, paths.WORK) / HOLDER_FILE, id):
                     return self._move_aside_if_damaged(kind, id, verify=True)
-        return None
-
-    def _first(self, place: Callable[[str, str], Path], id: str, kind: str, verify: bool = False) -> Record | None:
-        for candidate in [kind] if kind else self.paths.kinds():
-            with suppress(FileNotFoundError, Damage):
-                return record.read(place(candidate, id), verify)
         return None
 
     def _move_aside_if_damaged(self, kind: str, id: str, *, verify: bool = False) -> Damage | None:
@@ -109,9 +102,9 @@ class Store:
         except FileNotFoundError:
             return None
         except Damage as damage:
-            shelf = self.paths.damaged(kind)
-            shelf.mkdir(parents=True, exist_ok=True)
-            target = next(name for number in range(1, 10**6) if not (name := shelf / f"{id}-{number}").exists())
+            places = (self.paths.folder(kind, f"{id}-{number}", paths.DAMAGED) for number in itertools.count(1))
+            target = next(each for each in places if not each.exists())
+            target.parent.mkdir(parents=True, exist_ok=True)
             place.rename(target)
             progress.notice(f"{id} was damaged ({damage}); it is kept in {target}")
             return damage
@@ -134,41 +127,36 @@ class Store:
             if trouble is not None:
                 _drop(folder, lambda name: not _is_checkpoint(name))
                 raise trouble from error
-            raise StageFailed(self._keep_failure(stage, folder, meter, error)) from error
+            (folder / HOLDER_FILE).unlink(missing_ok=True)
+            trace = "".join(traceback.format_exception(error))
+            failure = Failure(type(error).__name__, str(error), trace, progress.log_path(), stage.command)
+            raise StageFailed(self._put(stage, folder, meter, failure=failure)) from error
         try:
             READER.check_unchanged(stage.identity.code)
         except UserError:
             shutil.rmtree(folder)
             raise
-        return self._keep(stage, folder, meter, summary)
-
-    def _keep(self, stage: Stage, folder: Path, meter: provenance.Meter, summary: dict[str, Any]) -> Record:
         _drop(folder, lambda name: name == HOLDER_FILE or _is_checkpoint(name) or name.endswith(TEMPORARY_SUFFIX))
         files = {}
         for path in sorted(path for path in folder.rglob("*") if path.is_file()):
             sync(path)
             name = path.relative_to(folder).as_posix()
             files[name] = StoredFile(sha256=file_digest(path), bytes=path.stat().st_size)
-        place = self.paths.folder(stage.kind, stage.id)
-        finished = self._put(stage, folder, place, StageOutcome.OK, meter, summary=summary, files=files)
-        shutil.rmtree(self.paths.failed(stage.kind, stage.id), ignore_errors=True)
-        return finished
-
-    def _keep_failure(self, stage: Stage, folder: Path, meter: provenance.Meter, error: Exception) -> Record:
-        place = self.paths.failed(stage.kind, stage.id)
-        shutil.rmtree(place, ignore_errors=True)
-        place.parent.mkdir(parents=True, exist_ok=True)
-        (folder / HOLDER_FILE).unlink(missing_ok=True)
-        trace = "".join(traceback.format_exception(error))
-        failure = Failure(type(error).__name__, str(error), trace, progress.log_path(), stage.command)
-        return self._put(stage, folder, place, StageOutcome.FAILED, meter, failure=failure)
+        return self._put(stage, folder, meter, summary=summary, files=files)
 
     def _put(
-        self, stage: Stage, folder: Path, place: Path, outcome: StageOutcome, meter: provenance.Meter, **content: Any
+        self, stage: Stage, folder: Path, meter: provenance.Meter, failure: Failure | None = None, **content: Any
     ) -> Record:
-        """Write run.json in the working folder, and move the folder to its place."""
-        origin = provenance.describe(stage, self.overrides, self.paths.patches, meter)
-        Record(stage.id, stage.kind, stage.name, outcome, folder, stage.identity, provenance=origin, **content).write()
+        """Write run.json in the working folder, move the folder to its place, and remove an earlier failure."""
+        origin = provenance.describe(stage, self.overrides, self.paths.root / "patches", meter)
+        outcome, shelf = (StageOutcome.FAILED, paths.FAILED) if failure else (StageOutcome.OK, "")
+        Record(
+            stage.id, stage.kind, stage.name, outcome, folder, stage.identity,
+            provenance=origin, failure=failure, **content,
+        ).write()  # fmt: skip
+        place = self.paths.folder(stage.kind, stage.id, shelf)
+        shutil.rmtree(self.paths.folder(stage.kind, stage.id, paths.FAILED), ignore_errors=True)
+        place.parent.mkdir(parents=True, exist_ok=True)
         folder.rename(place)
         sync(place.parent)
         return record.read(place)
@@ -181,4 +169,4 @@ def _drop(folder: Path, unwanted: Callable[[str], bool]) -> None:
 
 
 def _is_checkpoint(name: str) -> bool:
-    return name.startswith(CHECKPOINT_PREFIX) and not name.endswith(TEMPORARY_SUFFIX)
+    return name.startswith(paths.CHECKPOINT_PREFIX) and not name.endswith(TEMPORARY_SUFFIX)

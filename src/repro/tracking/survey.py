@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cache
 from typing import Any
@@ -12,8 +12,8 @@ from typing import Any
 from repro.errors import UserError
 from repro.tracking import code, index, lock
 from repro.tracking.index import Index
-from repro.tracking.listed_jobs import listed_jobs
-from repro.tracking.paths import HOLDER_FILE, Paths
+from repro.tracking.listed_jobs import JobOfAList, listed_jobs
+from repro.tracking.paths import HOLDER_FILE, WORK, Paths
 from repro.tracking.record import Identity, StageOutcome, read
 from repro.tracking.stage import Stage
 from repro.tracking.stage_difference import identity_differences
@@ -57,16 +57,6 @@ class Item:
     experiments: tuple[str, ...] = ()
 
 
-@dataclass
-class _Listing:
-    """One run as the experiments list it."""
-
-    command: str
-    overrides: Sequence[str]
-    current: bool  # listed under the present settings
-    experiments: list[str] = field(default_factory=list)
-
-
 def survey(
     paths: Paths, *, verify: bool = False, expected: Expected | None = None, settings: SettingsDigest | None = None
 ) -> list[Item]:
@@ -78,7 +68,10 @@ def survey(
     """
     stored = index.load(paths)
     changes = _changes(stored)
-    listed = _listed(paths, settings)
+    listed: dict[str, list[JobOfAList]] = {}
+    for job in listed_jobs(paths):
+        # A job that has not reached its run has no id yet; its command takes the place of the id.
+        listed.setdefault(job.run or job.command, []).append(job)
     items: dict[str, Item] = {}
     for id, entry in stored.finished().items():
         why = changes(id)
@@ -92,17 +85,21 @@ def survey(
     for item in _being_made(paths):
         if items.get(item.id, item).state in (StageState.FAILED, item.state):
             items[item.id] = item
-    for id, listing in listed.items():
-        absent = Item(id, "runs", id, StageState.MISSING, ("not made yet",), listing.command)
-        item = items.get(id, absent)
-        # a listing without overrides (the benchmark) is made by no configuration, so no default can outdate it
-        unsure = not listing.current and bool(listing.overrides)
-        outdated = _outdated(item, listing, stored, paths, expected) if unsure and expected is not None else ()
+    for id, jobs in listed.items():
+        first = jobs[0]
+        item = items.get(id, Item(id, RUNS, id, StageState.MISSING, ("not made yet",), first.command))
+        current = settings is not None and settings(first.experiment) == first.settings
+        # A listing without overrides (the benchmark) is made by no configuration, so no default can outdate it.
+        unsure = first.overrides and not current
+        outdated = _outdated(item, first.overrides, stored, paths, expected) if expected and unsure else ()
         state = StageState.STALE if outdated and item.state is StageState.DONE else item.state
-        experiments = tuple(sorted(set(listing.experiments)))
+        experiments = tuple(sorted({f"{job.scale}/{job.experiment}" for job in jobs}))
         items[id] = replace(item, state=state, why=item.why + outdated, experiments=experiments)
-    if verify:
-        items = {id: _verified(item, Store(paths.root)) for id, item in items.items()}
+    finished = [item for item in items.values() if item.state in (StageState.DONE, StageState.STALE)]
+    for item in finished if verify else ():
+        if damage := Store(paths.root).verify(item.kind, item.id):
+            why = (f"{damage}; moved aside, its command makes it again",)
+            items[item.id] = replace(item, state=StageState.DAMAGED, why=why)
     return sorted(items.values(), key=lambda item: (item.kind, STATES.index(item.state), item.id))
 
 
@@ -149,8 +146,8 @@ def _code_reasons(stored: Mapping[str, Any]) -> tuple[str, ...]:
 def _being_made(paths: Paths) -> list[Item]:
     items = []
     for kind in paths.kinds():
-        for id in paths.ids(kind, ".work"):
-            holder = paths.work(kind, id) / HOLDER_FILE
+        for id in paths.ids(kind, WORK):
+            holder = paths.folder(kind, id, WORK) / HOLDER_FILE
             try:
                 content = json.loads(holder.read_bytes())
             except (OSError, ValueError):
@@ -164,21 +161,10 @@ def _being_made(paths: Paths) -> list[Item]:
     return items
 
 
-def _listed(paths: Paths, settings: SettingsDigest | None) -> dict[str, _Listing]:
-    """Every run that an experiment lists, by id."""
-    listed: dict[str, _Listing] = {}
-    for job in listed_jobs(paths):
-        current = settings is not None and settings(job.experiment) == job.settings
-        # A job that has not reached its run has no id yet; its command takes the place of the id.
-        listing = listed.setdefault(job.run or job.command, _Listing(job.command, job.overrides, current))
-        listing.experiments.append(f"{job.scale}/{job.experiment}")
-    return listed
-
-
-def _outdated(item: Item, listing: _Listing, stored: Index, paths: Paths, expected: Expected) -> tuple[str, ...]:
+def _outdated(item: Item, overrides: Sequence[str], stored: Index, paths: Paths, expected: Expected) -> tuple[str, ...]:
     """How the run that the present defaults give differs from the listed one."""
     try:
-        stages = expected(listing.overrides)
+        stages = expected(overrides)
     except UserError as error:
         return (f"its settings are no longer accepted: {error}",)
     if not stages or stages[-1].id == item.id:
@@ -197,10 +183,3 @@ def _outdated(item: Item, listing: _Listing, stored: Index, paths: Paths, expect
         upstream = [(before.upstream.get(role), id) for role, id in stage.upstream.items()]
         pairs += [(old, by_id[new]) for old, new in upstream if old is not None and new in by_id]
     return tuple(reasons)
-
-
-def _verified(item: Item, store: Store) -> Item:
-    damage = store.verify(item.kind, item.id) if item.state in (StageState.DONE, StageState.STALE) else None
-    if damage is None:
-        return item
-    return replace(item, state=StageState.DAMAGED, why=(f"{damage}; moved aside, its command makes it again",))
