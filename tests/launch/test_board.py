@@ -22,15 +22,15 @@ def now(monkeypatch):
 
 def ended(index, outcome=JobOutcome.OK, seconds=10.0, error=None):
     result = JobResult(JOBS[index], outcome, seconds=seconds, error=error)
-    return Event(EventKind.ENDED, index, JOBS[index], result=result)
+    return Event(EventKind.ENDED, index, result=result)
 
 
 def test_time_left(now):
     clock = Clock(JOBS, workers=2)
     assert clock.seconds_left() is None
-    clock.take(Event(EventKind.STARTED, 0, JOBS[0]))
+    clock.take(Event(EventKind.STARTED, 0))
     now[0] = 5.0
-    clock.take(Event(EventKind.PROGRESS, 0, JOBS[0], fraction=0.25))
+    clock.take(Event(EventKind.PROGRESS, 0, fraction=0.25))
     # One job takes 20 s: 15 s of it are left, and three whole ones, on two workers.
     assert clock.seconds_left() == pytest.approx((15 + 3 * 20) / 2)
     now[0] = 20.0
@@ -48,13 +48,13 @@ def test_expected_times_are_used_before_any_job_has_ended(now):
 
 def test_plain_lines(now, capsys):
     with Board(JOBS, workers=1, live=False) as shown:
-        shown(Event(EventKind.STARTED, 0, JOBS[0]))
+        shown(Event(EventKind.STARTED, 0))
         shown(ended(0))
-        shown(Event(EventKind.NOTICE, 1, JOBS[1], text="look"))
+        shown(Event(EventKind.NOTICE, 1, text="look"))
         shown(ended(1, JobOutcome.FAILED, 2.0, JobError("no\nmore", "ValueError")))
         now[0] = 60.0
-        shown(Event(EventKind.STARTED, 2, JOBS[2]))
-        shown(Event(EventKind.PROGRESS, 2, JOBS[2], fraction=0.5, text="epoch 3"))
+        shown(Event(EventKind.STARTED, 2))
+        shown(Event(EventKind.PROGRESS, 2, fraction=0.5, text="epoch 3"))
     lines = capsys.readouterr().err.splitlines()
     assert lines[0] == "[1/4] a: done (10 s); about 30 s left"
     assert lines[1] == "b: look"
@@ -66,8 +66,8 @@ def test_plain_lines(now, capsys):
 def test_live_display_takes_every_event(now, capsys):
     with Board(JOBS, workers=2, live=True) as shown:
         for index in (0, 1):
-            shown(Event(EventKind.STARTED, index, JOBS[index]))
-            shown(Event(EventKind.PROGRESS, index, JOBS[index], fraction=0.5, text="[half]"))
+            shown(Event(EventKind.STARTED, index))
+            shown(Event(EventKind.PROGRESS, index, fraction=0.5, text="[half]"))
         shown(ended(0))
         shown(ended(1, JobOutcome.KILLED, 1.0, JobError("[SIGKILL]")))
     assert "b: killed: [SIGKILL]" in capsys.readouterr().err

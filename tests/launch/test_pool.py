@@ -52,7 +52,7 @@ ENDINGS = """
     jobs += [Job(name, f"toyjobs:{name}", command=f"repro run {name}") for name in names]
     jobs += [Job("last", "toyjobs:double", {"x": 2})]
     order = []
-    note = lambda event: order.append((event.kind, event.job.name))
+    note = lambda event: order.append((event.kind, jobs[event.index].name))
     results = run_jobs(jobs, workers=2, timeout_s=1.0, preload=(), on_progress=note)
     rows = [[r.job.name, r.outcome, r.value, vars(r.error) if r.error else {}, r.log] for r in results]
     print(json.dumps({"rows": rows, "order": order, "table": failure_table(results)}))

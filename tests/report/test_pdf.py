@@ -19,7 +19,7 @@ from repro.report.tables.cost import cost_fact, cost_table
 from repro.report.tables.every import all_tables
 from repro.results.results import Results, typed
 from repro.results.table_schema import TABLES
-from repro.tracking.yaml_file import read_yaml
+from repro.tracking.files import read_yaml
 
 PAPER = paper_folder()
 FIGURES = load_figures(PAPER)

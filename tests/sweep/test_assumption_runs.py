@@ -58,7 +58,7 @@ def test_a_case_pairs_the_run_of_a_claim_with_one_that_differs_in_the_alternativ
     assert ours.members == [0, 1, 2]
     assert (ours.objective.momentum_weight, list(ours.model.momentum_hidden)) == (1.0, [8])  # as C17a selects
     assert ours.model_copy(update={"system": other.system}) == other
-    assert (ours.system.constants["g"], other.system.constants["g"]) == (9.8, 9.80665)
+    assert (ours.system.g, other.system.g) == (9.8, 9.80665)
 
 
 def test_a_trial_that_changes_nothing_or_names_no_claim_is_refused(tmp_path):

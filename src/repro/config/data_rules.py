@@ -12,7 +12,7 @@ def without_accelerations(config: Config) -> Iterator[str]:
     """Objectives that need no accelerations: what they fit, and from which data."""
     objective, data = config.objective, config.data
     choice = f"objective.kind = '{objective.kind}'"
-    if not config.model.fitted or objective.needs_accelerations:
+    if objective.needs_accelerations:
         return
     if config.sequence.needs_energies:
         yield f"{choice}: has no rows of a known energy; use sequence=main, not {config.sequence.kind}"

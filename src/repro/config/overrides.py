@@ -64,7 +64,7 @@ def expand(
 
 def belongs(job: Sequence[str]) -> bool:
     """Whether a job (its overrides) is one of its experiment, be it at another scale or with more seeds."""
-    return setting(job) in _asked_for(experiment_of(job))
+    return setting(job) in _settings(experiment_of(job))
 
 
 def experiment_of(job: Sequence[str]) -> str:
@@ -85,7 +85,7 @@ def explicit(job: Sequence[str]) -> list[str]:
 
 
 @cache
-def _asked_for(experiment: str) -> frozenset[frozenset[str]]:
+def _settings(experiment: str) -> frozenset[frozenset[str]]:
     return frozenset(setting(job) for job in expand([EXPERIMENT + experiment])) if experiment else frozenset()
 
 
@@ -110,9 +110,8 @@ def renamed(override: str) -> str:
 
 def _sweep_lines(overrides: Sequence[str]) -> list[list[str]]:
     name = experiment_of(overrides)
-    if not name:
-        return [[]]
-    return [str(line).split() for line in registry.read_settings(experiment_files()[name]).get("sweep") or [""]]
+    lines = registry.read_settings(experiment_files()[name]).get("sweep") if name else None
+    return [str(line).split() for line in lines or [""]]
 
 
 def _product(overrides: Sequence[str]) -> Iterable[tuple[str, ...]]:

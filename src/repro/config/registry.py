@@ -6,7 +6,7 @@ from typing import Any
 
 from repro.config.places import CONF, check_checkout, experiment_files, option_file, settings_roots
 from repro.errors import UserError
-from repro.tracking.yaml_file import read_yaml
+from repro.tracking.files import read_yaml
 
 
 @cache
@@ -15,10 +15,8 @@ def groups() -> dict[str, list[str]]:
     check_checkout()
     names = sorted(path.name for path in CONF.iterdir() if path.is_dir())
     folders = {name: [root / CONF.name / name for root in settings_roots()] for name in names}
-    return {
-        name: list(dict.fromkeys(option.stem for folder in places for option in _files(folder)))
-        for name, places in folders.items()
-    }
+    files = {name: [path for each in folders[name] for path in sorted(each.glob("[!_]*.yaml"))] for name in names}
+    return {name: list(dict.fromkeys(path.stem for path in files[name])) for name in names}
 
 
 @cache
@@ -44,14 +42,11 @@ def choices_text() -> str:
     """One line per option: `group=option` and the first comment of its file."""
     lines = [(f"{group}={name}", _comment(option_file(group, name))) for group in groups() for name in groups()[group]]
     lines += [(f"experiment={name}", _comment(path)) for name, path in experiment_files().items()]
-    for line in _plain():
-        setting, _, comment = line.partition("#")
-        lines.append((setting.strip().replace(": ", "="), comment.strip()))
+    for line in (CONF / "config.yaml").read_text().splitlines():  # the keys outside all groups that users choose
+        setting, sign, comment = line.partition("#")
+        if line[:1].isalpha() and sign and "set by" not in line:
+            lines.append((setting.strip().replace(": ", "="), comment.strip()))
     return "\n".join(f"  {choice:<38} {comment}" for choice, comment in lines)
-
-
-def _files(folder: Path) -> list[Path]:
-    return sorted(folder.glob("[!_]*.yaml"))
 
 
 def _merged(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
@@ -67,9 +62,3 @@ def _comment(path: Path) -> str:
     """The first comment that is no command line."""
     comments = [line.partition("#")[2].strip() for line in path.read_text().splitlines() if "#" in line]
     return next((comment for comment in comments if not comment.startswith("repro ")), "")
-
-
-def _plain() -> list[str]:
-    """The keys outside all groups that are for users to choose."""
-    lines = (CONF / "config.yaml").read_text().splitlines()
-    return [line for line in lines if line[:1].isalpha() and "#" in line and "set by" not in line]

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator
 from types import ModuleType
-from typing import TYPE_CHECKING
 
 from repro.config.data_rules import recording, sensors, without_accelerations, wrong_content
 from repro.config.schema import Config, coordinates_of, true_system
@@ -14,15 +13,13 @@ from repro.models.gauge import Gauge
 from repro.models.model_options import MODELS
 from repro.plugins.plugin import not_allowed, plugin, plugin_names
 
-if TYPE_CHECKING:
-    from repro.mechanics.system import System
-
-BASES = "models.bases"
+BASES, SYSTEMS = "models.bases", "mechanics.systems"
 
 
 def impossible(config: Config) -> Iterator[str]:
-    """Reasons why this configuration cannot run, one line each; unknown names first, as rules load what they name."""
-    lines = [*_unknown_names(config)] or [line for rule in RULES for line in rule(config)]
+    """Reasons why this configuration cannot run, one line each; unknown names and systems first, as rules load them."""
+    rules = (*RULES, *FITTED_RULES) if config.model.fitted else RULES
+    lines = [*_unknown_names(config)] or [*_system(config)] or [line for rule in rules for line in rule(config)]
     yield from lines or wrong_content(config)
 
 
@@ -32,11 +29,9 @@ def linear(config: Config) -> bool:
 
 
 def _unknown_names(config: Config) -> Iterator[str]:
-    named = {
-        "system.name": (config.system.name, plugin_names("mechanics.systems")),
-        "basis.name": (config.basis.name, plugin_names(BASES)),
-    }
-    yield from (not_allowed(key, name, allowed) for key, (name, allowed) in named.items() if name not in allowed)
+    for key, name, folder in (("system", config.system.name, SYSTEMS), ("basis", config.basis.name, BASES)):
+        if name not in plugin_names(folder):
+            yield not_allowed(f"{key}.name", name, plugin_names(folder))
 
 
 def _system(config: Config) -> Iterator[str]:
@@ -49,7 +44,7 @@ def _system(config: Config) -> Iterator[str]:
 
 
 def _basis_of_another_system(config: Config) -> Iterator[str]:
-    if not config.model.uses_basis or [*_system(config)] or [*recording(config)]:
+    if not config.model.uses_basis or [*recording(config)]:
         return
     units = [coordinate.unit for coordinate in coordinates_of(config)]
     if not _suits(config.basis.name, units):
@@ -70,7 +65,7 @@ def _suits(basis: str, units: list[str]) -> bool:
 
 
 def _closed_form(config: Config) -> Iterator[str]:
-    if not config.model.fitted or not config.optimiser.linear_only:
+    if not config.optimiser.linear_only:
         return
     name, kind, objective = config.optimiser.name, config.model.kind, config.objective
     if not config.model.is_linear(_features(config.basis.name).LINEAR):
@@ -107,8 +102,6 @@ def _port(config: Config) -> Iterator[str]:
 
 def _differentiable(config: Config) -> Iterator[str]:
     objective, choice = config.objective, f"objective.kind = {config.objective.kind!r}"
-    if not config.model.fitted:
-        return
     for needed in ("differentiable", "implicit_form"):
         if getattr(objective, f"needs_{needed}") and not getattr(config.model, needed):
             yield f"{choice}: needs model={', '.join(_models_with(needed))}, not model={config.model.kind}"
@@ -118,7 +111,7 @@ def _differentiable(config: Config) -> Iterator[str]:
 
 def _momentum_transform(config: Config) -> Iterator[str]:
     weight, learned = config.objective.momentum_weight, config.model.has_momentum_transform
-    if config.model.fitted and bool(weight) != learned:
+    if bool(weight) != learned:
         hidden = "set" if learned else "null"
         yield (
             f"objective.momentum_weight = {weight} and model.momentum_hidden is {hidden}: "
@@ -136,7 +129,7 @@ def _start_of_coefficients(config: Config) -> Iterator[str]:
 
 def _device(config: Config) -> Iterator[str]:
     choice = f"device = {config.device!r}"
-    if config.device == "cpu" or not config.model.fitted:
+    if config.device == "cpu":
         return
     if not config.optimiser.runs_on_device:
         yield f"{choice}: runs optimiser=adam or adam_cosine, not {config.optimiser.name}; use device=cpu"
@@ -148,24 +141,20 @@ def _device(config: Config) -> Iterator[str]:
 
 def _l1(config: Config) -> Iterator[str]:
     weights = {key: getattr(config.objective, key) for key in ("l1_kinetic", "l1_potential")}
-    suits = config.optimiser.handles_l1 and linear(config)
-    if not config.model.fitted or suits or not any(weights.values()):
-        return
-    weighted = ", ".join(f"objective.{key} = {value}" for key, value in weights.items())
-    yield f"{weighted}: act on coefficients under optimiser=adam and a linear basis"
+    if any(weights.values()) and not (config.optimiser.handles_l1 and linear(config)):
+        weighted = ", ".join(f"objective.{key} = {value}" for key, value in weights.items())
+        yield f"{weighted}: act on coefficients under optimiser=adam and a linear basis"
 
 
 def _free_motion_keeps_its_energy(config: Config) -> Iterator[str]:
-    if not config.model.fitted or not config.sequence.uses_free_motion:
-        return
     for name, values in (("damping", config.system.damping), ("coulomb", config.system.coulomb)):
-        if any(values):
+        if config.sequence.uses_free_motion and any(values):
             yield f"system.{name} = {values}: D_H keeps its energy only without friction"
 
 
 def _pretraining_epochs(config: Config) -> Iterator[str]:
     epochs, kind = config.sequence.pretraining_epochs, config.sequence.kind
-    if epochs is None or not config.model.fitted:
+    if epochs is None:
         return
     if not config.sequence.begins_with_free_motion:
         yield f"sequence.pretraining_epochs = {epochs}: sequence={kind} has no phase on D_H alone; leave it at null"
@@ -176,7 +165,7 @@ def _pretraining_epochs(config: Config) -> Iterator[str]:
 
 def _finish(config: Config) -> Iterator[str]:
     share, scale = config.objective.equal_weight_share, config.objective.error_scale
-    if config.model.fitted and share and scale is None:
+    if share and scale is None:
         yield (
             f"objective.equal_weight_share = {share}: equal weights at the end need other weights before: "
             "objective.error_scale"
@@ -184,14 +173,14 @@ def _finish(config: Config) -> Iterator[str]:
 
 
 def _model_of_system(config: Config) -> Iterator[str]:
-    if [*_system(config)] or isinstance(config.data, RecordingFile) or [*_closed_loop(config)]:
+    if isinstance(config.data, RecordingFile) or [*_closed_loop(config)]:
         return
     if problem := config.model.system_problem(true_system(config)):
         yield problem
 
 
 def _parts(config: Config) -> Iterator[str]:
-    if not config.model.sub_models or [*_system(config)] or isinstance(config.data, RecordingFile):
+    if not config.model.sub_models or isinstance(config.data, RecordingFile):
         return
     for part in filter(is_settings, config.model.sub_models):
         yield from impossible(settings_of(part, config))
@@ -210,9 +199,10 @@ def _chain(config: Config) -> Iterator[str]:
 
 def _closed_loop(config: Config) -> Iterator[str]:
     from repro.mechanics.chain import Chain
+    from repro.mechanics.system import load
 
     control, task = config.control, config.task
-    if not isinstance(control, ControllerOptions) or [*_system(config)]:
+    if not isinstance(control, ControllerOptions):
         return
     choice = f"control = {control.name!r}"
     if isinstance(config.data, RecordingFile):
@@ -221,7 +211,10 @@ def _closed_loop(config: Config) -> Iterator[str]:
         yield f"{choice}: needs a model with energies and an invertible mass matrix, not model={config.model.kind}"
     system = true_system(config)
     if not control.fits(system):
-        yield f"{choice}: drives {control.drives}; {_inputs(system)}; use {_suited_to(control)}"
+        count, names = len(system.inputs), ", ".join(coordinate.name for coordinate in system.coordinates)
+        own = f"system={system.name} has {count} input{'s' * (count > 1)} and coordinates {names}"
+        suited = ", ".join(name for name in plugin_names(SYSTEMS) if control.fits(load(name)))
+        yield f"{choice}: drives {control.drives}; {own}; use system={suited}"
     yield from control.problems(system)
     yield from task.problems(system)
     if config.model.from_true_system and not isinstance(system, Chain):
@@ -236,44 +229,32 @@ def _closed_loop(config: Config) -> Iterator[str]:
         yield f"task.damping = {list(task.damping)}: needs {system.n_q} numbers, or none"
 
 
-RULES: tuple[Callable[[Config], Iterator[str]], ...] = (
-    _system,
+Rules = tuple[Callable[[Config], Iterator[str]], ...]
+RULES: Rules = (
     _basis_of_another_system,
-    _closed_form,
     _without_energies,
     _port,
-    _differentiable,
-    _momentum_transform,
     _start_of_coefficients,
-    _device,
-    _l1,
-    _free_motion_keeps_its_energy,
-    _pretraining_epochs,
     _chain,
-    _finish,
     lambda config: config.model.problems(),
     _model_of_system,
     _parts,
-    without_accelerations,
     sensors,
     recording,
     _closed_loop,
 )
-
-
-def _inputs(system: "System") -> str:
-    """The inputs and coordinates of a system in words."""
-    count = len(system.inputs)
-    names = ", ".join(coordinate.name for coordinate in system.coordinates)
-    return f"system={system.name} has {count} input{'s' * (count > 1)} and coordinates {names}"
-
-
-def _suited_to(control: ControllerOptions) -> str:
-    """The systems that a controller can drive, with their own constants."""
-    from repro.mechanics.system import load
-
-    names = [name for name in plugin_names("mechanics.systems") if control.fits(load(name))]
-    return "system=" + ", ".join(names)
+# Of a model with weights to fit.
+FITTED_RULES: Rules = (
+    _closed_form,
+    _differentiable,
+    _momentum_transform,
+    _device,
+    _l1,
+    _free_motion_keeps_its_energy,
+    _pretraining_epochs,
+    _finish,
+    without_accelerations,
+)
 
 
 def _models_with(capability: str) -> list[str]:

@@ -44,23 +44,6 @@ class SystemSection(Section):
     damping_frame: Literal["relative", "absolute"] = "relative"
     damping_growth: NotNegative = 0.0
 
-    @property
-    def constants(self) -> dict[str, int | float]:
-        """The constants by name."""
-        return dict(self.__pydantic_extra__)
-
-    def options(self, reading: "ReadingSection") -> SystemOptions:
-        """The system in a reading of the paper's conventions."""
-        return SystemOptions(
-            self.name,
-            reading.name,
-            tuple(self.damping),
-            self.damping_frame,
-            self.damping_growth,
-            tuple(self.coulomb),
-            self.constants,
-        )
-
 
 class ReadingSection(Section):
     """Which reading of the paper's conventions (conf/reading)."""
@@ -170,8 +153,13 @@ class Config(Section):
 
     @property
     def system_options(self) -> SystemOptions:
-        """The true system."""
-        return self.system.options(self.reading)
+        """The true system, in a reading of the paper's conventions."""
+        system = self.system
+        damping, coulomb = tuple(system.damping), tuple(system.coulomb)
+        return SystemOptions(
+            system.name, self.reading.name, damping, system.damping_frame, system.damping_growth, coulomb,
+            dict(system.__pydantic_extra__),
+        )  # fmt: skip
 
     @property
     def own_coordinates(self) -> bool:

@@ -41,19 +41,20 @@ class Board:
     def __call__(self, event: Event) -> None:
         """Show one event of a job."""
         self.clock.take(event)
+        name = self.clock.jobs[event.index].name
         match event.kind:
             case EventKind.STARTED:
-                self._running[event.index] = self._bars.add_task(event.job.name, total=1.0, note="")
+                self._running[event.index] = self._bars.add_task(name, total=1.0, note="")
             case EventKind.PROGRESS:
                 part = "" if event.fraction is None else f"{event.fraction:.0%}"
                 note = f"{part} {event.text}".strip()
                 self._bars.update(self._running[event.index], completed=event.fraction or 0.0, note=note)
                 if not self.live and time.monotonic() - self._last_line > _PLAIN_PAUSE_S:
-                    self._print(f"{self.clock.text()}; now {event.job.name} {note}".rstrip())
+                    self._print(f"{self.clock.text()}; now {name} {note}".rstrip())
             case EventKind.NOTICE:
                 if event.text not in self._notices:  # what concerns all jobs is said by each
                     self._notices.add(event.text)
-                    self._print(f"{event.job.name}: {event.text}")
+                    self._print(f"{name}: {event.text}")
             case EventKind.ENDED:
                 if event.index in self._running:  # a job that died at once has not started
                     self._bars.remove_task(self._running.pop(event.index))

@@ -13,9 +13,11 @@ import sys
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
+
+from pydantic import TypeAdapter
 
 from repro.errors import UserError
 from repro.launch.jobs import Event, EventKind, Job, JobError, JobOutcome, JobResult, reason
@@ -49,6 +51,7 @@ HYDRAS_OWN = {
     "hydra.mode": "-m runs many jobs",
 }
 _SUBMITTED = "_submitted.pkl"
+JOBS, ENDED = "jobs.json", "ended.json"  # in the folder of the sweep, and in one per job
 
 
 def split(overrides: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -87,7 +90,7 @@ def refuse(flags: Mapping[str, float | None], launcher: Sequence[str]) -> None:
 def launch(jobs: Sequence[Job], launcher: Sequence[str], logs: Path) -> list[JobResult]:
     """Run the jobs on a launcher and wait; returns how each ended, in their order."""
     folder = logs / f"{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}"
-    write_json(_jobs_file(folder), [asdict(job) for job in jobs])
+    write_json(folder / JOBS, [asdict(job) for job in jobs])
     sweep = [f"+folder={hydra_quoted(folder)}", f"hydra.sweep.dir={hydra_quoted(folder)}", f"+job=range({len(jobs)})"]
     quiet = ["hydra.job.name=repro", "hydra.output_subdir=null", "hydra.job.chdir=false"]
     print(f"{len(jobs)} jobs on {' '.join(launcher)}; their logs: {folder}", file=sys.stderr, flush=True)
@@ -95,19 +98,9 @@ def launch(jobs: Sequence[Job], launcher: Sequence[str], logs: Path) -> list[Job
     return [_ending(folder, number, job) for number, job in enumerate(jobs)]
 
 
-def _jobs_file(folder: Path) -> Path:
-    return folder / "jobs.json"
-
-
-def _ending_file(folder: Path, number: int) -> Path:
-    return folder / str(number) / "ended.json"
-
-
 def _ending(folder: Path, number: int, job: Job) -> JobResult:
     try:
-        content = json.loads(_ending_file(folder, number).read_bytes())
-        error = None if content["error"] is None else JobError(**content["error"])
-        return JobResult(job, JobOutcome(content["outcome"]), None, error, content["seconds"], content["log"])
+        return TypeAdapter(JobResult).validate_json((folder / str(number) / ENDED).read_bytes())
     except FileNotFoundError:
         message = "the scheduler stopped it, or never started it: see the messages above and the logs"
         return JobResult(job, JobOutcome.KILLED, error=JobError(message), log=str(folder))
@@ -126,21 +119,20 @@ def _run_one(config: Any) -> None:
     Raises nothing, whatever the job does: Hydra's launchers give up a whole sweep for one failed job.
     """
     folder, number = Path(config.folder), config.job
-    job = Job(**json.loads(_jobs_file(folder).read_bytes())[number])
+    job = Job(**json.loads((folder / JOBS).read_bytes())[number])
     print(job.command, flush=True)
-    file = _ending_file(folder, number)
+    file = folder / str(number) / ENDED
+
+    def print_notice(event: Event) -> None:
+        if event.kind is EventKind.NOTICE:
+            print(event.text, flush=True)
+
     try:
-        [result] = run_jobs([job], workers=1, preload=(), on_progress=_print_notice, logs=file.parent)
+        [result] = run_jobs([job], workers=1, preload=(), on_progress=print_notice, logs=file.parent)
     except Exception as error:  # submitit's signal handler raises when the time is over
         result = JobResult(job, JobOutcome.KILLED, error=JobError(str(error), type(error).__name__))
     print(reason(result), result.log, flush=True)
-    error_content = None if result.error is None else asdict(result.error)
-    write_json(file, {"outcome": result.outcome, "error": error_content, "seconds": result.seconds, "log": result.log})
-
-
-def _print_notice(event: Event) -> None:
-    if event.kind is EventKind.NOTICE:
-        print(event.text, flush=True)
+    write_json(file, asdict(replace(result, value=None)))  # what a job returns need not be plain data
 
 
 def _drive() -> None:

@@ -86,7 +86,6 @@ class Event:
 
     kind: EventKind
     index: int
-    job: Job
     fraction: float | None = None
     text: str = ""
     result: JobResult | None = None

@@ -39,24 +39,21 @@ def run_jobs(
     preload: Sequence[str] = ("torch",),
     on_progress: Callable[[Event], None] = lambda event: None,
     logs: Path | None = None,
-    memory_mib: float | None = None,
 ) -> list[JobResult]:
-    """Run the jobs, at most `workers` at once, and return how each ended, in their order.
+    """Run the jobs, at most `workers` at once and as many as there is memory for; how each ended, in their order.
 
     timeout_s   a job that takes longer is killed
     preload     modules the server loads before the first job
     on_progress takes an Event at every change, in the calling thread
     logs        folder of the jobs' printed output (default: a new one under outputs/logs)
-    memory_mib  what the running jobs may be expected to take together (default: a share of what is free); one job is
-                started whatever it takes
 
     Raises SweepInterrupted (a KeyboardInterrupt that carries the results) after Ctrl-C.
     """
     start_server(preload)
     if logs is None:
         logs = Paths(outputs_root()).logs / f"{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}"
-    memory = memory_for_jobs_mib() if memory_mib is None else memory_mib
-    launcher = _Launcher(list(enumerate(jobs)), max(1, workers), memory, timeout_s, on_progress, logs)
+    waiting = list(enumerate(jobs))
+    launcher = _Launcher(waiting, max(1, workers), memory_for_jobs_mib(), timeout_s, on_progress, logs)
     with _interrupts(launcher.interrupt):
         try:
             launcher.run()
@@ -122,7 +119,7 @@ class _Launcher:
                 self._attend(job)
 
     def _next(self) -> int | None:
-        """Place of the first waiting job that there is a worker and memory for."""
+        """Place of the first waiting job that there is a worker and memory for; one runs whatever it takes."""
         if not self.running:
             return 0 if self.waiting else None
         free = self.memory_mib - sum(job.job.expected_mib for job in self.running)
@@ -160,7 +157,7 @@ class _Launcher:
             result = job.end(interrupted=self.interrupts > 0)
             self.running.remove(job)
             self.results[job.index] = result
-            self.on_progress(Event(EventKind.ENDED, job.index, job.job, result=result))
+            self.on_progress(Event(EventKind.ENDED, job.index, result=result))
 
 
 @contextmanager

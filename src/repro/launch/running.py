@@ -9,7 +9,7 @@ import signal
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
@@ -43,12 +43,14 @@ class Running:
         self.pipe, end_of_job = context.Pipe(duplex=False)
         arguments = (end_of_job, index, job, str(self.log))
         self.process = context.Process(target=worker.main, args=arguments, name=job.name)
+        # A child would run the main module again; jobs are functions of other modules.
+        main, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
         try:
-            with _without_main():
-                self.process.start()
+            self.process.start()
         except (EOFError, ConnectionError):
             raise UserError(SERVER_ENDED) from None
         finally:
+            sys.modules["__main__"] = main
             end_of_job.close()
         self.started = time.monotonic()
         self.ready = False
@@ -106,7 +108,7 @@ class Running:
         except Exception as error:
             text = f"its value cannot be read by the launcher: {error}"
             result = JobResult(self.job, JobOutcome.FAILED, error=JobError(text, type(error).__name__))
-            return Event(EventKind.ENDED, self.index, self.job, result=result)
+            return Event(EventKind.ENDED, self.index, result=result)
 
     def _death(self, interrupted: bool) -> JobResult:
         """How a job ended that died without a last message."""
@@ -115,25 +117,9 @@ class Running:
         if self.timed_out:
             outcome, message = JobOutcome.TIMED_OUT, f"killed after {self.seconds:.3g} s"
         else:
-            outcome, message = JobOutcome.KILLED, _exit_text(self.process.exitcode)
+            outcome, message = JobOutcome.KILLED, f"ended without a result, exit code {self.process.exitcode}"
+            if (code := self.process.exitcode or 0) < 0:
+                hint = ", often for lack of memory: try fewer workers" if code == -signal.SIGKILL else ""
+                message = f"ended by {signal.Signals(-code).name}{hint}"
         lines = self.log.read_text(errors="replace").splitlines() if self.log.is_file() else []
         return JobResult(self.job, outcome, error=JobError(message, trace="\n".join(lines[-_TAIL_LINES:])))
-
-
-@contextmanager
-def _without_main() -> Iterator[None]:
-    """Start a process without the main module, which a child would run again; jobs are functions of other modules."""
-    main = sys.modules["__main__"]
-    sys.modules["__main__"] = ModuleType("__main__")
-    try:
-        yield
-    finally:
-        sys.modules["__main__"] = main
-
-
-def _exit_text(code: int | None) -> str:
-    if code is not None and code < 0:
-        name = signal.Signals(-code).name
-        hint = ", often for lack of memory: try fewer workers" if name == "SIGKILL" else ""
-        return f"ended by {name}{hint}"
-    return f"ended without a result, exit code {code}"

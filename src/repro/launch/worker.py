@@ -25,7 +25,7 @@ def main(pipe: connection.Connection, index: int, job: Job, log: str) -> None:
     """Call the job's target and send STARTED once it can end gracefully, at last ENDED with the result."""
 
     def end(outcome: JobOutcome, value: Any = None, error: JobError | None = None) -> None:
-        pipe.send(Event(EventKind.ENDED, index, job, result=JobResult(job, outcome, value, error)))
+        pipe.send(Event(EventKind.ENDED, index, result=JobResult(job, outcome, value, error)))
 
     # A process group of its own: Ctrl-C in the terminal reaches the launcher alone, which passes it on.
     os.setpgid(0, 0)
@@ -34,12 +34,12 @@ def main(pipe: connection.Connection, index: int, job: Job, log: str) -> None:
     threading.Thread(target=_die_with_launcher, daemon=True).start()
     code.begin_job()
     progress.listen(
-        lambda fraction, text: pipe.send(Event(EventKind.PROGRESS, index, job, fraction, text)),
-        lambda text: pipe.send(Event(EventKind.NOTICE, index, job, text=text)),
+        lambda fraction, text: pipe.send(Event(EventKind.PROGRESS, index, fraction, text)),
+        lambda text: pipe.send(Event(EventKind.NOTICE, index, text=text)),
         log,
     )
     try:
-        pipe.send(Event(EventKind.STARTED, index, job))
+        pipe.send(Event(EventKind.STARTED, index))
         with disk_errors_explained(Path(log).parent):
             _print_into(log)
         module, _, name = job.target.partition(":")

@@ -1,7 +1,7 @@
 """Datasets from Python: one's own arrays or data frame, or a simulated system."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import fields
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -183,9 +183,7 @@ def for_members(data: Dataset, members: int) -> Dataset:
     if data.members != 1:
         raise UserError(f"the data have {data.members} members and {members} seeds are given: one of both, or as many")
     arrays = {name: getattr(data, name) for name in ("q", "qd", "qdd", "tau", "energy")}
-    kept = {field.name: getattr(data, field.name) for field in fields(data)}
-    repeated = {name: None if a is None else np.repeat(a, members, axis=0) for name, a in arrays.items()}
-    return Dataset(**(kept | repeated))
+    return replace(data, **{name: np.repeat(a, members, axis=0) for name, a in arrays.items() if a is not None})
 
 
 def _members(name: str, values: ArrayLike) -> np.ndarray:

@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 import urllib.request
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from importlib.resources import files
@@ -24,6 +24,7 @@ from repro.tracking.store import Store
 Answer = TypeVar("Answer")
 
 KIND = "recordings"
+MOST_LISTED = 5  # ids, in a message
 LOCAL = "127.0.0.1"
 WEB_PORT, DATA_PORT = 9090, 9876
 START_SECONDS = 30.0
@@ -48,12 +49,14 @@ def find_recording(run: str, root: Path) -> Path:
     fitting = [id for id, both in names.items() if both & named]
     if len(fitting) == 1:
         return store.paths.folder(KIND, fitting[0]) / FILENAME
-    if fitting:
-        listed = _listed(fitting)
-        raise UserError(f"{run!r} fits the ids of {len(fitting)} recordings; type more of one of them: {listed}")
     if not names:
         raise UserError(f"no recordings in {root / KIND}; make some with: repro reproduce")
-    raise UserError(f"no recording of a run {run!r} in {root / KIND}; there are: {_listed(list(names))}")
+    candidates = sorted(fitting or names)
+    more = f" and {len(candidates) - MOST_LISTED} more" if len(candidates) > MOST_LISTED else ""
+    listed = ", ".join(candidates[:MOST_LISTED]) + more
+    if fitting:
+        raise UserError(f"{run!r} fits the ids of {len(fitting)} recordings; type more of one of them: {listed}")
+    raise UserError(f"no recording of a run {run!r} in {root / KIND}; there are: {listed}")
 
 
 def screenshot(path: Path, picture: Path, at: float | None = None, size: tuple[int, int] = (1600, 900)) -> None:
@@ -189,9 +192,3 @@ def _wait(process: subprocess.Popen[bytes]) -> int:
         return process.wait()
     except KeyboardInterrupt:
         return 0
-
-
-def _listed(ids: Sequence[str]) -> str:
-    shown = sorted(ids)[:5]
-    more = f" and {len(ids) - len(shown)} more" if len(ids) > len(shown) else ""
-    return ", ".join(shown) + more

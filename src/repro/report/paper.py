@@ -18,8 +18,8 @@ from repro.report.tables.front import FrontTable
 from repro.report.tables.identifiability import IdentifiabilityTable
 from repro.report.tables.models import ModelTable
 from repro.report.tables.paired import PairedTable
+from repro.tracking.files import read_yaml
 from repro.tracking.paths import project_folder
-from repro.tracking.yaml_file import read_yaml
 
 FILE = "report.yaml"
 Query = Annotated[ModelTable | PairedTable | IdentifiabilityTable | LoopTable, Field(discriminator="kind")]

@@ -10,7 +10,7 @@ from pydantic.dataclasses import dataclass as checked
 
 from repro.errors import UserError
 from repro.results.columns import Settings
-from repro.tracking.yaml_file import read_yaml
+from repro.tracking.files import read_yaml
 
 FILES = ("as_printed.yaml", "motions.yaml")
 

@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import Literal
 
-from repro.tracking.yaml_file import read_yaml
+from repro.tracking.files import read_yaml
 
 TEXT_COLUMNS = ("model", "basis", "hidden", "optimiser", "sequence", "objective", "energies", "curriculum")
 

@@ -1,12 +1,14 @@
 """The runs that show which verdicts an assumption moves: each assumption changed by itself, on few members."""
 
+import itertools
+import operator
 from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 
 from repro.claims.assumption_effects import METRIC
 from repro.claims.assumptions import Assumption, Trial
 from repro.claims.claims import Claim
-from repro.config.overrides import expand
+from repro.config.overrides import expand, key_of
 from repro.config.places import digest
 from repro.errors import UserError
 from repro.results.results import SENSITIVITY, Case
@@ -31,7 +33,10 @@ class TriedClaim:
 def plan_cases(
     ledger: Sequence[Assumption], claims: Sequence[Claim], paths: Paths
 ) -> tuple[list[Case], list[PlannedJob]]:
-    """Every case of these assumptions, and the jobs that they need, each once; UserError before anything runs."""
+    """Every case of these assumptions, and the jobs that they need, each once.
+
+    UserError before anything runs, also for an alternative that changes no run of a claim, so shows nothing about it.
+    """
     tried = [*_tried_claims(ledger, {claim.name: claim for claim in claims}, paths)]
     pairs = [(each, alternative, ours) for each in tried for alternative in each.trial.instead for ours in each.jobs]
     others = plan_jobs([_substitute(ours, alternative) for _, alternative, ours in pairs], paths)
@@ -47,7 +52,10 @@ def plan_cases(
         )
         for (each, alternative, ours), other in zip(pairs, others, strict=True)
     ]
-    _refuse_without_effect(cases)
+    effect = operator.attrgetter("assumption", "alternative", "claim")
+    for (assumption, alternative, claim), own in itertools.groupby(sorted(cases, key=effect), key=effect):
+        if not alternative.startswith(METRIC) and all(case.run == case.instead for case in own):
+            raise UserError(f"assumptions.yaml, {assumption}: {alternative} changes no run that answers {claim}")
     needed = [*(job for each in tried for job in each.jobs), *others]
     return cases, [*{job.run: job for job in needed}.values()]
 
@@ -77,9 +85,12 @@ def list_cases(paths: Paths, cases: Sequence[Case], jobs: Sequence[PlannedJob], 
 
 
 def _tried_claims(ledger: Sequence[Assumption], claims: Mapping[str, Claim], paths: Paths) -> Iterator[TriedClaim]:
-    tried = [(row, trial, _claim(claims, name, row)) for row in ledger for trial in row.trials for name in trial.claims]
-    groups = dict.fromkeys((claim.experiment, trial.both) for _, trial, claim in tried)
-    overrides = {group: _jobs(*group) for group in groups}
+    named = [(row, trial, name) for row in ledger for trial in row.trials for name in trial.claims]
+    for row, _, name in named:
+        if name not in claims:
+            raise UserError(f"assumptions.yaml, {row.id}: no claim is called {name}; there are {', '.join(claims)}")
+    tried = [(row, trial, claims[name]) for row, trial, name in named]
+    overrides = {(claim.experiment, trial.both): _jobs(claim.experiment, trial.both) for _, trial, claim in tried}
     # All jobs are planned in one go, which is faster, and then dealt out to their groups.
     planned = iter(plan_jobs([job for jobs in overrides.values() for job in jobs], paths))
     jobs_of = {group: [next(planned) for _ in jobs] for group, jobs in overrides.items()}
@@ -102,14 +113,11 @@ def _jobs(experiment: str, both: str) -> list[tuple[str, ...]]:
 
 def _substitute(ours: PlannedJob, alternative: str) -> tuple[str, ...]:
     """The overrides of the job that takes our job's place; our own where the alternative does not concern it."""
-    changed = [override for override in alternative.split() if _concerns(ours, override)]
-    keys = {_key(override) for override in changed}
+    own = [override for override in alternative.split() if not override.startswith(METRIC)]
+    changed = [override for override in own if _value(ours, key_of(override)) is not _ABSENT]
+    keys = {key_of(override) for override in changed}
     # In front, where the lines of the experiment stand: the scale cuts them alike.
-    return (*changed, *(override for override in ours.composed.overrides if _key(override) not in keys))
-
-
-def _concerns(job: PlannedJob, override: str) -> bool:
-    return not override.startswith(METRIC) and _value(job, _key(override)) is not _ABSENT
+    return (*changed, *(override for override in ours.composed.overrides if key_of(override) not in keys))
 
 
 _ABSENT = object()
@@ -128,30 +136,10 @@ def _value(job: PlannedJob, key: str) -> object:
 def _choice(ours: PlannedJob, alternative: str) -> str:
     """What our job has where the alternative has something else, as overrides."""
     overrides = []
-    for key in map(_key, alternative.split()):
+    for key in map(key_of, alternative.split()):
         value = _value(ours, key)
         if isinstance(value, dict):  # a whole group, which is written by the name of its option
             value = value.get("regime") or value.get("reading") or value.get("name") or value.get("kind")
         if value is not _ABSENT:
             overrides.append(f"{key}={str(value).lower() if value is None or isinstance(value, bool) else value}")
     return " ".join(overrides)
-
-
-def _key(override: str) -> str:
-    return override.partition("=")[0]
-
-
-def _refuse_without_effect(cases: Sequence[Case]) -> None:
-    """An alternative that changes no run of a claim shows nothing about it."""
-    groups: dict[tuple[str, str, str], list[Case]] = {}
-    for case in cases:
-        groups.setdefault((case.assumption, case.alternative, case.claim), []).append(case)
-    for (assumption, alternative, claim), own in groups.items():
-        if not alternative.startswith(METRIC) and all(case.run == case.instead for case in own):
-            raise UserError(f"assumptions.yaml, {assumption}: {alternative} changes no run that answers {claim}")
-
-
-def _claim(claims: Mapping[str, Claim], name: str, row: Assumption) -> Claim:
-    if name not in claims:
-        raise UserError(f"assumptions.yaml, {row.id}: no claim is called {name}; there are {', '.join(claims)}")
-    return claims[name]

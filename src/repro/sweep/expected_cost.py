@@ -31,15 +31,9 @@ class MeasuredStages:
     def __init__(self, paths: Paths) -> None:
         self._paths = paths
 
-    def seconds(self, stage: Stage) -> float | None:
-        """The median time of the stages like this one; None where none is finished."""
-        found = self._entries.get(_key(stage))
-        return None if found is None else median(entry.wall_s for entry in found)
-
-    def mib(self, stage: Stage) -> float | None:
-        """The largest peak of the processes that made the stages like this one; None where none is finished."""
-        found = self._entries.get(_key(stage))
-        return None if found is None else max(entry.peak_memory_mib for entry in found)
+    def like(self, stage: Stage) -> list[Entry]:
+        """The finished stages like this one."""
+        return self._entries.get(_key(stage), [])
 
     @cached_property
     def _entries(self) -> Mapping[tuple[str, str, str], list[Entry]]:
@@ -51,8 +45,8 @@ class MeasuredStages:
 
 def expected_mib(pipeline: Pipeline, measured: MeasuredStages) -> float:
     """The expected peak of the process that makes all stages of a run, in MiB."""
-    if (known := measured.mib(pipeline.run_stage)) is not None:
-        return known
+    if known := measured.like(pipeline.run_stage):
+        return max(entry.peak_memory_mib for entry in known)
     config = pipeline.config
     samples = getattr(config.data, "samples", 10_000)
     if config.sequence.uses_free_motion:
@@ -67,12 +61,12 @@ def expected_mib(pipeline: Pipeline, measured: MeasuredStages) -> float:
 def expected_seconds(pipeline: Pipeline, measured: MeasuredStages) -> float:
     """The expected time of the stages that can take long: the fit and the closed loops."""
     config = pipeline.config
-    fit = measured.seconds(pipeline.fit_stage)
-    seconds = _fit_seconds(config) if fit is None else fit
-    if pipeline.control_stage is not None:
-        loops = measured.seconds(pipeline.control_stage)
-        seconds += _loop_seconds(config) if loops is None else loops
-    return seconds
+    fits = [entry.wall_s for entry in measured.like(pipeline.fit_stage)]
+    seconds = median(fits) if fits else _fit_seconds(config)
+    if pipeline.control_stage is None:
+        return seconds
+    loops = [entry.wall_s for entry in measured.like(pipeline.control_stage)]
+    return seconds + (median(loops) if loops else _loop_seconds(config))
 
 
 def _fit_seconds(config: Config) -> float:

@@ -59,8 +59,10 @@ def run_missing(
     missing.sort(key=lambda job: -job.expected_seconds)
     if not missing:
         return []
-    if not where:
-        _check_devices(missing)
+    for device in {job.composed.config.device for job in missing} - {"cpu"} if not where else ():
+        from repro.learning.device.cuda import check_device  # which loads torch
+
+        check_device(device)
     check_writable(paths.root)
     print(total(jobs), file=sys.stderr, flush=True)
     todo = [
@@ -91,10 +93,3 @@ def run_missing(
     if table := failure_table(results):
         print(table)
     return results
-
-
-def _check_devices(jobs: Sequence[PlannedJob]) -> None:
-    for device in {job.composed.config.device for job in jobs} - {"cpu"}:
-        from repro.learning.device.cuda import check_device  # which loads torch
-
-        check_device(device)

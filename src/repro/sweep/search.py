@@ -2,9 +2,9 @@
 
 import importlib.util
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from repro.config.overrides import key_of, parsed
 from repro.errors import UserError
@@ -54,11 +54,10 @@ def split(overrides: Sequence[str]) -> tuple[list[str], SearchOptions | None]:
         return list(overrides), None
     if importlib.util.find_spec("optuna") is None:
         raise UserError(f"{CHOSEN} needs an extra: pip install -e '.[search]' in the project's folder")
-    rest = [override for override in overrides if override != CHOSEN and not override.startswith(SETTING)]
-    given = (
-        override.removeprefix(SETTING).partition("=")[::2] for override in overrides if override.startswith(SETTING)
-    )
-    return rest, validated(SearchOptions, SETTING.rstrip("."), dict(given))
+    own = [override for override in overrides if override.startswith(SETTING)]
+    rest = [override for override in overrides if override not in (CHOSEN, *own)]
+    given = dict(override.removeprefix(SETTING).partition("=")[::2] for override in own)
+    return rest, validated(SearchOptions, SETTING.rstrip("."), given)
 
 
 def search(
@@ -79,7 +78,8 @@ def search(
     found: dict[str, FoundRun] = {}
     for first in range(0, options.n_trials, workers):
         trials = [study.ask(space) for _ in range(min(workers, options.n_trials - first))]
-        jobs = plan_jobs([(*fixed, *_chosen(trial.params)) for trial in trials], paths)
+        chosen = [[f"{key}={value}" for key, value in trial.params.items()] for trial in trials]
+        jobs = plan_jobs([(*fixed, *own) for own in chosen], paths)
         run_missing(jobs, paths, workers, timeout)
         for trial, job in zip(trials, jobs, strict=True):
             value = _value(job, store, options.metric)
@@ -112,10 +112,6 @@ def distribution(override: str) -> "BaseDistribution | None":
         steps = (int(value.stop or 0) - 1 - value.start) // value.step
         return IntDistribution(value.start, value.start + steps * value.step, step=value.step)
     return CategoricalDistribution([*one.sweep_string_iterator()])
-
-
-def _chosen(parameters: Mapping[str, Any]) -> list[str]:
-    return [f"{key}={value}" for key, value in parameters.items()]
 
 
 def _value(job: PlannedJob, store: Store, metric: str) -> float | None:

@@ -27,7 +27,7 @@ def source_tree() -> Path | None:
         return None
     try:
         _git(here.parent, "ls-files", "--error-unmatch", here.name)
-        return Path(_text(here.parent, "rev-parse", "--show-toplevel").strip()).resolve()
+        return Path(_git(here.parent, "rev-parse", "--show-toplevel").strip()).resolve()
     except (subprocess.CalledProcessError, OSError):
         return None
 
@@ -42,34 +42,32 @@ def state(patches: Path) -> dict[str, Any]:
     if top is None:
         return {"commit": None, "why": "the package does not run from a git checkout"}
     try:
-        return _state(top, patches)
+        status = _git(top, "status", "--porcelain=v2", "--branch", "--untracked-files=all", "-z").split("\0")
+        header = dict(line[2:].split(" ", 1) for line in status if line.startswith("# "))
+        untracked = [line[2:] for line in status if line.startswith("? ")]
+        if (results := patches.parent.resolve()) != top:
+            untracked = [name for name in untracked if not (top / name).is_relative_to(results)]
+        clean = not untracked and not any(line and line[0] in "12u" for line in status)
+        record = {
+            "commit": header.get("branch.oid"),
+            "branch": header.get("branch.head"),
+            "clean": clean,
+            "patch": None,
+        }
+        if clean:
+            return record
+        source = [name for name in untracked if _READ_BY_RUNS.fullmatch(name)]
+        patch = os.fsencode(_patch(top, source))
     except subprocess.CalledProcessError as error:
         return {"commit": None, "why": f"git {error.cmd[3]} failed: {os.fsdecode(error.stderr).strip()}"}
-
-
-def _state(top: Path, patches: Path) -> dict[str, Any]:
-    status = _text(top, "status", "--porcelain=v2", "--branch", "--untracked-files=all", "-z").split("\0")
-    header = dict(line[2:].split(" ", 1) for line in status if line.startswith("# "))
-    untracked = [line[2:] for line in status if line.startswith("? ")]
-    if (results := patches.parent.resolve()) != top:
-        untracked = [name for name in untracked if not (top / name).is_relative_to(results)]
-    modified = any(line and line[0] in "12u" for line in status)
-    record: dict[str, Any] = {
-        "commit": header.get("branch.oid"),
-        "branch": header.get("branch.head"),
-        "clean": not (modified or untracked),
-        "patch": None,
+    file = patches / f"{hashlib.sha256(patch).hexdigest()[:16]}.patch"
+    if not file.exists():
+        write_bytes(file, patch)
+    return record | {
+        "patch": f"{patches.name}/{file.name}",
+        "untracked": source,
+        "untracked_not_stored": {name: _digest(top / name) for name in sorted(set(untracked) - set(source))},
     }
-    if not record["clean"]:
-        source = [name for name in untracked if _READ_BY_RUNS.fullmatch(name)]
-        patch = _patch(top, source)
-        file = patches / f"{hashlib.sha256(patch).hexdigest()[:16]}.patch"
-        if not file.exists():
-            write_bytes(file, patch)
-        record["patch"] = f"{patches.name}/{file.name}"
-        record["untracked"] = source
-        record["untracked_not_stored"] = {name: _digest(top / name) for name in sorted(set(untracked) - set(source))}
-    return record
 
 
 def _digest(path: Path) -> str | None:
@@ -81,22 +79,18 @@ def _digest(path: Path) -> str | None:
         return None
 
 
-def _patch(top: Path, new_files: list[str]) -> bytes:
+def _patch(top: Path, new_files: list[str]) -> str:
     with tempfile.TemporaryDirectory() as folder:
         # A copy of git's list of files, so that naming the new ones leaves the user's own list alone.
         index = Path(folder) / "index"
-        shutil.copyfile(Path(_text(top, "rev-parse", "--path-format=absolute", "--git-path", "index").strip()), index)
+        shutil.copyfile(Path(_git(top, "rev-parse", "--path-format=absolute", "--git-path", "index").strip()), index)
         environment = {"GIT_INDEX_FILE": str(index)}
         if new_files:
             _git(top, "add", "--intent-to-add", "--", *new_files, environment=environment)
         return _git(top, "diff", "--binary", "--no-ext-diff", "HEAD", environment=environment)
 
 
-def _text(folder: Path, *arguments: str) -> str:
-    return os.fsdecode(_git(folder, *arguments))
-
-
-def _git(folder: Path, *arguments: str, environment: dict[str, str] | None = None) -> bytes:
+def _git(folder: Path, *arguments: str, environment: dict[str, str] | None = None) -> str:
     # Without optional locks, git status cannot block a git command of the user.
     outcome = subprocess.run(
         ["git", "-C", str(folder), *arguments],
@@ -105,4 +99,4 @@ def _git(folder: Path, *arguments: str, environment: dict[str, str] | None = Non
         stdin=subprocess.DEVNULL,
         env={**os.environ, "GIT_OPTIONAL_LOCKS": "0", "LC_ALL": "C", **(environment or {})},
     )
-    return outcome.stdout
+    return os.fsdecode(outcome.stdout)
