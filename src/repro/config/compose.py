@@ -1,7 +1,7 @@
 """From overrides to checked configurations, by Hydra; what was composed before is read from a file."""
 
 import shlex
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -47,7 +47,12 @@ def plan(
         check(job)
     if unknown:
         on_unknown(unknown)
-        checked |= zip(unknown, _checked(unknown, caches), strict=True)
+    for job in unknown:
+        raw, name = composed(job), experiment_of(job)
+        if (raw["experiment"] or "") != name:
+            raise UserError(f"experiments/{name}.yaml: experiment = {raw['experiment']!r}: must be {name!r}")
+        checked[job] = config = parse(raw)
+        caches[name].keep(job, config)
     for one in caches.values():
         one.save()
     return [Composed(job, config) for job in jobs if (config := checked[job]) is not None]
@@ -65,15 +70,3 @@ def parse(raw: Mapping[str, Any]) -> Config:
     if problems := [*impossible(config)]:
         raise UserError("\n".join(problems))
     return config
-
-
-def _checked(jobs: Sequence[Overrides], caches: Mapping[str, Cache]) -> Iterator[Config]:
-    """Configurations in the order of the jobs, each stored in the cache of its experiment."""
-    for job in jobs:
-        name = experiment_of(job)
-        raw = composed(job)
-        if (raw["experiment"] or "") != name:
-            raise UserError(f"experiments/{name}.yaml: experiment = {raw['experiment']!r}: must be {name!r}")
-        config = parse(raw)
-        caches[name].keep(job, config)
-        yield config

@@ -2,7 +2,6 @@
 
 import re
 from functools import cache, lru_cache
-from pathlib import Path
 
 from repro.config.composition import composed, typed
 from repro.config.overrides import check, renamed
@@ -32,9 +31,9 @@ def settings_of(part: str, config: Config) -> Config:
     return typed({**_composed(tuple(own)), **shared})
 
 
-def fit_of(id: str, root: Path | None = None) -> Run:
+def fit_of(id: str) -> Run:
     """The fit behind a stored run, or the fit that the id names; UserError for anything else."""
-    stage = load_run(id, root=root)
+    stage = load_run(id)
     if stage.record.kind == "runs":
         return stage.upstream["fit"]
     if stage.record.kind != "fits":

@@ -1,17 +1,24 @@
-"""One member of a learned model, written to a folder that needs nothing of this project."""
+"""One member of a learned model, written to a folder that needs nothing of this project: CasADi, C, torch.
+
+All of it is made from the same expressions.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import casadi
 import numpy as np
 
+from repro.codegen.straight_line import statements
 from repro.errors import UserError
-from repro.export import casadi_functions, torch_module
 from repro.mechanics.coordinate import Coordinate
+from repro.mechanics.derive import derive
 from repro.models.model import Model
 from repro.tracking.files import write_json, write_text
 
+SOURCE = "model.c"
+TEMPLATES = Path(__file__).with_name("templates")
 LARGEST = 2000  # weights: each is a statement of the exported code
 UNITS = {"kinetic, potential, lagrangian, hamiltonian": "J", "inverse": "N, N m", "forward": "of qdd"}
 GAUGE = "T and V as the model gives them: L is unique only up to a constant and dF(q)/dt"
@@ -47,9 +54,9 @@ def write(member: LearnedMember, folder: Path) -> list[str]:
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise UserError(f"{folder} exists and is not empty: choose a new folder")
     folder.mkdir(parents=True, exist_ok=True)
-    functions = casadi_functions.functions(member.model, member.weights)
-    names = casadi_functions.write(folder, functions)
-    names += torch_module.write(folder, member.model, member.weights, title=f"{member.run}, seed {member.seed}")
+    functions = _functions(member.model, member.weights)
+    names = _write_casadi(folder, functions)
+    names += _write_torch(folder, member.model, member.weights, title=f"{member.run}, seed {member.seed}")
     about = {
         "run": member.run,
         "seed": member.seed,
@@ -62,7 +69,7 @@ def write(member: LearnedMember, folder: Path) -> list[str]:
     }
     write_json(folder / "about.json", about)
     page = (
-        (torch_module.TEMPLATES / "README.md")
+        (TEMPLATES / "README.md")
         .read_text()
         .format(
             run=member.run,
@@ -74,3 +81,62 @@ def write(member: LearnedMember, folder: Path) -> list[str]:
     )
     write_text(folder / "README.md", page)
     return ["README.md", "about.json", *names]
+
+
+def _functions(model: Model, weights: np.ndarray) -> list[casadi.Function]:
+    """Functions of columns q, qd, qdd or tau (n_q,): those of a Lagrangian, or the forward dynamics alone."""
+    q, qd, qdd, tau = (casadi.SX.sym(name, model.n_q) for name in ("q", "qd", "qdd", "tau"))
+    fixed = casadi.SX(casadi.DM(weights))
+    if not model.energetic:
+        return [_function("forward", {"q": q, "qd": qd, "tau": tau}, "qdd", model.acceleration(q, qd, tau, fixed))]
+    energies = model.energies(q, qd, fixed)
+    dynamics = derive(energies.kinetic, energies.potential, casadi.SX(0), q, qd)
+    none, state = casadi.SX(0, 1), {"q": q, "qd": qd}
+    return [
+        _function("kinetic", state, "T", dynamics.kinetic(q, qd, none)),
+        _function("potential", state, "V", dynamics.potential(q, qd, none)),
+        _function("lagrangian", state, "L", dynamics.lagrangian(q, qd, none)),
+        _function("hamiltonian", state, "H", dynamics.hamiltonian(q, qd, none)),
+        _function("momentum", state, "p", dynamics.momentum(q, qd, none)),
+        _function("mass_matrix", state, "M", dynamics.mass_matrix(q, qd, none)),
+        _function("inverse", state | {"qdd": qdd}, "tau", model.inverse_dynamics(q, qd, qdd, fixed)),
+        _function("forward", state | {"tau": tau}, "qdd", model.acceleration(q, qd, tau, fixed)),
+    ]
+
+
+def _write_casadi(folder: Path, written: Sequence[casadi.Function]) -> list[str]:
+    """Write each function to a file of its name, and all of them to C; return the names of the files."""
+    generator = casadi.CodeGenerator(SOURCE, {"with_header": True})
+    for function in written:
+        function.save(str(folder / f"{function.name()}.casadi"))
+        generator.add(function)
+    generator.generate(f"{folder}/")
+    return [*(f"{function.name()}.casadi" for function in written), SOURCE, "model.h"]
+
+
+def _function(name: str, inputs: dict[str, casadi.SX], output: str, expression: casadi.SX) -> casadi.Function:
+    return casadi.Function(name, [*inputs.values()], [casadi.densify(expression)], [*inputs], [output], {"cse": True})
+
+
+def _write_torch(folder: Path, model: Model, weights: np.ndarray, title: str) -> list[str]:
+    """Write model.py and weights.npz; return their names."""
+    np.savez(folder / "weights.npz", parameters=weights)
+    q, qd, tau = (casadi.SX.sym(name, model.n_q) for name in ("q", "qd", "tau"))
+    parameters = casadi.SX.sym("parameters", len(weights))
+    if model.energetic:
+        energies = model.energies(q, qd, parameters)
+        outputs = casadi.vertcat(energies.kinetic, energies.potential, model.friction(q, qd, parameters))
+        code, rest = _code("_energies_and_friction", {"q": q, "qd": qd, "parameters": parameters}, outputs), "energies"
+    else:
+        inputs = {"q": q, "qd": qd, "tau": tau, "parameters": parameters}
+        code, rest = _code("_forward", inputs, model.acceleration(q, qd, tau, parameters)), "forward"
+    head = (TEMPLATES / "head.py.txt").read_text().format(title=title, n_q=model.n_q)
+    (folder / "model.py").write_text(head + code + (TEMPLATES / f"{rest}.py.txt").read_text())
+    return ["model.py", "weights.npz"]
+
+
+def _code(name: str, inputs: dict[str, casadi.SX], expression: casadi.SX) -> str:
+    function = casadi.Function(name[1:], [*inputs.values()], [casadi.densify(expression)], {"cse": True})
+    lines, size = statements(function, tuple(inputs), "value")
+    head = [f"def {name}({', '.join(inputs)}, value):", f"    w = [None] * {size}"]
+    return "\n".join([*head, *(f"    {line}" for line in lines)]) + "\n"

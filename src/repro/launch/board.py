@@ -58,17 +58,14 @@ class Board:
             case EventKind.ENDED:
                 if event.index in self._running:  # a job that died at once has not started
                     self._bars.remove_task(self._running.pop(event.index))
-                if event.result is not None and not (event.result.ok and self.live):
-                    self._print_end(event.result)
+                if (result := event.result) is not None and not (result.ok and self.live):
+                    state = "done" if result.ok else reason(result)
+                    left = f"; {left}" if (left := self.clock.text_left()) else ""
+                    count = f"[{len(self.clock.ended)}/{len(self.clock.jobs)}]"
+                    self._print(f"{count} {name}: {state} ({duration(result.seconds)}){left}")
             case _:
                 assert_never(event.kind)
         self._bars.update(self._all, completed=len(self.clock.ended), note=self.clock.text())
-
-    def _print_end(self, result: JobResult) -> None:
-        state = "done" if result.ok else reason(result)
-        count = f"[{len(self.clock.ended)}/{len(self.clock.jobs)}]"
-        left = self.clock.text_left()
-        self._print(f"{count} {result.job.name}: {state} ({duration(result.seconds)}){left and '; '}{left}")
 
     def _print(self, line: str) -> None:
         self._last_line = time.monotonic()

@@ -12,7 +12,6 @@ from repro.errors import UserError
 from repro.evaluation.uncertainty import Uncertainty
 from repro.library.ensemble_model import Ensemble
 from repro.models.model import tensors
-from repro.models.terms import Terms
 
 SAMPLES = 2000  # of the training part, evenly spread, from which the information of a fit of tau is estimated
 
@@ -92,12 +91,7 @@ def _slopes(ensemble: Ensemble, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) 
     members = []
     for number, weights in enumerate(ensemble.weights_):
         own = (np.ascontiguousarray(array[min(number, len(array) - 1)][None]) for array in (q, qd, qdd, 0 * q))
-        prepared = tensors(ensemble.model.prepare(*own))
-        members.append(ensemble.model.rows(torch.from_numpy(weights)[None], prepared, _tau, mass=False))
+        prepared, parameters = tensors(ensemble.model.prepare(*own)), torch.from_numpy(weights)[None]
+        members.append(ensemble.model.rows(parameters, prepared, lambda terms: terms.tau, mass=False))
     values, jacobians = zip(*members, strict=True)
     return torch.cat(values).numpy(), torch.cat(jacobians).permute(0, 2, 1, 3).numpy()
-
-
-def _tau(terms: Terms) -> "torch.Tensor":
-    force: torch.Tensor = terms.tau
-    return force

@@ -92,7 +92,13 @@ def fit(
         choices.optimiser(optimiser) if isinstance(optimiser, str) else optimiser,
         device,
     )
-    built = _model(model, basis, whole, system)
+    model = choices.model(model) if isinstance(model, str) else model
+    if isinstance(model, ModelOptions):
+        built: Model = build_model(model, basis, [whole], system)
+    else:
+        from repro.models.module_model import ModuleModel
+
+        built = ModuleModel(model, whole.n_q)
     trained = TrainingData([whole], free, system, numbers)
     fitted, seconds = fit_ensemble(built, training, trained, progress)
     weights = np.asarray(fitted.parameters, dtype=float)
@@ -100,15 +106,3 @@ def fit(
     return FittedModel(
         built, weights, numbers, whole, tuple(fitted.status), seconds, fitted.curves, system, information
     )  # fmt: skip
-
-
-def _model(
-    model: "str | ModelOptions | Callable[[], nn.Module]", basis: str, data: Dataset, system: System | None
-) -> Model:
-    if isinstance(model, str):
-        model = choices.model(model)
-    if isinstance(model, ModelOptions):
-        return build_model(model, basis, [data], system)
-    from repro.models.module_model import ModuleModel
-
-    return ModuleModel(model, data.n_q)

@@ -23,8 +23,6 @@ _LARGEST_DIGESTED_BYTES = 100_000_000
 def source_tree() -> Path | None:
     """Top folder of the git checkout this package runs from; None for an installed copy or without git."""
     here = Path(__file__).resolve()
-    if shutil.which("git") is None:
-        return None
     try:
         _git(here.parent, "ls-files", "--error-unmatch", here.name)
         return Path(_git(here.parent, "rev-parse", "--show-toplevel").strip()).resolve()
