@@ -43,7 +43,7 @@ def state(patches: Path) -> dict[str, Any]:
         status = _git(top, "status", "--porcelain=v2", "--branch", "--untracked-files=all", "-z").split("\0")
         header = dict(line[2:].split(" ", 1) for line in status if line.startswith("# "))
         untracked = [line[2:] for line in status if line.startswith("? ")]
-        if (results := patches.parent.resolve()) != top:
+        if top in (results := patches.parent.resolve()).parents:
             untracked = [name for name in untracked if not (top / name).is_relative_to(results)]
         clean = not untracked and not any(line and line[0] in "12u" for line in status)
         record = {
