@@ -51,8 +51,8 @@ def plan(
         raw, name = composed(job), experiment_of(job)
         if (raw["experiment"] or "") != name:
             raise UserError(f"experiments/{name}.yaml: experiment = {raw['experiment']!r}: must be {name!r}")
-        checked[job] = config = parse(raw)
-        caches[name].keep(job, config)
+        accepted = checked[job] = parse(raw)
+        caches[name].keep(job, accepted)
     for one in caches.values():
         one.save()
     return [Composed(job, config) for job in jobs if (config := checked[job]) is not None]
