@@ -182,8 +182,8 @@ def for_members(data: Dataset, members: int) -> Dataset:
         return data
     if data.members != 1:
         raise UserError(f"the data have {data.members} members and {members} seeds are given: one of both, or as many")
-    arrays: dict[str, Any] = {name: getattr(data, name) for name in ("q", "qd", "qdd", "tau", "energy")}
-    repeated = {name: a if a is None else np.repeat(a, members, axis=0) for name, a in arrays.items()}
+    arrays = {name: getattr(data, name) for name in ("q", "qd", "qdd", "tau", "energy")}
+    repeated: dict[str, Any] = {name: a if a is None else np.repeat(a, members, axis=0) for name, a in arrays.items()}
     return replace(data, **repeated)
 
 
