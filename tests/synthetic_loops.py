@@ -1,5 +1,6 @@
 """Tables of closed loops with chosen outcomes, as gathered results."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ from repro.results.results import Results, typed
 from repro.results.table_schema import TABLES
 
 EXPERIMENT = "sip_control"
+SETTINGS = {"system.name": "sip", "system.damping": [], "reading.name": "physical"}
 
 
 def loop(number, success, **others):
@@ -41,10 +43,13 @@ def moving(run="run-1"):
     return table.assign(run=run, loop=0, member=0, x_des=0.8)
 
 
-def results(loops, trajectories=None):
+def results(loops, trajectories=None, experiment=EXPERIMENT, **settings):
+    """Results with these loops, their motion, and further settings of their runs by dotted key."""
     empty = {name: typed(name, pd.DataFrame()) for name in TABLES}
+    config = json.dumps({**SETTINGS, **settings})
     runs = [
-        {"run": name, "experiment": EXPERIMENT, "command": f"repro run {name}"} for name in {r["run"] for r in loops}
+        {"run": name, "experiment": experiment, "command": f"repro run {name}", "config": config}
+        for name in {r["run"] for r in loops}
     ]
     empty["runs"] = typed("runs", runs)
     made = Results(**empty)

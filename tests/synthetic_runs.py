@@ -202,10 +202,11 @@ def fill_related_work(store: SyntheticStore, rng: np.random.Generator) -> None:
 
 def fill_control(store: SyntheticStore) -> None:
     """Run the experiments of control, synthetically."""
-    for experiment, system, links in (("sip_control", "sip", 1), ("dip_control", "dip", 2)):
+    for experiment, system, links in (("sip_control", "sip", 1), ("dip_control", "dip", 2), ("swing_up", "dip", 2)):
         control, loops = swing_up(links)
         setting = "sip" if links == 1 else "dip_best"
-        driven = {"control.kind": "energy", "control.name": setting, "task.name": "random", "task.mismatch": 0.0}
+        driven = {"control.kind": "energy", "control.name": setting, "task.name": "random"}
+        driven |= {"task.mismatch": 0.0, "task.noise": 0.0}
         card = {"system": system, "model": "structured", "as_printed": False, "energies": "canonical", **driven}
         store.run(experiment, {"mae_tau": [0.01]}, control=control, closed_loops=loops, **card)
     for step in (0.04, 0.1):

@@ -42,7 +42,7 @@ LAYERS = ("hidden", "momentum_hidden")
 PAPER = Gathering(
     protocols={"synthetic": {"synthetic.as_printed": True}},
     trajectories={"sip_regimes": {}, "ph_passivity": {}, "measured": {}},
-    closed_loops=("sip_control", "dip_control"),
+    closed_loops=("sip_control", "dip_control", "swing_up"),
 )
 
 

@@ -1,17 +1,19 @@
 """The counterparts of the paper's Figs. 5 and 6: one closed loop as a picture of its motion and as curves."""
 
+from collections.abc import Sequence
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from repro.library.loop_shapes import loop_shapes
 from repro.report import style
+from repro.report.animation import Animation, DrawnLoop
 from repro.report.figures.figure import Figure, new_canvas
-from repro.report.paper import load_paper
 from repro.report.style import TEXT_WIDTH
 from repro.results.metric_names import written
 from repro.results.results import Results
+from repro.results.selectors import Where
 from repro.results.stored_loop import StoredLoop, find_loop
 
 if TYPE_CHECKING:
@@ -19,19 +21,36 @@ if TYPE_CHECKING:
 
 POSES = 26
 MARGIN = 1.05  # radii that the controllers keep
+# The first of these that was run is shown.
+SINGLE: Sequence[Where] = (
+    {"setting": "sip", "basis": "t2", "optimiser": "levenberg_marquardt", "energies": "canonical"},
+    {"setting": "sip", "model": "structured"},
+    {"setting": "sip", "model": "truth", "intervals": 20},
+)
+DOUBLE: Sequence[Where] = (
+    {"setting": "dip_best", "model": "structured", "task": "random"},
+    {"setting": "dip_best", "basis": "fxf", "task": "random"},
+    {"setting": "dip_best", "model": "truth", "task": "random"},
+)
 
 
-def draw(results: Results, animation: str) -> "Canvas | None":
-    """Draw the loop that an animation of report.yaml shows too."""
-    shown = load_paper(Path(__file__).parents[1]).animation(animation)
-    loop = find_loop(results, shown.experiment, shown.choices)
-    if loop is None:
+def motion(results: Results, experiment: str, choices: Sequence[Where]) -> DrawnLoop | None:
+    """The stored loop of the first choice that was run."""
+    loop = find_loop(results, experiment, choices)
+    return None if loop is None else DrawnLoop(loop, *loop_shapes(loop.settings, loop.series, loop.facts["x_des"]))
+
+
+def draw(results: Results, experiment: str, choices: Sequence[Where]) -> "Canvas | None":
+    """Draw the loop that the animation shows too."""
+    shown = motion(results, experiment, choices)
+    if shown is None:
         return None
+    loop = shown.loop
     canvas = new_canvas(TEXT_WIDTH, 5.6)
     halves: Any = canvas.subfigures(1, 2, width_ratios=[1.05, 1.0])
     left, right = halves
     scene, clearance = left.subplots(2, 1, height_ratios=[2.2, 1.0])
-    _motion(left, scene, loop)
+    _poses(left, scene, shown)
     _clearance(clearance, loop)
     energies, position, angles, force = right.subplots(4, 1, sharex=True)
     _energies(energies, loop)
@@ -48,20 +67,20 @@ def draw(results: Results, animation: str) -> "Canvas | None":
     return canvas
 
 
-def _motion(figure: Any, panel: Any, loop: StoredLoop) -> None:
+def _poses(figure: Any, panel: Any, shown: DrawnLoop) -> None:
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
+    loop, links = shown.loop, [shape.points for shape in shown.shapes if shape.kind == "link"]
+    points = np.stack([links[0][:, 0], *(link[:, 1] for link in links)], axis=1)
     colours, last = colormaps["viridis"], max(loop.settled, 1)
-    panel.plot(*loop.points[: last + 1, -1].T, linewidth=0.5, color=style.PAPER.colour)
+    panel.plot(*points[: last + 1, -1].T, linewidth=0.5, color=style.PAPER.colour)
     for step in np.unique(np.linspace(0, last, POSES).round().astype(int)):
         first_or_last = step in (0, last)
         colour = "black" if first_or_last else colours(step / last)
-        panel.plot(
-            *loop.points[step].T, color=colour, linewidth=1.6 if first_or_last else 0.9, zorder=2 + first_or_last
-        )
-        panel.plot(*loop.points[step, 0], "s", color=colour, markersize=3)
+        panel.plot(*points[step].T, color=colour, linewidth=1.6 if first_or_last else 0.9, zorder=2 + first_or_last)
+        panel.plot(*points[step, 0], "s", color=colour, markersize=3)
     if loop.obstacle is not None:
         _disc(panel, loop.obstacle)
     panel.axvline(loop.facts["x_des"], linewidth=0.9, linestyle=":", color="black")
@@ -127,7 +146,7 @@ FIGURES = (
         " 5 degree band, force. The vertical line: erect from there on.",
         "Cart and one link drawn at many moments from hanging to erect past a disc; beside them clearance, energies, "
         "position, angle and force over time.",
-        partial(draw, animation="sip_swing_up"),
+        partial(draw, experiment="sip_control", choices=SINGLE),
     ),
     Figure(
         "dip_closed_loop",
@@ -135,6 +154,18 @@ FIGURES = (
         "As the figure before, with two rods and the smaller disc.",
         "Cart and two links drawn at many moments from hanging to erect past a small disc; beside them clearance, "
         "energies, position, angles and force over time.",
-        partial(draw, animation="dip_swing_up"),
+        partial(draw, experiment="dip_control", choices=DOUBLE),
+    ),
+)
+ANIMATIONS = (
+    Animation(
+        "sip_swing_up",
+        "One link swings up past the disc and is held there.",
+        partial(motion, experiment="sip_control", choices=SINGLE),
+    ),
+    Animation(
+        "dip_swing_up",
+        "Two links swing up past the disc and are held there.",
+        partial(motion, experiment="dip_control", choices=DOUBLE),
     ),
 )

@@ -1,11 +1,10 @@
 """Control in the report: tables, figures and animations from stored closed loops."""
 
-import numpy as np
 import pytest
 from synthetic_loops import EXPERIMENT, loop, moving, results
 
 from repro.report.animation import animate_all
-from repro.report.paper import load_figures, load_paper, paper_folder
+from repro.report.paper import load_animations, load_figures, paper_folder
 from repro.report.tables.closed_loops import LoopTable
 from repro.results.stored_loop import find_loop
 
@@ -24,17 +23,17 @@ def test_a_table_has_a_row_for_whatever_differs():
 def test_a_stored_loop_is_found_by_the_first_choice_that_was_run():
     stored = results([loop(0, True)], moving())
     found = find_loop(stored, EXPERIMENT, ({"model": "structured"}, {"model": "truth", "intervals": 20}))
-    assert found.points.shape == (51, 2, 2) and found.obstacle == (0.0, 0.6, 0.3)
-    np.testing.assert_allclose(found.points[-1], [[0.8, 0.0], [0.8, 0.5]])
+    assert found.series["theta"].shape == (51,) and found.obstacle == (0.0, 0.6, 0.3)
+    assert found.settings["system.name"] == "sip"
     assert found.angles == ["theta"] and found.time[found.settled] == pytest.approx(1.0)
     assert find_loop(stored, EXPERIMENT, ({"model": "structured"},)) is None
 
 
 def test_figures_and_animations_are_written_where_there_is_something_to_show(tmp_path, monkeypatch):
-    monkeypatch.setattr("repro.report.animation.STRIDE", 10)  # few frames
+    monkeypatch.setattr("repro.report.animation.FRAME", 0.4)  # few frames
     stored = results([loop(k, k > 0) for k in range(3)], moving())
     figures = {figure.name: figure for figure in load_figures(paper_folder())}
-    animations = load_paper(paper_folder()).animations
+    animations = load_animations(paper_folder())
     assert figures["sip_closed_loop"].save(stored, tmp_path) and figures["success_map"].save(stored, tmp_path)
     assert not figures["dip_closed_loop"].save(stored, tmp_path)
     (path,) = animate_all(stored, animations, tmp_path)

@@ -5,12 +5,14 @@ from collections.abc import Mapping
 from dataclasses import field
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any
+from types import ModuleType
+from typing import Annotated
 
 from pydantic import Field, TypeAdapter, ValidationError
 from pydantic.dataclasses import dataclass as checked
 
 from repro.errors import UserError
+from repro.report.animation import Animation
 from repro.report.figures.figure import Figure
 from repro.report.figures.timing import TIMING
 from repro.report.tables.closed_loops import LoopTable
@@ -23,16 +25,6 @@ from repro.tracking.paths import project_folder
 
 FILE = "report.yaml"
 Query = Annotated[ModelTable | PairedTable | IdentifiabilityTable | LoopTable, Field(discriminator="kind")]
-
-
-@checked(frozen=True)
-class Animation:
-    """One closed loop in motion: the first of `choices` (columns of the control table) that was run."""
-
-    name: str
-    title: str
-    experiment: str
-    choices: tuple[Mapping[str, Any], ...]
 
 
 @checked(frozen=True)
@@ -51,11 +43,6 @@ class Paper:
     headlines: tuple[str, ...] = ()
     front_figures: tuple[str, ...] = ()
     front_tables: tuple[FrontTable, ...] = ()
-    animations: tuple[Animation, ...] = ()
-
-    def animation(self, name: str) -> Animation:
-        """Return the animation of this name."""
-        return next(one for one in self.animations if one.name == name)
 
 
 def paper_folder() -> Path:
@@ -81,7 +68,7 @@ def load_figures(folder: Path) -> tuple[Figure, ...]:
 
     Raises UserError for a file that defines no FIGURES, or a name that two figures have.
     """
-    figures = [figure for path in sorted((folder / "draw").glob("*.py")) for figure in _figures_of(path)]
+    figures = [figure for path in _drawings(folder) for figure in _figures_of(path)]
     figures.append(TIMING)
     names = [figure.name for figure in figures]
     if repeated := {name for name in names if names.count(name) > 1}:
@@ -90,14 +77,29 @@ def load_figures(folder: Path) -> tuple[Figure, ...]:
     return tuple(figures)
 
 
+@cache
+def load_animations(folder: Path) -> tuple[Animation, ...]:
+    """Return the animations of every file in draw/ that has ANIMATIONS, in the order of the file names."""
+    return tuple(one for path in _drawings(folder) for one in getattr(_module(path), "ANIMATIONS", ()))
+
+
+def _drawings(folder: Path) -> list[Path]:
+    return sorted((folder / "draw").glob("*.py"))
+
+
 def _figures_of(path: Path) -> tuple[Figure, ...]:
+    figures = getattr(_module(path), "FIGURES", None)
+    if figures is None:
+        message = f"{path} defines no FIGURES, a tuple of repro.report.figures.figure.Figure"
+        raise UserError(message)
+    return tuple(figures)
+
+
+@cache
+def _module(path: Path) -> ModuleType:
     spec = importlib.util.spec_from_file_location(f"{path.parent.name}_{path.stem}", path)
     if spec is None or spec.loader is None:
         raise ImportError(str(path))
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    figures = getattr(module, "FIGURES", None)
-    if figures is None:
-        message = f"{path} defines no FIGURES, a tuple of repro.report.figures.figure.Figure"
-        raise UserError(message)
-    return tuple(figures)
+    return module

@@ -10,7 +10,7 @@ from repro.claims.verdicts import FULL_SCALE
 from repro.errors import UserError
 from repro.report.animation import animate_all
 from repro.report.build import render
-from repro.report.paper import load_paper, paper_folder
+from repro.report.paper import load_animations, paper_folder
 from repro.report.readme import write_tables
 from repro.results.results import SENSITIVITY, Results, Sensitivity
 
@@ -42,7 +42,7 @@ def publish(results: Results, root: Path) -> None:
         for name in ("tables", "figures"):
             shutil.rmtree(root / "paper" / name, ignore_errors=True)
             shutil.copytree(Path(temporary) / name, root / "paper" / name)
-    animate_all(results, load_paper(paper_folder()).animations, root / "paper" / "animations")
+    animate_all(results, load_animations(paper_folder()), root / "paper" / "animations")
     write_tables(root, results, verdicts)
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,21 +10,24 @@ from repro.results.results import Results
 from repro.results.selectors import Where, find_loops
 from repro.results.table_schema import records
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 
 @dataclass(frozen=True)
 class StoredLoop:
     """A closed loop at its control steps, up to where it was given up.
 
     facts     its row of the control table
-    series    name -> (steps,): coordinates, rates, T, V, H, force, clearance
-    points    (steps, n_points, 2), m: the cart, then the end of every link
+    settings  of its run, by dotted key
+    series    name -> (steps,): coordinates, rates, T, V, H, inputs, clearance
     obstacle  centre x, y and radius, m
     """
 
     facts: Mapping[str, Any]
+    settings: Mapping[str, Any]
     time: np.ndarray
     series: Mapping[str, np.ndarray]
-    points: np.ndarray
     obstacle: tuple[float, float, float] | None
 
     @property
@@ -46,22 +49,20 @@ def find_loop(results: Results, experiment: str, choices: Sequence[Where]) -> St
         for run in dict.fromkeys(loops["run"]):
             stored = results.closed_loops[results.closed_loops["run"] == run]
             if len(stored):
-                return _loop(records(loops[loops["run"] == run])[0], stored)
+                return stored_loop(records(loops[loops["run"] == run])[0], results.configs[run], stored)
     return None
 
 
-def _loop(facts: Mapping[str, Any], stored: Any) -> StoredLoop:
+def stored_loop(facts: Mapping[str, Any], settings: Mapping[str, Any], stored: "pd.DataFrame") -> StoredLoop:
+    """A loop from its row of the control table, the settings of its run, and its rows of the table closed_loops."""
     disc = stored[stored["name"].str.startswith("obstacle.")].set_index("name")["value"]
     moving = stored[~stored["name"].str.startswith("obstacle.")]
     table = moving.pivot_table(index="t", columns="name", values="value", sort=False).sort_index()
-    table = table[np.isfinite(table["x"])]
-    ends = [name.removesuffix(".x") for name in table if name.endswith(".x")]
-    cart = np.stack([table["x"], np.zeros(len(table))], axis=1)
-    points = [cart, *(table[[f"{end}.x", f"{end}.y"]].to_numpy() for end in sorted(ends))]
+    table = table[np.isfinite(table["H"])]
     return StoredLoop(
         facts=facts,
+        settings=settings,
         time=table.index.to_numpy(),
         series={str(name): table[name].to_numpy() for name in table if "." not in name},
-        points=np.stack(points, axis=1),
         obstacle=(disc["obstacle.x"], disc["obstacle.y"], disc["obstacle.radius"]) if len(disc) else None,
     )

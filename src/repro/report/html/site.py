@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from repro.claims.verdicts import VERDICTS, Verdict, headline
+from repro.report.animation import Animation
 from repro.report.html.environment import ASSETS, rendered
 from repro.report.html.run_page import LOOP_COLUMNS, SPLITS, run_pages
-from repro.report.paper import Animation
+from repro.report.paper import load_animations
 from repro.report.sections import Content
 from repro.report.summary import finished_runs
 from repro.report.tables.verdicts import READING, cure, mark, measured
@@ -37,7 +38,7 @@ def write_site(content: Content, folder: Path, paper: Path) -> None:
         "measured": measured,
     }
     front = _front(content) | {
-        "animations": _copied(content.paper.animations, paper / "animations", folder / "animations"),
+        "animations": _copied(load_animations(paper), paper / "animations", folder / "animations"),
         "finished": finished_runs(content.results),
         "pdf": (folder / "report.pdf").is_file(),
         "cards": cards,
