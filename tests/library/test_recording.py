@@ -2,10 +2,25 @@
 
 import numpy as np
 import pytest
+import torch
+from torch import nn
 
 import repro
 from repro.errors import UserError
 from repro.recording.writer import read_recording
+
+
+class OneNetwork(nn.Module):
+    """L of a cart and one link."""
+
+    def __init__(self):
+        super().__init__()
+        self.net = nn.Linear(4, 1)
+
+    def forward(self, q, qd):
+        features = torch.cat([torch.cos(q[..., 1:]), torch.sin(q[..., 1:]), qd], dim=-1)
+        return self.net(features**2)
+
 
 SHORT = repro.optimiser("levenberg_marquardt", iterations=3, restarts=1)
 
@@ -22,6 +37,14 @@ def test_a_fit_is_recorded_beside_its_plant(data, tmp_path):
     assert len(tracks["energy/H"].at) == data.test.samples
     assert {"learning/log10_loss"} <= set(tracks)
     np.testing.assert_array_equal(tracks["state/theta"].values[:, 0], data.test.q[0, :, 1])
+
+
+def test_a_recording_has_the_name_of_the_users_own_network(data, tmp_path, monkeypatch):
+    written = []
+    monkeypatch.setattr("repro.library.run_recording.write_recording", lambda path, content: written.append(content))
+    fitted = repro.fit(data, OneNetwork, optimiser=SHORT, seeds=2, system=repro.system("sip"))
+    fitted.record(tmp_path / "fit.rrd")
+    assert written[0].title == "OneNetwork of sip" and written[0].card["model"] == "OneNetwork"
 
 
 def test_arrays_without_a_known_system_have_the_energies_of_the_model(data, tmp_path):

@@ -110,8 +110,8 @@ def test_a_motion_with_errors_lies_within_its_band():
     layout = layout_of(replace(recording, models={"seed 1": replace(model, spread=spread)}))
     for number, chart in enumerate([*layout.coordinates, *layout.rates]):
         lines = dict(zip(chart.names, chart.lines.values(), strict=True))
-        _, own, above, below = lines.values()
-        assert [name.partition("seed 1 ")[2].partition(" [")[0] for name in lines][2:] == ["+ 2 s.e.", "- 2 s.e."]
+        above, below, _, own = lines.values()  # the edges first, so that they are drawn below the motion
+        assert [name.partition("seed 1 ")[2].partition(" [")[0] for name in lines][:2] == ["+ 2 s.e.", "- 2 s.e."]
         np.testing.assert_allclose(above - own, 2 * spread[:, number])
         np.testing.assert_allclose(own - below, 2 * spread[:, number])
     with pytest.raises(ValueError, match="spread of seed 1"):

@@ -153,8 +153,9 @@ def record_ensemble(ensemble: Ensemble, path: Path) -> Path:
     learned = (
         {f"seed {each}": curves[curves["member"] == each] for each in ensemble.seeds[:SHOWN]} if len(curves) else {}
     )
-    title = f"{type(model).__name__} of {'a recording' if system is None else system.name}"
-    card = {"model": type(model).__name__, "seeds": list(ensemble.seeds), "data": dict(ensemble.data.provenance)}
+    name = type(getattr(model, "module", model)).__name__  # the user's own, where the model wraps one
+    title = f"{name} of {'a recording' if system is None else system.name}"
+    card = {"model": name, "seeds": list(ensemble.seeds), "data": dict(ensemble.data.provenance)}
     mechanism = test.coordinates if system is None else system
     identity = hashlib.sha256(ensemble.weights_.tobytes()).hexdigest()[:12]
     write_recording(path, recording_of(f"fit-{identity}", title, card, {f"seed {seed}": tested}, learned, mechanism))

@@ -50,14 +50,14 @@ def layout_of(recording: RunRecording) -> Layout:
         return Chart(path, title, quantity, unit, lines, colours, reference=PLANT)
 
     def column(number: int) -> dict[str, np.ndarray]:
-        lines = {}
+        lines = {label: rollout.state[:, number] for label, rollout in rollouts.items()}
+        edges = {}
         for label, rollout in rollouts.items():
-            lines[label] = rollout.state[:, number]
             if rollout.spread is not None:
                 for sign, size in (("+", BAND), ("-", -BAND)):
-                    edge = f"{label} {sign} {BAND} s.e."
-                    lines[edge], colours[edge] = lines[label] + size * rollout.spread[:, number], palette.BAND
-        return lines
+                    edges[f"{label} {sign} {BAND} s.e."] = lines[label] + size * rollout.spread[:, number]
+        colours.update(dict.fromkeys(edges, palette.BAND))
+        return edges | lines  # later lines are drawn on top: a narrow band hides nothing
 
     coordinates, rates = [], []
     for number, (name, unit) in enumerate(recording.coordinates):
@@ -102,7 +102,8 @@ def blueprint(layout: Layout, frame: scene.Frame, time: np.ndarray) -> rrb.Bluep
         pages.append(rrb.Horizontal(*(chart.view(linked=False) for chart in layout.learning), name=name))
     if layout.further:
         # Side by side: each of four in a stack would be too low for its time axis.
-        pages.insert(0, rrb.Grid(*(chart.view() for chart in layout.further), grid_columns=2, name="Controller"))
+        columns = 1 if len(layout.further) < 4 else 2
+        pages.insert(0, rrb.Grid(*(chart.view() for chart in layout.further), grid_columns=columns, name="Controller"))
     left = rrb.Vertical(scene.view(frame), rrb.Tabs(*pages, active_tab=0), row_shares=[5, 4])
     states = _stack(layout.coordinates, "Coordinates"), _stack(layout.rates, "Rates")
     motion = rrb.Tabs(*states, linked_time_axis(time), active_tab=0)
