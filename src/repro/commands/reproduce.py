@@ -13,8 +13,7 @@ from repro.plugins.roots import plugin_roots
 from repro.report import drawing
 from repro.sweep.listing import list_jobs
 from repro.sweep.missing import preload, run_missing
-from repro.sweep.planned_job import plan_jobs
-from repro.sweep.sample import SAMPLED, plan_sample
+from repro.sweep.planned_job import SAMPLED, plan_jobs, plan_sample
 from repro.tracking.paths import Paths, outputs_root, project_folder
 from repro.tracking.store import StageFailed
 

@@ -22,7 +22,7 @@ from types import FrameType
 
 from repro.launch import worker
 from repro.launch.jobs import Event, EventKind, Job, JobOutcome, JobResult, SweepInterrupted
-from repro.launch.memory import memory_for_jobs_mib
+from repro.launch.machine import memory_for_jobs_mib
 from repro.launch.running import Running
 from repro.tracking import progress
 from repro.tracking.paths import Paths, outputs_root

@@ -6,13 +6,13 @@ from pathlib import Path
 
 from repro.claims.assumption_effects import AssumptionEffect
 from repro.launch.jobs import Event, Job, reason
+from repro.launch.machine import allowed_cores
 from repro.launch.pool import run_jobs
 from repro.report.figures.figure import Figure
 from repro.report.figures.sensitivity import sensitivity_figure
 from repro.report.paper import load_figures, paper_folder
 from repro.results.results import Results
 from repro.tracking import progress
-from repro.tracking.cores import allowed_cores
 
 # What drawing needs and takes long to load.
 PRELOAD = (__name__, "pandas", "matplotlib.backends.backend_agg", "matplotlib.backends.backend_pdf")

@@ -7,12 +7,12 @@ from repro.config.compose import compose
 from repro.config.registry import settings
 from repro.launch import cluster
 from repro.launch.jobs import Job, JobResult, failure_table
+from repro.launch.machine import allowed_cores
 from repro.launch.pool import run_jobs
 from repro.learning.optimiser_options import OPTIMISERS
 from repro.models.model_options import MODELS
 from repro.plugins.plugin import plugin
 from repro.sweep.planned_job import PlannedJob, total
-from repro.tracking.cores import allowed_cores
 from repro.tracking.files import check_writable
 from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.stage import Stage

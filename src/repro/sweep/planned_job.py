@@ -1,4 +1,4 @@
-"""A job of a sweep before it runs: what it will make, whether that is there already, and about how long it takes."""
+"""Jobs of a sweep before they run: what they will make, whether that is there already, and about how long it takes."""
 
 import sys
 from collections.abc import Callable, Sequence
@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
 from repro.config.compose import Composed, Overrides, plan
+from repro.config.overrides import expand, experiments
 from repro.data.data_options import RandomForce
 from repro.pipeline.card import card_of
 from repro.pipeline.plan import Pipeline
@@ -20,6 +21,10 @@ from repro.tracking.text import duration
 
 if TYPE_CHECKING:
     from repro.claims.claims import Claim
+
+SAMPLED = "smoke"
+LIKELY = 4  # jobs of an experiment that are composed first, in search of one that a selector means
+BRIEFLY = 2  # jobs of an experiment that this scale leaves out
 
 
 @dataclass(frozen=True)
@@ -100,6 +105,37 @@ def plan_jobs(
         costs = () if record else (expected_seconds(pipeline, measured), expected_mib(pipeline, measured))
         planned.append(PlannedJob(composed, pipeline, record, *costs))
     return planned
+
+
+def plan_sample(
+    claims: "Sequence[Claim]", paths: Paths, on_unknown: Callable[[list[Overrides]], None]
+) -> list[PlannedJob]:
+    """The first job of every line of the experiments, and a job for each selector of their claims.
+
+    Of an experiment that is reproduced at larger scales alone, the first jobs of its first lines.
+    """
+    included = experiments(SAMPLED)
+    jobs = [job for name in included for job in _jobs(name, first_of_line=True)]
+    brief = [job for name in experiments("paper") if name not in included for job in _jobs(name, True)[:BRIEFLY]]
+    planned = plan_jobs([*jobs, *brief], paths, on_unknown)
+    for claim in claims:
+        for where in claim.selectors if claim.experiment in included else ():
+            if not any(job.composed.config.experiment == claim.experiment and job.agrees(where) for job in planned):
+                planned += _answering(claim.experiment, where, paths)
+    return planned
+
+
+def _answering(experiment: str, where: Where, paths: Paths) -> list[PlannedJob]:
+    """A job of an experiment that a selector means; the likely ones are composed first, which takes longest."""
+    jobs = sorted(_jobs(experiment), key=lambda job: -sum(f"={value}" in " ".join(job) for value in where.values()))
+    for some in (jobs[:LIKELY], jobs[LIKELY:]):
+        if found := [job for job in plan_jobs(some, paths) if job.agrees(where)]:
+            return found[:1]
+    return []
+
+
+def _jobs(experiment: str, first_of_line: bool = False) -> list[Overrides]:
+    return expand([f"experiment={experiment}", f"scale={SAMPLED}"], first_of_line=first_of_line)
 
 
 def total(jobs: Sequence[PlannedJob]) -> str:

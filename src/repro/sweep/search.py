@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Literal
 
 from repro.config.overrides import key_of, parsed
 from repro.errors import UserError
+from repro.launch.machine import allowed_cores
 from repro.plugins.checked import validated
 from repro.plugins.options import Count, Natural, Options
 from repro.plugins.plugin import nearest
 from repro.sweep.missing import run_missing
 from repro.sweep.planned_job import PlannedJob, plan_jobs
-from repro.tracking.cores import allowed_cores
 from repro.tracking.paths import Paths
 from repro.tracking.store import Store
 

@@ -19,7 +19,6 @@ from repro.plugins.roots import plugin_roots
 from repro.tracking.record import Identity
 from repro.tracking.source_reader import READER, within
 
-ABSENT = "absent"
 # Libraries that are installed under another name than the imported one; looking others up takes 0.1 s.
 _INSTALLED_AS = {"sklearn": "scikit-learn", "yaml": "PyYAML", "rerun": "rerun-sdk", "hydra": "hydra-core"}
 
@@ -77,9 +76,6 @@ def _reached(importer: str, imports: Sequence[str]) -> Iterator[str]:
             yield from (candidate for candidate in candidates if _file(candidate) is not None)
 
 
-_distributions = cache(metadata.packages_distributions)
-
-
 @cache
 def version(module: str) -> str:
     """Public version of the library that provides a top-level module, or "absent".
@@ -89,9 +85,9 @@ def version(module: str) -> str:
     try:
         full = metadata.version(_INSTALLED_AS.get(module, module))
     except metadata.PackageNotFoundError:
-        names = _distributions().get(module)
+        names = metadata.packages_distributions().get(module)
         if not names:
-            return ABSENT
+            return "absent"
         full = metadata.version(sorted(names)[0])
     return full.partition("+")[0]
 

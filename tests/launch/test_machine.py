@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from repro.launch import memory
+from repro.launch import machine
 from repro.launch.jobs import Job
-from repro.launch.memory import SHARE, memory_for_jobs_mib
+from repro.launch.machine import SHARE, memory_for_jobs_mib
 from repro.launch.pool import _Launcher
 
 
@@ -49,11 +49,11 @@ def test_sixty_four_cores_with_eight_gib_are_never_given_more_than_there_is():
     ("limit", "expected"), [("max\n", 4000.0), (f"{3000 * 1024**2}\n", 3000.0), (f"{9000 * 1024**2}\n", 4000.0)]
 )
 def test_a_container_may_allow_less_than_is_available(limit, expected, monkeypatch):
-    texts = {memory.LIMITS[0]: limit, "/proc/meminfo": f"MemTotal: 1 kB\nMemAvailable: {4000 * 1024} kB\n"}
-    monkeypatch.setattr(memory, "_text", lambda file: texts.get(file, ""))
+    texts = {machine.LIMITS[0]: limit, "/proc/meminfo": f"MemTotal: 1 kB\nMemAvailable: {4000 * 1024} kB\n"}
+    monkeypatch.setattr(machine, "_text", lambda file: texts.get(file, ""))
     assert memory_for_jobs_mib() == pytest.approx(SHARE * expected)
 
 
 def test_where_nothing_is_known_nothing_is_limited(monkeypatch):
-    monkeypatch.setattr(memory, "_text", lambda file: "")
+    monkeypatch.setattr(machine, "_text", lambda file: "")
     assert memory_for_jobs_mib() == float("inf")

@@ -1,13 +1,18 @@
-"""Memory that the jobs of this machine may take together."""
+"""What the jobs of this machine may take together: cores and memory."""
 
 import math
 import re
 from pathlib import Path
 
-SHARE = (
-    0.78  # of what is free; the rest is for the launcher, for the file cache, and for a peak beyond what is expected
-)
+SHARE = 0.78  # of what is free; the rest: launcher, file cache, and a peak beyond what is expected
 LIMITS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")  # of a container, v2 and v1
+
+
+def allowed_cores() -> int:
+    """Cores after affinity and the limits of a container or a batch system, at least 1."""
+    import joblib  # takes longer to load than most commands need
+
+    return int(joblib.cpu_count())
 
 
 def memory_for_jobs_mib() -> float:
