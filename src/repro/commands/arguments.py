@@ -3,11 +3,15 @@
 import argparse
 import math
 import re
-from collections.abc import Mapping, Sequence
-from typing import NoReturn
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, NoReturn
 
+from repro.commands.table import COMMANDS
 from repro.errors import UserError
 from repro.plugins.plugin import nearest
+
+if TYPE_CHECKING:
+    from repro.tracking.index import Entry
 
 ID = "the id, its beginning, or the digits at its end"
 
@@ -23,12 +27,12 @@ class CommandParser(argparse.ArgumentParser):
         raise UserError(f"{message}{guess}; `{self.prog} --help` lists what there is")
 
 
-def command_parser(name: str, description: str, examples: str) -> argparse.ArgumentParser:
-    """The parser of `repro NAME`; the examples are printed below the options as they are."""
+def command_parser(name: str, description: str, examples: str = "") -> argparse.ArgumentParser:
+    """The parser of `repro NAME`; below the options stand the examples as they are, or that of the list of commands."""
     return CommandParser(
         prog=f"repro {name}",
         description=description,
-        epilog=examples,
+        epilog=examples or f"example: repro {name} {COMMANDS[name][1]}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
 
@@ -62,26 +66,23 @@ def seconds(text: str) -> float:
 
 
 def add_filters(parser: argparse.ArgumentParser) -> None:
-    """Add any number of key=value; see `filters` and `fits`."""
+    """Add any number of key=value; see `selected`."""
     parser.add_argument("filters", nargs="*", metavar="key=value", help="only runs with this value on their card")
 
 
-def filters(texts: Sequence[str]) -> dict[str, str]:
-    """The filters as a dictionary; UserError for a text without an equals sign."""
-    for text in texts:
+def selected(entries: Iterable["Entry"], filters: Sequence[str]) -> list[tuple["Entry", Mapping[str, object]]]:
+    """The entries whose card has all the values of key=value, with it; upper and lower case are the same.
+
+    UserError for a text without an equals sign, and for a column that no card has.
+    """
+    for text in filters:
         if "=" not in text:
             raise UserError(f"{text} is no filter: write key=value, e.g. model=lagrangian")
-    return dict(text.split("=", 1) for text in texts)
-
-
-def check_known(filters: Mapping[str, str], cards: Sequence[Mapping[str, object]]) -> None:
-    """UserError for a filter by a column that no card has."""
-    known = sorted({key for card in cards for key in card})
-    for key in filters:
+    values = dict(text.split("=", 1) for text in filters)
+    carded = [(entry, entry.card) for entry in entries]
+    known = sorted({key for _, card in carded for key in card})
+    for key in values:
         if known and key not in known:
             raise UserError(f"no column {key}{nearest(key, known)}; there are: {', '.join(known)}")
-
-
-def fits(card: Mapping[str, object], filters: Mapping[str, str]) -> bool:
-    """Whether a run's card has all these values; upper and lower case are the same."""
-    return all(str(card.get(key, "")).lower() == value.lower() for key, value in filters.items())
+    wanted = {key: value.lower() for key, value in values.items()}
+    return [(one, card) for one, card in carded if all(str(card.get(k, "")).lower() == v for k, v in wanted.items())]

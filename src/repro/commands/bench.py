@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import pandas as pd
 from rich import box
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
 from repro.bench.stored_bench import FILE, run
@@ -36,25 +36,17 @@ def main(argv: Sequence[str]) -> int:
         return 1
     folder = Paths(root).folder("bench", id)
     console = Console()
+    times = ("ours ms", "other ms") if console.width >= WIDE else ()
     for name, rows in pd.read_parquet(folder / FILE).groupby("name", sort=False):
-        console.print(_table(str(name), rows, wide=console.width >= WIDE))
+        ratios = Column("other / ours (quartiles)", justify="right", no_wrap=True)
+        shown = [*map(Column, ("size", "ours", "other")), ratios, *(Column(title, justify="right") for title in times)]
+        table = Table(*shown, box=box.SIMPLE_HEAD, title=str(name), title_justify="left")
+        for row in rows.to_dict("records"):
+            low, median, high = (row[f"ratio_{key}"] for key in ("q25", "median", "q75"))
+            colour = "green" if low > 1 else "dark_orange" if high < 1 else ""
+            size = row["size"] if row["members"] == 1 else f"{row['size']}, {row['members']} members"
+            ratio = Text(f"{median:.3g} ({low:.3g} to {high:.3g})", style=colour)
+            table.add_row(size, row["ours"], row["other"], ratio, *(f"{row[t.replace(' ', '_')]:.3g}" for t in times))
+        console.print(table)
     console.print(f"protocols and machine: {folder}", highlight=False, soft_wrap=True)
     return 0
-
-
-def _table(name: str, rows: pd.DataFrame, *, wide: bool) -> Table:
-    """One comparison, without the times where the terminal is narrow."""
-    table = Table(box=box.SIMPLE_HEAD, title=name, title_justify="left")
-    for title in ("size", "ours", "other"):
-        table.add_column(title)
-    table.add_column("other / ours (quartiles)", justify="right", no_wrap=True)
-    for title in ("ours ms", "other ms") if wide else ():
-        table.add_column(title, justify="right")
-    for row in rows.to_dict("records"):
-        low, median, high = (row[f"ratio_{key}"] for key in ("q25", "median", "q75"))
-        colour = "green" if low > 1 else "dark_orange" if high < 1 else ""
-        size = row["size"] if row["members"] == 1 else f"{row['size']}, {row['members']} members"
-        times = [f"{row[key]:.3g}" for key in ("ours_ms", "other_ms")] if wide else []
-        ratio = Text(f"{median:.3g} ({low:.3g} to {high:.3g})", style=colour)
-        table.add_row(size, row["ours"], row["other"], ratio, *times)
-    return table

@@ -15,7 +15,6 @@ from repro.tracking.paths import DAMAGED, FAILED, WORK, Paths, outputs_root
 from repro.tracking.survey import StageState, survey
 from repro.tracking.text import size
 
-# What can be removed, and the default choice.
 SHELVES = {"failed": FAILED, "damaged": DAMAGED, "interrupted": WORK}
 USUAL = (*SHELVES, "logs")
 SORTS = (*USUAL, "stale")
@@ -25,7 +24,7 @@ _LOG_AGE_S = 7 * 24 * 3600
 def main(argv: Sequence[str]) -> int:
     """List the leftovers; remove them with --yes."""
     description = "List what can be removed without losing a current result; with --yes, remove it."
-    parser = command_parser("clean", description, "example: repro clean stale --yes")
+    parser = command_parser("clean", description)
     sorts = ", ".join(SORTS)
     parser.add_argument("sorts", nargs="*", metavar="what", help=f"{sorts} (default: all but stale)")
     parser.add_argument("--yes", action="store_true", help="remove them")
@@ -38,11 +37,8 @@ def main(argv: Sequence[str]) -> int:
     shown = list(remove(paths, folders)) if arguments.yes else folders
     for folder in shown:
         print(f"{size(sizes[folder]):>10}  {folder.relative_to(paths.root)}")
-    total = size(sum(sizes[folder] for folder in shown))
-    if arguments.yes:
-        print(f"{total} removed.")
-    else:
-        print(f"{total} can be removed: add --yes." if shown else "Nothing to remove.")
+    total, left = size(sum(sizes[folder] for folder in shown)), "can be removed: add --yes."
+    print(f"{total} {'removed.' if arguments.yes else left}" if shown or arguments.yes else "Nothing to remove.")
     return 0
 
 
@@ -54,7 +50,8 @@ def removable(paths: Paths, sorts: Sequence[str]) -> list[Path]:
     for kind, shelf in itertools.product(paths.kinds(), shelves):
         folders += [paths.folder(kind, id, shelf) for id in paths.ids(kind, shelf)]
     if "logs" in sorts and paths.logs.is_dir():
-        folders += [folder for folder in sorted(paths.logs.iterdir()) if _age(folder) > _LOG_AGE_S]
+        before = time.time() - _LOG_AGE_S
+        folders += [folder for folder in sorted(paths.logs.iterdir()) if folder.stat().st_mtime < before]
     if "stale" in sorts:
         folders += [paths.folder(item.kind, item.id) for item in survey(paths) if item.state is StageState.STALE]
     return folders
@@ -68,7 +65,3 @@ def remove(paths: Paths, folders: Sequence[Path]) -> Iterator[Path]:
         with suppress(Timeout), lock:
             shutil.rmtree(folder)
             yield folder
-
-
-def _age(folder: Path) -> float:
-    return time.time() - folder.stat().st_mtime

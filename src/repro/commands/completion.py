@@ -64,13 +64,12 @@ def candidates(line: str) -> list[str]:
 
 
 def _words(before: Sequence[str], word: str) -> Iterator[str]:
+    command = before[0] if before else ""
     if not before:
         yield from COMMANDS
+    elif command not in COMMANDS:
         return
-    command = before[0]
-    if command not in COMMANDS:
-        return
-    if word.startswith("-"):
+    elif word.startswith("-"):
         help_text = io.StringIO()
         with redirect_stdout(help_text), suppress(SystemExit):
             import_module(f"repro.commands.{command}").main(["--help"])

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from repro.commands.arguments import ID, add_json, command_parser
 from repro.tracking.load import load_record
 from repro.tracking.paths import Paths, outputs_root
-from repro.tracking.stage_difference import Difference, record_differences
+from repro.tracking.stage_difference import record_differences
 from repro.tracking.store import Store
 from repro.tracking.text import short, table
 
@@ -17,7 +17,7 @@ _LINE = 100  # characters of a difference whose two sides are printed on one lin
 def main(argv: Sequence[str]) -> int:
     """Print the differences of two stored stages, by area."""
     description = "How two stored stages differ: settings, code, libraries, origin, results, and those of their inputs."
-    parser = command_parser("diff", description, "example: repro diff 9f3c2a81bd 04be7d1f6a")
+    parser = command_parser("diff", description)
     parser.add_argument("before", help=ID)
     parser.add_argument("after", help=ID)
     add_json(parser)
@@ -30,22 +30,15 @@ def main(argv: Sequence[str]) -> int:
         return 0
     for area in dict.fromkeys(one.area for one in differences):
         print(area)
-        own = [one for one in differences if one.area == area]
-        for one in filter(_is_long, own):
-            print(f"  {one.key}\n    {one.before}\n    {one.after}")
-        # of code, only that it changed
-        brief = [
-            [f"  {one}"] if area.endswith("code") else [f"  {one.key}", short(one.before), "->", short(one.after)]
-            for one in own
-            if not _is_long(one)
-        ]
-        if brief:
-            print(table(brief))
+        brief = []
+        for one in (one for one in differences if one.area == area):
+            if area.endswith("code"):
+                brief.append([f"  {one}"])  # only that it changed
+            elif len(f"{one.key}{one.before}{one.after}") > _LINE:
+                print(f"  {one.key}\n    {one.before}\n    {one.after}")
+            else:
+                brief.append([f"  {one.key}", short(one.before), "->", short(one.after)])
+        print(table(brief), end="\n" if brief else "")
     if not differences:
         print("They do not differ.")
     return 0
-
-
-def _is_long(one: Difference) -> bool:
-    """Whether the two sides read better below each other."""
-    return not one.area.endswith("code") and len(f"{one.key}{one.before}{one.after}") > _LINE

@@ -14,7 +14,7 @@ a torch module. The files need CasADi or torch, and nothing of this project."""
 
 def main(argv: Sequence[str]) -> int:
     """Write the learned functions of one member and print the names of the files."""
-    parser = command_parser("export", DESCRIPTION, "example: repro export 9f3c2a81bd exported")
+    parser = command_parser("export", DESCRIPTION)
     parser.add_argument("run", help=ID)
     parser.add_argument("folder", type=Path, help="a new or empty folder")
     parser.add_argument(
@@ -24,7 +24,10 @@ def main(argv: Sequence[str]) -> int:
     run = open_run(arguments.run)
     if not isinstance(run, OpenedRun):
         raise UserError(f"{run.id} is no run but one of {run.record.kind}: `repro runs` lists the runs")
-    member = _member(run, arguments.member)
+    statuses, seed = run.card["member_status"], arguments.member
+    if seed is not None and seed not in run.seeds:
+        raise UserError(f"--member {seed}: {run.id} has the seeds {', '.join(map(str, run.seeds))}")
+    member = run.seeds.index(seed) if seed is not None else statuses.index("ok") if "ok" in statuses else 0
     exported = LearnedMember(
         run=run.id,
         seed=run.seeds[member],
@@ -38,11 +41,3 @@ def main(argv: Sequence[str]) -> int:
     for name in write(exported, arguments.folder):
         print(arguments.folder / name)
     return 0
-
-
-def _member(run: OpenedRun, seed: int | None) -> int:
-    if seed is None:
-        return next((i for i, status in enumerate(run.card["member_status"]) if status == "ok"), 0)
-    if seed not in run.seeds:
-        raise UserError(f"--member {seed}: {run.id} has the seeds {', '.join(map(str, run.seeds))}")
-    return run.seeds.index(seed)

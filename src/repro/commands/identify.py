@@ -52,20 +52,21 @@ def main(argv: Sequence[str]) -> int:
         overrides.append("seeds=1")
     with own_progress.shown("identify"):
         examined, lines = _examined(overrides)
-    for phase, members in examined.items():
-        print(report(phase, members))
-    print("\n".join(lines), end="\n" if lines else "")
+    print("\n".join([*(_report(phase, members) for phase, members in examined.items()), *lines]))
     return 0
 
 
-def report(phase: str, members: Sequence[Identifiability]) -> str:
+def _report(phase: str, members: Sequence[Identifiability]) -> str:
     """One phase: the first member in full, and the ranks of the others where they differ."""
-    one = members[0]
-    ranks = sorted({other.rank for other in members})
+    one, ranks = members[0], sorted({other.rank for other in members})
+    last, following = (
+        f"{one.singular_values[order]:.2g}" if 0 <= order < len(one.singular_values) else "none"
+        for order in (one.rank - 1, one.rank)
+    )
     lines = [
         f"{phase}: rank {one.rank} of {len(one.names)} terms",
         f"  condition {one.condition_raw:.3g}, with columns of unit norm {one.condition_scaled:.3g}",
-        f"  singular values: {_value(one, one.rank - 1)} the smallest that counts, {_value(one, one.rank)} the next",
+        f"  singular values: {last} the smallest that counts, {following} the next",
     ]
     if len(ranks) > 1:
         lines.append(f"  of {len(members)} members the ranks differ: {', '.join(map(str, ranks))}")
@@ -93,11 +94,11 @@ def _examined(overrides: Sequence[str]) -> tuple[dict[str, list[Identifiability]
     lines = []
     if config.objective.is_likelihood:
         progress.report(0.6, "path fit")
-        lines = accuracy(model, fit_ensemble(model, options.training, given)[0], given)
+        lines = _accuracy(model, fit_ensemble(model, options.training, given)[0], given)
     return identified(model, config.objective, config.sequence, given), lines
 
 
-def accuracy(model: Model, fitted: Fitted, given: TrainingData) -> list[str]:
+def _accuracy(model: Model, fitted: Fitted, given: TrainingData) -> list[str]:
     """What a path fit of the first member says: coefficients with standard errors, and seconds of data for 1 %."""
     assert fitted.information is not None
     data, weights, information = given.forced[-1], np.asarray(fitted.parameters[0]), fitted.information[0]
@@ -112,16 +113,7 @@ def accuracy(model: Model, fitted: Fitted, given: TrainingData) -> list[str]:
     lines += [f"  {name}: {text}" for name, text in words.items()]
     lines.append(f"  expected errors: MAE tau {tau:.2g}, MAE qdd {qdd:.2g}")
     if len(finite):
-        worst = finite[share[finite].argmax()]
-        seconds = data.n_train * data.time_step
-        needed = seconds * (share[worst] / ONE_PERCENT) ** 2
-        name = model.coefficient_names[worst]
-        lines.append(
-            f"  {name} is known to {share[worst]:.2g} of itself after {seconds:.3g} s; 1 % takes {needed:.2g} s"
-        )
+        worst, seconds = finite[share[finite].argmax()], data.n_train * data.time_step
+        known_to = f"{model.coefficient_names[worst]} is known to {share[worst]:.2g} of itself after {seconds:.3g} s"
+        lines.append(f"  {known_to}; 1 % takes {seconds * (share[worst] / ONE_PERCENT) ** 2:.2g} s")
     return lines
-
-
-def _value(one: Identifiability, order: int) -> str:
-    inside = 0 <= order < len(one.singular_values)
-    return f"{one.singular_values[order]:.2g}" if inside else "none"

@@ -1,6 +1,5 @@
 """`repro report`: gather, judge, draw; redraw from results; publish."""
 
-import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -24,7 +23,14 @@ EXAMPLES = """examples:
 
 def main(argv: Sequence[str]) -> int:
     """Run `repro report`. Raises UserError for a mistake of the user."""
-    arguments = _parser().parse_args(argv)
+    parser = command_parser("report", "Gather stored runs into verdicts, tables, figures and a page.", EXAMPLES)
+    parser.add_argument("--scale", default="quick", choices=("smoke", "quick", "paper"), help="whose runs (quick)")
+    parser.add_argument("--from", dest="source", type=Path, metavar="FOLDER", help="draw from this folder of results")
+    parser.add_argument("--publish", action="store_true", help="write the committed results (scale paper, clean tree)")
+    text = "also one page (about 20 MB) that holds the viewer and the recordings of these runs"
+    parser.add_argument("--interactive", nargs="+", default=(), metavar="RUN", help=text)
+    parser.add_argument("--open", action="store_true", help="open the report, or the interactive page, in the browser")
+    arguments = parser.parse_args(argv)
     outputs = outputs_root()
     recordings = [find_recording(run, outputs) for run in arguments.interactive]
     try:
@@ -56,19 +62,3 @@ def main(argv: Sequence[str]) -> int:
 
         webbrowser.open(page.absolute().as_uri())
     return 0
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = command_parser("report", "Gather stored runs into verdicts, tables, figures and a page.", EXAMPLES)
-    parser.add_argument("--scale", default="quick", choices=("smoke", "quick", "paper"), help="whose runs (quick)")
-    parser.add_argument("--from", dest="source", type=Path, metavar="FOLDER", help="draw from this folder of results")
-    parser.add_argument("--publish", action="store_true", help="write the committed results (scale paper, clean tree)")
-    parser.add_argument(
-        "--interactive",
-        nargs="+",
-        default=(),
-        metavar="RUN",
-        help="also one page (about 20 MB) that holds the viewer and the recordings of these runs",
-    )
-    parser.add_argument("--open", action="store_true", help="open the report, or the interactive page, in the browser")
-    return parser

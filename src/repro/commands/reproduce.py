@@ -20,12 +20,11 @@ from repro.tracking.store import StageFailed
 DESCRIPTION = """Run every experiment, then make the report.
 An experiment whose file lists other scales under reproduced_at runs only by name. scale=smoke tries a sample: the first
 job of every line of an experiment, and one for every claim; an experiment that is named runs as a whole."""
-EPILOGUE = "example: repro reproduce scale=smoke experiment=sip_basis,sip_energies"
 
 
 def main(argv: Sequence[str]) -> int:
     """Run every experiment, then make the report; 1 when a job failed."""
-    parser = command_parser("reproduce", DESCRIPTION, EPILOGUE)
+    parser = command_parser("reproduce", DESCRIPTION)
     parser.add_argument("overrides", nargs="*", help="scale=smoke|quick|paper, experiment=NAME,NAME for some")
     add_workers(parser)
     options = parser.parse_args(argv)

@@ -37,23 +37,24 @@ choices:
 # Options of Hydra's own command line, and what takes their place here.
 HYDRAS_OPTIONS = {
     "--hydra-help": "`repro run --help` lists options and choices",
-    ("--info", "-i"): "`repro run --cfg job` prints the configuration, `repro show ID` where a result comes from",
-    ("--config-dir", "-cd"): "own options are files in the checkout: conf/GROUP/NAME.yaml, experiments/NAME.yaml",
-    ("--config-path", "-cp"): "own options are files in the checkout: conf/GROUP/NAME.yaml, experiments/NAME.yaml",
-    ("--config-name", "-cn"): "conf/config.yaml is the only one; experiment=NAME takes settings from experiments/",
-    ("--shell-completion", "-sc"): "`repro completion bash` (zsh, fish) prints a script to source",
+    "--info -i": "`repro run --cfg job` prints the configuration, `repro show ID` where a result comes from",
+    "--config-dir -cd --config-path -cp": "own options are files: conf/GROUP/NAME.yaml, experiments/NAME.yaml",
+    "--config-name -cn": "conf/config.yaml is the only one; experiment=NAME takes settings from experiments/",
+    "--shell-completion -sc": "`repro completion bash` (zsh, fish) prints a script to source",
     "--resolve": "`--cfg job` prints the resolved configuration as it is",
-    ("--package", "-p"): "`--cfg job` prints all of the configuration",
-    ("--run", "-r"): "leave it out: without -m one job runs",
+    "--package -p": "`--cfg job` prints all of the configuration",
+    "--run -r": "leave it out: without -m one job runs",
     "--experimental-rerun": "`repro show ID` prints the command that repeats a run",
-    ("--dryrun", "--dry"): "write --dry-run",
+    "--dryrun --dry": "write --dry-run",
 }
 _MOST_SHOWN = 5  # runs of a search
 
 
 def main(argv: Sequence[str]) -> int:
     """Run one configuration, or with -m every one that the lists and the experiment make; 1 when a job failed."""
-    _refuse_hydras(argv)
+    for name in (word.partition("=")[0] for word in argv):
+        if instead := next((text for spelt, text in HYDRAS_OPTIONS.items() if name in spelt.split()), ""):
+            raise UserError(f"{name} is an option of Hydra that is not needed here: {instead}")
     options = _run_parser().parse_intermixed_args(argv)
     if options.cfg not in (None, "job"):
         if "=" not in options.cfg:
@@ -85,15 +86,6 @@ def main(argv: Sequence[str]) -> int:
     return 1 if any(not result.ok for result in results) else 0
 
 
-def _refuse_hydras(words: Sequence[str]) -> None:
-    """UserError with what takes the place of an option that Hydra's own programs have."""
-    for spellings, instead in HYDRAS_OPTIONS.items():
-        for word in words:
-            name = word.partition("=")[0]
-            if name == spellings or (isinstance(spellings, tuple) and name in spellings):
-                raise UserError(f"{name} is an option of Hydra that is not needed here: {instead}")
-
-
 def _search(overrides: Sequence[str], wanted: SearchOptions, options: argparse.Namespace) -> int:
     """Search for the best value of a metric and print the best runs."""
     if not options.multirun or options.dry_run or options.cfg or options.paired or options.failed:
@@ -110,12 +102,10 @@ def _search(overrides: Sequence[str], wanted: SearchOptions, options: argparse.N
 
 def _jobs(overrides: Sequence[str], paired: bool, sweep: bool) -> list[tuple[str, ...]]:
     """The jobs of a command line; without `sweep` there must be one."""
-    if sweep:
-        return expand(overrides, paired=paired)
-    jobs = expand(overrides, paired=paired, lines=False)
-    if experiment_of(jobs[0]) and not setting(jobs[0]) and not belongs(jobs[0]):
+    jobs = expand(overrides, paired=paired, lines=sweep)
+    if not sweep and experiment_of(jobs[0]) and not setting(jobs[0]) and not belongs(jobs[0]):
         jobs = expand(overrides, paired=paired)
-    if len(jobs) > 1:
+    if not sweep and len(jobs) > 1:
         raise UserError(f"this makes {len(jobs)} jobs: add -m to run them all, or --dry-run to list them")
     return jobs
 

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Mapping, Sequence
 
-from repro.commands.arguments import add_filters, add_json, check_known, command_parser, filters, fits
+from repro.commands.arguments import add_filters, add_json, command_parser, selected
 from repro.tracking import index
 from repro.tracking.index import Entry
 from repro.tracking.load import digits
@@ -18,29 +18,27 @@ Card = Mapping[str, object]
 
 def main(argv: Sequence[str]) -> int:
     """List stored stages, newest last."""
-    description = "List stored runs, newest last, with the settings in which they differ."
-    parser = command_parser("runs", description, "example: repro runs model=lagrangian basis=t2")
+    parser = command_parser("runs", "List stored runs, newest last, with the settings in which they differ.")
     add_filters(parser)
     parser.add_argument("--kind", default="runs", help="runs (default), fits, data, recordings, bench, ...")
     add_json(parser)
     arguments = parser.parse_args(argv)
-    values = filters(arguments.filters)
     entries = [entry for entry in index.load(Paths(outputs_root())).entries if entry.kind == arguments.kind]
-    carded = [(entry, entry.card) for entry in sorted(entries, key=lambda entry: entry.finished)]
-    check_known(values, [card for _, card in carded])
-    chosen = [(entry, card) for entry, card in carded if fits(card, values)]
+    chosen = selected(sorted(entries, key=lambda entry: entry.finished), arguments.filters)
     if arguments.json:
         plain = [entry._asdict() | {"card": card} for entry, card in chosen]
         print(json.dumps([{key: entry[key] for key in entry if key != "card_text"} for entry in plain], indent=1))
-        return 0
-    print(_runs_table(chosen))
+    else:
+        print(_runs_table(chosen))
     return 0
 
 
 def _runs_table(runs: Sequence[tuple[Entry, Card]]) -> str:
     """One row per run. A terminal shows the digits at the end of each id, which every command takes, and what fits."""
     width = terminal_width()
-    columns = _differing([card for _, card in runs])
+    cards = [card for _, card in runs]
+    keys = [key for key, value in (cards[0] if cards else {}).items() if not isinstance(value, list | Mapping)]
+    columns = [key for key in keys if len({str(card.get(key)) for card in cards}) > 1][:_MOST_COLUMNS]
     medians = [entry.medians for entry, _ in runs]
     results = [name for name in _RESULTS if any(name in each for each in medians)]
     failed = ["outcome"] if any(entry.outcome != "ok" for entry, _ in runs) else []
@@ -60,12 +58,6 @@ def _runs_table(runs: Sequence[tuple[Entry, Card]]) -> str:
 
 
 def _cell(value: object, digits: int) -> object:
-    if isinstance(value, bool) or not isinstance(value, float):
-        return "" if value is None else str(value).lower() if isinstance(value, bool) else value
-    return f"{value:.{digits}g}"
-
-
-def _differing(cards: Sequence[Card]) -> list[str]:
-    """The keys of single values that are not the same on all cards."""
-    keys = [key for key, value in (cards[0] if cards else {}).items() if not isinstance(value, list | Mapping)]
-    return [key for key in keys if len({str(card.get(key)) for card in cards}) > 1][:_MOST_COLUMNS]
+    if isinstance(value, float):
+        return f"{value:.{digits}g}"
+    return "" if value is None else str(value).lower() if isinstance(value, bool) else value

@@ -14,8 +14,7 @@ from repro.tracking.text import duration, short, size, table
 
 def main(argv: Sequence[str]) -> int:
     """Print one stage: failure, origin, results, settings and files."""
-    description = "Show one stored stage: settings, results, where it comes from, its files, its failure."
-    parser = command_parser("show", description, "example: repro show 9f3c2a81bd")
+    parser = command_parser("show", "Show one stored stage: settings, results, origin, files, failure.")
     parser.add_argument("id", help=ID)
     add_json(parser)
     arguments = parser.parse_args(argv)

@@ -20,7 +20,7 @@ _MOST_LINES = 15
 def main(argv: Sequence[str]) -> int:
     """Print the state of every stage, or with --why ID what changed in the inputs of one."""
     description = "What is done, stale (code, libraries or defaults changed), failed, missing, running, interrupted."
-    parser = command_parser("status", description, "example: repro status --why sip-lagrangian-t2-9f3c2a81bd")
+    parser = command_parser("status", description)
     parser.add_argument("--why", metavar="ID", help=f"name every input of this stage that changed; {ID}")
     parser.add_argument("--all", action="store_true", help="list every stage, not the first few of each state")
     add_json(parser)
@@ -29,13 +29,16 @@ def main(argv: Sequence[str]) -> int:
     paths = Paths(outputs_root())
     items = survey(paths, verify=arguments.verify, expected=_expected, settings=digest)
     if arguments.why:
-        items = _chosen(items, arguments.why)
+        fitting = matching([item.id for item in items], arguments.why)
+        if not fitting:
+            raise UserError(f"no stage {arguments.why} is stored or listed; `repro status --all` names them")
+        items = [item for item in items if item.id in fitting]
     if arguments.json:
         print(json.dumps([asdict(item) for item in items], indent=1))
     elif arguments.why:
         for item in items:
-            print(f"{item.id}: {item.state}", *(f"  {line}" for line in item.why), sep="\n")
-            print(*([f"  made by: {item.command}"] if item.command else []), sep="\n", end="\n" if item.command else "")
+            command = [f"made by: {item.command}"] if item.command else []
+            print(f"{item.id}: {item.state}", *(f"  {line}" for line in (*item.why, *command)), sep="\n")
     else:
         _print_status(items, paths, arguments.all)
     return 0
@@ -46,13 +49,6 @@ def _expected(overrides: Sequence[str]) -> Sequence[Stage]:
     from repro.sweep.missing import expected_stages
 
     return list(expected_stages(overrides))
-
-
-def _chosen(items: Sequence[Item], text: str) -> list[Item]:
-    fitting = matching([item.id for item in items], text)
-    if not fitting:
-        raise UserError(f"no stage {text} is stored or listed; `repro status --all` names them")
-    return [item for item in items if item.id in fitting]
 
 
 def _print_status(items: Sequence[Item], paths: Paths, everything: bool) -> None:
