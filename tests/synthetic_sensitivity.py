@@ -7,8 +7,9 @@ from sample_claims import number, statement
 from synthetic_store import PAPER, SyntheticStore
 
 from repro.claims.assumption_effects import gather_sensitivity
-from repro.results.results import SENSITIVITY, Case, Sensitivity
-from repro.results.stored import stored_runs
+from repro.results.results import SENSITIVITY, Results
+from repro.results.stored import read_stored
+from repro.tracking.experiment_list import Case
 
 NUMBER = number(part="a", selector={"basis": "t2", "regime": "episodes", "objective": "inverse"})
 PAIR = statement(
@@ -24,7 +25,7 @@ PAIR = statement(
 CLAIMS = [NUMBER, PAIR]
 
 
-def sensitivity_runs(store: SyntheticStore) -> Sensitivity | None:
+def sensitivity_runs(store: SyntheticStore) -> Results | None:
     """Our choice answers C4a and C14a well; on one long run the force error is ten times as large."""
     store.scale = SENSITIVITY
     ours = store.run("sip_basis", {"mae_tau": [0.25, 0.3, 0.35], "mae_qdd": [3.0, 3.0, 3.0]})
@@ -41,4 +42,4 @@ def sensitivity_runs(store: SyntheticStore) -> Sensitivity | None:
     ]
     path = store.outputs / "experiments" / SENSITIVITY / "sip_basis.json"
     path.write_text(json.dumps(json.loads(path.read_text()) | {"cases": [asdict(case) for case in cases]}))
-    return gather_sensitivity([path], stored_runs(store.outputs, SENSITIVITY), PAPER)
+    return gather_sensitivity(read_stored(store.outputs, SENSITIVITY), PAPER)

@@ -1,17 +1,17 @@
 """A store with known answers: written by hand after the store's layout, no run needed."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
 from repro.results.columns import RUN
-from repro.results.gather import gather
-from repro.results.gathering import Gathering
+from repro.results.gather import Gathering, gather
 from repro.results.results import Results
 from repro.results.run_card import MEASURED
+from repro.results.stored import read_stored
 
 # Columns of a run card, and further settings by dotted key.
 BASE: Mapping[str, Any] = {
@@ -128,12 +128,13 @@ class SyntheticStore:
         (folder / "run.json").write_text(json.dumps(record), encoding="utf-8")
         overrides = [f"{key}={value}" for key, value in card.items()] + [f"seeds={seeds}"]
         job = {"overrides": overrides, "run": name, "command": f"repro run {' '.join(overrides)}"}
-        self.list_job(experiment, job if outcome == "ok" else {**job, **described})
+        known = {key: described[key] for key in ("settings", "changed")}
+        self.list_job(experiment, job if outcome == "ok" else {**job, **known})
         return name
 
-    def gathered(self, **options: Any) -> Results:
+    def gathered(self, stale: Collection[str] = ()) -> Results:
         """The tables of its runs."""
-        return gather(self.outputs, self.scale, paper=PAPER, **options)
+        return gather(read_stored(self.outputs, self.scale, stale), PAPER)
 
     def anchors(
         self, experiment: str, *, trivial: Mapping[str, float], degenerate: Mapping[str, float], **card: Any
@@ -151,7 +152,8 @@ class SyntheticStore:
         folder = self.outputs / "bench" / name
         folder.mkdir(parents=True)
         pd.DataFrame(list(rows)).to_parquet(folder / "bench.parquet")
-        record = {"id": name, "kind": "bench", "outcome": "ok", "provenance": {"command": "repro bench"}}
+        record = {"id": name, "kind": "bench", "name": "timing", "outcome": "ok", "error": None}
+        record |= {"identity": {}, "summary": {}, "provenance": {"command": "repro bench"}, "files": {}}
         (folder / "run.json").write_text(json.dumps(record), encoding="utf-8")
         self.list_job(experiment, {"overrides": [], "run": name, "command": "repro bench"})
         return name

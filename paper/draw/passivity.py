@@ -95,7 +95,7 @@ def _watched(results: Results) -> list[RunSetting]:
 def _worst(results: Results, setting: RunSetting) -> "pd.Series[float]":
     """The largest margin of all members, by step."""
     curves = results.curves
-    own = curves[curves["run"].isin(setting.run_ids) & (curves["name"] == "passivity_margin")]
+    own = curves[curves["run"].isin(setting.runs) & (curves["name"] == "passivity_margin")]
     worst = own.groupby("step")["value"].max().sort_index()
     return worst.mask(worst.abs() < FLOOR, 0.0)
 

@@ -42,7 +42,7 @@ def draw(results: Results) -> "Canvas | None":
         setting = one_setting(results, EXPERIMENT, WHERE)
     except NotRunError:
         return None
-    signals = results.trajectories[results.trajectories["run"].isin(setting.run_ids)]
+    signals = results.trajectories[results.trajectories["run"].isin(setting.runs)]
     members = [(run, seed) for seed, (run, _) in setting.members.items()]
     drawn = [entry for entry in members if len(_signal(signals, entry, "plant.xd"))][:MEMBERS]
     if not drawn:

@@ -13,6 +13,7 @@ from repro.bench.scale import SCALES
 from repro.bench.stored_bench import CHECKPOINT, FILE, MeasuredRows, run, stage
 from repro.commands import bench as command
 from repro.results.gather import gather
+from repro.results.stored import read_stored
 from repro.results.table_schema import TABLES
 from repro.tracking.store import Store
 
@@ -107,8 +108,8 @@ def test_the_bench_depends_on_what_it_times_and_not_on_its_own_table():
 def test_the_report_finds_it_under_its_experiment(tmp_path, measured):
     id = run(tmp_path, "smoke")
     listed = json.loads((tmp_path / "experiments" / "smoke" / "timing.json").read_text())
-    assert listed["jobs"] == [{"overrides": [], "run": id, "command": "repro bench --scale smoke"}]
-    results = gather(tmp_path, "smoke")
+    assert [(job["run"], job["command"]) for job in listed["jobs"]] == [(id, "repro bench --scale smoke")]
+    results = gather(read_stored(tmp_path, "smoke"))
     assert list(results.bench["name"]) == ["forward_vs_inverse", "engine"]
     assert set(results.bench["command"]) == {"repro bench --scale smoke"}
 

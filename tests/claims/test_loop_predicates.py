@@ -5,8 +5,8 @@ import pytest
 from pydantic import TypeAdapter
 from synthetic_loops import EXPERIMENT, loop, results
 
+from repro.claims.claims import Predicate
 from repro.claims.evidence import Evidence
-from repro.claims.predicate import Predicate
 from repro.results.selectors import NotRunError
 
 

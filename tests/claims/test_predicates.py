@@ -3,8 +3,8 @@ import math
 import pytest
 from pydantic import TypeAdapter
 
+from repro.claims.claims import Predicate
 from repro.claims.evidence import Evidence
-from repro.claims.predicate import Predicate
 from repro.results.selectors import NotRunError
 
 T2 = {"basis": "t2", "objective": "inverse"}

@@ -11,8 +11,8 @@ from pydantic import TypeAdapter
 from sample_claims import number, statement
 from synthetic_loops import EXPERIMENT, loop, results
 
+from repro.claims.claims import Predicate
 from repro.claims.evidence import Evidence
-from repro.claims.predicate import Predicate
 from repro.claims.verdicts import judge, verdict_of_number
 from repro.results.selectors import AmbiguousError
 from repro.results.statistics import median_interval, wilson_interval

@@ -7,7 +7,7 @@ import pytest
 from repro.config.compose import compose
 from repro.config.schema import Config, scaled
 from repro.pipeline.card import used_settings
-from repro.results.gathering import Gathering
+from repro.results.gather import Gathering
 
 PAPER = Gathering.load(Path(__file__).parents[2] / "paper")
 WIDE = "model.hidden=[500,500]"

@@ -13,7 +13,7 @@ from synthetic_store import PAPER, SyntheticStore
 from repro.report.build import build
 from repro.report.paper import load_figures, paper_folder
 from repro.report.summary import Summary
-from repro.results.gathering import Gathering
+from repro.results.gather import Gathering
 from repro.results.results import Results
 
 

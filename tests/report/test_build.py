@@ -11,6 +11,7 @@ from repro.report.build import build
 from repro.report.paper import load_figures, paper_folder
 from repro.report.terminal import show
 from repro.results.gather import gather
+from repro.results.stored import read_stored
 from repro.tracking.paths import project_folder
 
 ROOT = project_folder()
@@ -22,6 +23,7 @@ def test_a_build_writes_results_tables_figures_and_the_pages(built):
         *(f"{name}.parquet" for name in ("metrics", "runs", "curves", "trajectories", "bench", "identifiability")),
         "control.parquet",
         "closed_loops.parquet",
+        "cases.parquet",
         "stages.parquet",
         "claims.csv",
         "sensitivity.csv",
@@ -104,7 +106,7 @@ def test_the_command_refuses_a_folder_without_results(tmp_path, monkeypatch):
 
 
 def test_an_empty_result_is_still_judged(tmp_path):
-    verdicts = judge_all(load_claims(ROOT / "paper" / "claims.yaml"), gather(tmp_path, "quick"))
+    verdicts = judge_all(load_claims(ROOT / "paper" / "claims.yaml"), gather(read_stored(tmp_path, "quick")))
     assert {verdict.verdict for verdict in verdicts} == {
         "not run",
         "not comparable",

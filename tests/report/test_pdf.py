@@ -10,9 +10,8 @@ from repro.claims.assumptions import load_assumptions
 from repro.claims.claims import load_claims
 from repro.claims.verdicts import judge_all
 from repro.report.paper import load_figures, load_paper, paper_folder
-from repro.report.pdf.document import document
+from repro.report.pdf.document import document, typeset
 from repro.report.pdf.prose import blocks
-from repro.report.pdf.typeset import typeset
 from repro.report.placeholders import Texts
 from repro.report.sections import Content, load_sections
 from repro.report.tables.cost import cost_fact, cost_table

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from report_drift import drift
 
 from repro.claims.claims import load_claims
 from repro.claims.verdicts import judge_all
@@ -60,7 +61,7 @@ def commit(root: Path) -> None:
 
 
 def test_publishing_writes_what_the_drift_check_accepts(published):
-    assert readme.drift(published) == []
+    assert drift(published) == []
     text = (published / "README.md").read_text(encoding="utf-8")
     assert text.startswith("# Title\n<!-- count:begin -->\n**")
     assert text.endswith("<!-- headlines:end -->\nbelow\n") and len(text.splitlines()) == 1 + 3 + 2 + 12 + 1
@@ -75,11 +76,11 @@ def test_drift_of_the_readme_and_of_the_claims_is_reported(published, tmp_path):
     shutil.copytree(published, root)
     page = root / "docs" / "verdicts.md"
     page.write_text(page.read_text(encoding="utf-8").replace("| consistent", "| outside", 1), encoding="utf-8")
-    assert readme.drift(root) == ["docs/verdicts.md shows another table of verdicts than paper/results gives"]
+    assert drift(root) == ["docs/verdicts.md shows another table of verdicts than paper/results gives"]
     claims = root / "paper" / "claims.yaml"
     claims.write_text(claims.read_text(encoding="utf-8").replace("printed: 0.26", "printed: 26.0"), encoding="utf-8")
-    assert "claims.csv holds another verdict of C4a than outside" in readme.drift(root)
-    assert any(line.startswith("sensitivity.csv holds another leaning of data_regime") for line in readme.drift(root))
+    assert "claims.csv holds another verdict of C4a than outside" in drift(root)
+    assert any(line.startswith("sensitivity.csv holds another leaning of data_regime") for line in drift(root))
 
 
 def test_only_a_clean_tree_of_the_full_scale_and_the_present_code_is_published(checkout, results):
@@ -105,7 +106,7 @@ def test_a_readme_without_marks_is_an_error(results, tmp_path):
 def test_the_committed_verdicts_have_not_drifted():
     if not (ROOT / "paper" / "results" / "metrics.parquet").is_file():
         pytest.skip("no results are committed yet")
-    assert readme.drift(ROOT) == []
+    assert drift(ROOT) == []
 
 
 def test_everything_is_drawn_again_from_the_published_results_alone(published, tmp_path):

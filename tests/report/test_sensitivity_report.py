@@ -1,11 +1,11 @@
 """The table and the terminal view of what each assumption does to the verdicts."""
 
 import pytest
+from report_drift import table_drift
 from synthetic_sensitivity import CLAIMS, sensitivity_runs
 
 from repro.claims.assumption_effects import assumption_effects
 from repro.claims.assumptions import Assumption
-from repro.report.tables.drift import table_drift
 from repro.report.tables.sensitivity import sensitivity_table
 from repro.report.terminal import show_sensitivity
 

@@ -1,11 +1,13 @@
+import json
+
 import pandas as pd
 import pytest
 
 from repro.errors import UserError
-from repro.results.gather import CURVE_STEPS, gather
-from repro.results.gathering import Gathering
+from repro.results.gather import CURVE_STEPS, Gathering, gather
 from repro.results.results import Results
 from repro.results.selectors import settings
+from repro.results.stored import read_stored
 from repro.results.table_schema import TABLES
 
 
@@ -37,7 +39,7 @@ def test_runs_that_differ_in_seeds_alone_are_one_setting(store):
     pooled, other = settings(store.gathered(), "sip_basis")
     assert pooled.values("mae_tau").tolist() == [1.0, 2.0, 3.0]
     assert other.values("mae_tau").tolist() == [50.0]
-    assert len(pooled.command.split(" && ")) == 2
+    assert len(pooled.commands) == 2
 
 
 def test_a_run_that_differs_in_a_setting_without_a_column_is_not_pooled(store):
@@ -60,7 +62,7 @@ def test_what_no_experiment_lists_stays_out_such_as_a_run_of_older_code(store):
 
 def test_runs_of_another_scale_stay_out(store):
     store.run("sip_basis", {"mae_tau": [1.0]})
-    assert gather(store.outputs, "quick").runs.empty
+    assert gather(read_stored(store.outputs, "quick")).runs.empty
 
 
 def test_failed_and_missing_runs_are_rows_with_their_error(store):
@@ -134,4 +136,36 @@ def test_what_is_as_printed_is_judged_anew_at_each_gathering(store):
     store.run("sip_basis", {"mae_tau": [1.0]}, tau_noise=0.1)
     protocols = {"noisy": {"data.tau_noise": 0.1}, "another": {"data.tau_noise": 0.2}}
     for paper, expected in ((Gathering(protocols), True), (Gathering({"another": protocols["another"]}), False)):
-        assert gather(store.outputs, "paper", paper=paper).runs["as_printed"].tolist() == [expected]
+        assert gather(read_stored(store.outputs, "paper"), paper).runs["as_printed"].tolist() == [expected]
+
+
+def test_a_run_is_followed_back_to_its_data(store):
+    name = store.run("sip_basis", {"mae_tau": [0.2]})
+    run = store.outputs / "runs" / name / "run.json"
+    record = json.loads(run.read_text(encoding="utf-8"))
+    record["identity"]["upstream"] = {"data": "sip-data", "fit": "sip-fit"}
+    run.write_text(json.dumps(record), encoding="utf-8")
+    for kind, id, upstream in (("data", "sip-data", {}), ("fits", "sip-fit", {"data": "sip-data"})):
+        origin = {"wall_s": 2.5, "git": {"commit": "abc", "clean": True}, "machine": {"cores_allowed": 2}}
+        identity = {"upstream": upstream, "config": {"seeds": [0]}}
+        made = {"id": id, "kind": kind, "name": "sip", "outcome": "ok", "identity": identity, "provenance": origin}
+        made |= {"summary": {}, "files": {}, "error": None}
+        (store.outputs / kind / id).mkdir(parents=True)
+        (store.outputs / kind / id / "run.json").write_text(json.dumps(made), encoding="utf-8")
+
+    stages = store.gathered().stages
+
+    assert list(stages["stage"]) == ["data", "fit", "evaluation"]
+    assert list(stages["id"]) == ["sip-data", "sip-fit", name]
+    fit = stages.set_index("stage").loc["fit"]
+    assert (fit["wall_s"], fit["commit"], bool(fit["clean"]), fit["cores"]) == (2.5, "abc", True, 2)
+    assert json.loads(fit["config"]) == {"seeds": [0]}
+
+
+def test_a_source_that_is_gone_is_left_out(store):
+    name = store.run("sip_basis", {"mae_tau": [0.2]})
+    run = store.outputs / "runs" / name / "run.json"
+    record = json.loads(run.read_text(encoding="utf-8"))
+    record["identity"]["upstream"] = {"data": "swept-away"}
+    run.write_text(json.dumps(record), encoding="utf-8")
+    assert list(store.gathered().stages["stage"]) == ["evaluation"]

@@ -8,8 +8,10 @@ from repro.config.overrides import expand
 from repro.errors import UserError
 from repro.results.gather import gather
 from repro.results.selectors import NotRunError, one_setting
-from repro.sweep.listing import ExperimentList, list_jobs
+from repro.results.stored import read_stored
+from repro.sweep.listing import list_jobs
 from repro.sweep.planned_job import PlannedJob
+from repro.tracking.experiment_list import ExperimentList
 from repro.tracking.paths import Paths
 
 
@@ -44,10 +46,11 @@ def test_jobs_stay_listed_as_long_as_they_belong_to_the_experiment(paths, file):
 
 def test_a_run_that_is_not_there_is_described_by_the_list(paths, file):
     list_jobs(paths, planned()[:1])
-    (row,) = gather(paths.root, "smoke").runs.to_dict("records")
+    results = gather(read_stored(paths.root, "smoke"))
+    (row,) = results.runs.to_dict("records")
     assert (row["outcome"], row["system"], row["model"], row["episode_steps"]) == ("missing", "sip", "trivial", 100)
     with pytest.raises(NotRunError, match=f"^{row['run']} missing"):
-        one_setting(gather(paths.root, "smoke"), "sip_selection", {"model": "trivial", "data.force_limit": 5})
+        one_setting(results, "sip_selection", {"model": "trivial", "data.force_limit": 5})
 
 
 def test_ids_are_made_anew_when_the_settings_have_changed(paths, file):

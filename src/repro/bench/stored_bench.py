@@ -14,7 +14,7 @@ from repro.bench.pairing import PairedComparison, one_thread
 from repro.bench.training_case import PENDULUM
 from repro.codegen.c_library import compiler, has_compiler
 from repro.tracking import progress
-from repro.tracking.files import write_json
+from repro.tracking.experiment_list import ExperimentList, ListedJob
 from repro.tracking.paths import Paths
 from repro.tracking.plain_data import Json
 from repro.tracking.provenance import processor_name
@@ -35,9 +35,8 @@ def run(outputs: Path, scale: str) -> str:
     """
     chosen = stage(scale)
     paths = Paths(Path(outputs).absolute())
-    job = {"overrides": [], "run": chosen.id, "command": chosen.command}
-    listed = {"experiment": EXPERIMENT, "scale": scale, "jobs": [job]}
-    write_json(paths.experiments / scale / f"{EXPERIMENT}.json", listed)
+    listed = ExperimentList(EXPERIMENT, scale, jobs=[ListedJob([], chosen.id, chosen.command)])
+    listed.write(paths.experiments / scale / f"{EXPERIMENT}.json")
     return Store(paths.root).compute(chosen, lambda folder: _measure(folder, scale)).id
 
 

@@ -26,6 +26,7 @@ class Trial(YamlRow):
 class Assumption(NamedRow):
     """One row: where the paper says what, why that cannot be replayed, our choice, its settings and its evidence.
 
+    `config` names the settings that hold the choice, such as `group=option | option, group.key`; none for an erratum.
     `sensitivity` is the list of trials that measure what the choice matters, or the reason why there are none.
     """
 
@@ -49,11 +50,6 @@ class Assumption(NamedRow):
     def untried(self) -> str:
         """Why nothing is tried; empty where there are trials."""
         return self.sensitivity if isinstance(self.sensitivity, str) else ""
-
-    @property
-    def settings(self) -> list[str]:
-        """The settings that hold the choice, such as `group=option | option` and `group.key`; none for an erratum."""
-        return [] if self.config.startswith("none") else [part.strip() for part in self.config.split(",")]
 
 
 def load_assumptions(path: Path) -> list[Assumption]:

@@ -1,8 +1,8 @@
 """What a predicate selects and is judged on, what comes of it, and the base of all predicates."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import dataclass, field
 from typing import Annotated
 
 from pydantic import AfterValidator
@@ -10,10 +10,10 @@ from pydantic import AfterValidator
 from repro.claims.decision import Decision
 from repro.claims.yaml_rows import YamlRow
 from repro.results.results import Results
-from repro.results.run_setting import RunSetting
+from repro.results.run_setting import FromRuns, RunSetting
 from repro.results.selectors import NotRunError, Where, one_setting
 from repro.results.statistics import Estimate
-from repro.results.table_schema import CARD, TABLES
+from repro.results.table_schema import CARD, TABLES, Row, records
 
 # Columns of a result table or settings, and the value or values that a run must have there.
 Value = bool | int | float | str
@@ -51,41 +51,32 @@ class Evidence:
             raise NotRunError(f"{metric} was not measured in {self.experiment}")
         return setting, estimate
 
+    def run_rows(self, runs: Iterable[str]) -> list[Row]:
+        """The rows of the runs table for these runs."""
+        table = self.results.runs
+        return records(table[table["run"].isin(set(runs))])
+
 
 @dataclass(frozen=True)
-class Finding:
-    """What a predicate decides, the quantity it is about, and the runs and commands behind it.
+class Answer(FromRuns):
+    """What stored runs say: a quantity with its estimate, and the rows of the result tables behind it.
 
-    `as_printed`: every run behind it follows a protocol as the paper prints it.
+    other  what the estimate is compared with, where that was measured too
     """
 
-    decision: Decision
     quantity: str
     unit: str
     estimate: Estimate
-    note: str
-    runs: tuple[str, ...]
-    commands: tuple[str, ...]
-    stale: bool = False
-    as_printed: bool = False
-    other: Estimate | None = None  # what the estimate is compared with, where that was measured too
+    note: str = ""
+    rows: Sequence[Row] = ()
+    other: Estimate | None = None
 
-    @classmethod
-    def of_settings(
-        cls, decision: Decision, quantity: str, unit: str, estimate: Estimate, note: str, *settings: RunSetting
-    ) -> "Finding":
-        """A finding on settings, with their runs and commands."""
-        return cls(
-            decision,
-            quantity,
-            unit,
-            estimate,
-            note,
-            runs=tuple(dict.fromkeys(run for setting in settings for run in setting.run_ids)),
-            commands=tuple(dict.fromkeys(setting.command for setting in settings if setting.command)),
-            stale=any(setting.stale for setting in settings),
-            as_printed=all(setting.as_printed for setting in settings),
-        )
+
+@dataclass(frozen=True)
+class Finding(Answer):
+    """What a predicate decides."""
+
+    decision: Decision = field(kw_only=True)
 
 
 class StatementPredicate(YamlRow, ABC):

@@ -3,7 +3,6 @@
 What is drawn at random is the unit of a share: the learned model where there is one, else the start, target or plant.
 """
 
-import json
 from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -13,9 +12,8 @@ from pydantic import Field
 from repro.claims.decision import Decision, Ruling
 from repro.claims.evidence import Evidence, Finding, LoopSelector, StatementPredicate, Value
 from repro.claims.yaml_rows import Number, Text
-from repro.results.selectors import NotRunError, find_loops, loops_of_one_setting
+from repro.results.selectors import NotRunError, find_loops, in_words, loops_of_one_setting
 from repro.results.statistics import FEWEST, Estimate, estimate, share
-from repro.results.table_schema import as_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -43,48 +41,43 @@ class LoopsSucceed(StatementPredicate):
 
     def judge(self, evidence: Evidence) -> Finding:
         """Compare the share of successes with the bound."""
+        if not self.readings:
+            return self._judged(evidence, {})
+        judged: dict[str, Finding | None] = {}
         readings: list[LoopSelector] = [{key: value} for key, values in self.readings.items() for value in values]
-        judged = [(reading, self._judged(evidence, reading)) for reading in readings or [{}]]
-        run = [found for _, found in judged if found is not None]
+        for reading in readings:
+            judged[in_words(reading)] = None
+            with suppress(NotRunError):
+                judged[in_words(reading)] = self._judged(evidence, reading)
+        run = [found for found in judged.values() if found is not None]
         if not run:
             raise NotRunError(f"no closed loop of {evidence.experiment} with any of the readings")
-        shown = max(run, key=lambda found: found.estimate.median)
-        if not self.readings:
-            return shown
-        notes = [f"{_spelled(reading)}: {found.note if found else 'not run'}" for reading, found in judged]
+        notes = "; ".join(f"{reading}: {found.note if found else 'not run'}" for reading, found in judged.items())
         return replace(
-            shown,
-            decision=_together([found.decision if found else None for _, found in judged]),
-            note=f"criterion: at least {self.share_of_loops:g}; the best reading is shown. " + "; ".join(notes),
-            runs=tuple(dict.fromkeys(name for found in run for name in found.runs)),
-            commands=tuple(dict.fromkeys(command for found in run for command in found.commands)),
-            stale=any(found.stale for found in run),
-            as_printed=False,
+            max(run, key=lambda found: found.estimate.median),
+            decision=_together([found.decision if found else None for found in judged.values()]),
+            note=f"criterion: at least {self.share_of_loops:g}; the best reading is shown. {notes}",
+            rows=[{**row, "as_printed": False} for found in run for row in found.rows],
         )
 
-    def _judged(self, evidence: Evidence, reading: LoopSelector) -> Finding | None:
-        try:
-            selected = self._loops(evidence, {**self.loops, **reading})
-        except NotRunError:
-            if reading:
-                return None
-            raise
+    def _judged(self, evidence: Evidence, reading: LoopSelector) -> Finding:
+        selected = self._loops(evidence, {**self.loops, **reading})
         successes = _successes(selected, self.unit)
+        decision = Decision.at_least(successes, self.share_of_loops)
         note = (
             f"{int(selected['success'].sum())} of {len(selected)} loops, {int(selected['contact'].sum())} with contact"
         )
         if reading:
             note += f", {successes.n} units, share {successes.median:.2g} [{successes.low:.2g}, {successes.high:.2g}]"
+            decision = Decision(Ruling.OPEN, decision.leans) if successes.n < FEWEST else decision
         else:
             note = f"criterion: at least {self.share_of_loops:g}; {note}"
         if self.reference:
             with suppress(NotRunError):
                 loops = self._loops(evidence, {**self.reference, **reading})
-                note += f" ({_spelled(self.reference)}: {int(loops['success'].sum())} of {len(loops)})"
-        decision = Decision.at_least(successes, self.share_of_loops)
-        if reading and successes.n < FEWEST:
-            decision = Decision(Ruling.OPEN, decision.leans)
-        return _finding(decision, self.outcome, "1", successes, note, evidence, selected)
+                note += f" ({in_words(self.reference)}: {int(loops['success'].sum())} of {len(loops)})"
+        rows = evidence.run_rows(selected["run"])
+        return Finding(self.outcome, "1", successes, note, rows, decision=decision)
 
     def _loops(self, evidence: Evidence, selector: LoopSelector) -> "pd.DataFrame":
         """The loops of a selector, by the outcome that is meant."""
@@ -109,18 +102,15 @@ class LoopsSucceedMoreOften(StatementPredicate):
 
     def judge(self, evidence: Evidence) -> Finding:
         """Compare the intervals of both shares."""
-        import pandas as pd
-
         selected, chosen = self._tuned(evidence, self.loops)
         others, other_chosen = self._tuned(evidence, self.other_loops)
         ours, other = _successes(selected, self.unit), _successes(others, self.unit)
         note = f"criterion: more often than the others, whose share is {other.median:.3g} "
         note += f"[{other.low:.3g}, {other.high:.3g}] of {other.n}"
         if self.tuned_by:
-            note += f"; tuned: {_spelled(chosen)} against {_spelled(other_chosen)}"
-        decision = Decision.greater(ours, other)
-        finding = _finding(decision, "success", "1", ours, note, evidence, pd.concat([selected, others]))
-        return replace(finding, other=other)
+            note += f"; tuned: {in_words(chosen)} against {in_words(other_chosen)}"
+        rows = evidence.run_rows([*selected["run"], *others["run"]])
+        return Finding("success", "1", ours, note, rows, other, decision=Decision.greater(ours, other))
 
     def _tuned(self, evidence: Evidence, loops: LoopSelector) -> "tuple[pd.DataFrame, LoopSelector]":
         """The loops that are compared, and the values chosen for them."""
@@ -128,10 +118,9 @@ class LoopsSucceedMoreOften(StatementPredicate):
             return _selected(evidence, loops), {}
         trials = find_loops(evidence.results, evidence.experiment, {**loops, **self.tuned_on})
         if trials.empty:
-            raise NotRunError(f"no closed loop of {evidence.experiment} with {_spelled({**loops, **self.tuned_on})}")
+            raise NotRunError(f"no closed loop of {evidence.experiment} with {in_words({**loops, **self.tuned_on})}")
         shares = trials.groupby("run", sort=False)["success"].mean()
-        runs = evidence.results.runs
-        settings = json.loads(runs[runs["run"] == shares.idxmax()]["config"].iloc[0])
+        settings = evidence.results.configs[str(shares.idxmax())]
         chosen: LoopSelector = {key: settings[key] for key in self.tuned_by}
         return _selected(evidence, {**loops, **self.judged_on, **chosen}), chosen
 
@@ -158,7 +147,8 @@ class TimeTakesLonger(StatementPredicate):
         note = f"criterion: above {self.milliseconds:g} ms; {len(selected)} closed loops"
         decision = Decision.above(measured, self.milliseconds)
         quantity = "solve_ms_median" if self.name == "step_takes_longer" else "ms_per_iteration"
-        return _finding(decision, quantity, "ms", measured, note, evidence, selected)
+        rows = evidence.run_rows(selected["run"])
+        return Finding(quantity, "ms", measured, note, rows, decision=decision)
 
 
 def _together(decisions: list[Decision | None]) -> Decision:
@@ -186,26 +176,5 @@ def _successes(loops: "pd.DataFrame", unit: Unit | None) -> Estimate:
 def _selected(evidence: Evidence, selector: LoopSelector) -> "pd.DataFrame":
     loops = loops_of_one_setting(evidence.results, evidence.experiment, selector)
     if loops.empty:
-        raise NotRunError(f"no closed loop of {evidence.experiment} with {_spelled(selector)}")
+        raise NotRunError(f"no closed loop of {evidence.experiment} with {in_words(selector)}")
     return loops
-
-
-def _spelled(selector: LoopSelector) -> str:
-    return ", ".join(f"{column}={as_text(value)}" for column, value in selector.items())
-
-
-def _finding(
-    decision: Decision,
-    quantity: str,
-    unit: str,
-    estimate: Estimate,
-    note: str,
-    evidence: Evidence,
-    loops: "pd.DataFrame",
-) -> Finding:
-    names = tuple(dict.fromkeys(loops["run"]))
-    rows = evidence.results.runs[evidence.results.runs["run"].isin(names)]
-    commands = tuple(command for command in dict.fromkeys(rows["command"]) if command)
-    stale = bool(rows["stale"].fillna(value=False).any())
-    as_printed = bool(rows["as_printed"].fillna(value=False).all())
-    return Finding(decision, quantity, unit, estimate, note, names, commands, stale, as_printed)

@@ -8,8 +8,9 @@ from pydantic import Field
 from repro.claims.decision import MARGIN, Decision
 from repro.claims.evidence import BenchSelector, CardSelector, Evidence, Finding, StatementPredicate
 from repro.claims.yaml_rows import Number, Text
-from repro.results.selectors import NotRunError, like_for_like, paired_values
+from repro.results.selectors import NotRunError, in_words, like_for_like, paired_values
 from repro.results.statistics import Estimate, paired_ratio
+from repro.results.table_schema import records
 
 
 class PairedRatioBelow(StatementPredicate):
@@ -41,7 +42,8 @@ class PairedRatioBelow(StatementPredicate):
         if other.failed:
             note += f"; {other.failed} of {other.n} opponents failed"
         worst = max(ratios.values(), key=lambda pairs: pairs.median)
-        return Finding.of_settings(decision, "paired ratio of " + ", ".join(ratios), "1", worst, note, ours, other)
+        rows = (*ours.rows, *other.rows)
+        return Finding("paired ratio of " + ", ".join(ratios), "1", worst, note, rows, decision=decision)
 
 
 class RatioAtLeast(StatementPredicate):
@@ -69,8 +71,8 @@ class RatioAtLeast(StatementPredicate):
         )
         bound = self.ratio * MARGIN
         note = f"criterion: above {bound:.3g}; medians {first.median:.3g} and {second.median:.3g}"
-        decision = Decision.above(estimate, bound)
-        return Finding.of_settings(decision, f"ratio of {self.metric}", "1", estimate, note, ours, other)
+        rows, decision = (*ours.rows, *other.rows), Decision.above(estimate, bound)
+        return Finding(f"ratio of {self.metric}", "1", estimate, note, rows, decision=decision)
 
 
 class BenchRatioAbove(StatementPredicate):
@@ -89,22 +91,17 @@ class BenchRatioAbove(StatementPredicate):
         for column, value in self.bench.items():
             rows = rows[rows[column] == value]
         if rows.empty:
-            selected = ", ".join(f"{column}={value}" for column, value in self.bench.items())
-            raise NotRunError(f"no timing with {selected}")
+            raise NotRunError(f"no timing with {in_words(self.bench)}")
         medians = rows["ratio_median"]
         low, high = float(rows["ratio_q25"].min()), float(rows["ratio_q75"].max())
         estimate = Estimate(float(medians.min()), low, high, rows["size"].nunique())
         bound = self.ratio * MARGIN
-        return Finding(
-            Decision.above(estimate, bound),
-            "time ratio (other / ours)",
-            "1",
-            estimate,
+        note = (
             f"criterion: above {bound:.3g} at every problem size; medians {medians.min():.3g} to {medians.max():.3g}; "
-            "in brackets the least lower and the greatest upper quartile",
-            runs=tuple(dict.fromkeys(rows["run"])),
-            commands=tuple(command for command in dict.fromkeys(rows["command"]) if command),
         )
+        note += "in brackets the least lower and the greatest upper quartile"
+        decision = Decision.above(estimate, bound)
+        return Finding("time ratio (other / ours)", "1", estimate, note, records(rows), decision=decision)
 
 
 def _quotient(numerator: float, denominator: float) -> float:

@@ -27,7 +27,7 @@ class MedianBound(StatementPredicate):
         side = self.name.removeprefix("median_")
         decision = (Decision.below if side == "below" else Decision.above)(measured, self.value)
         note = f"criterion: {side} {self.value:g}"
-        return Finding.of_settings(decision, self.metric, setting.unit(self.metric), measured, note, setting)
+        return Finding(self.metric, setting.unit(self.metric), measured, note, setting.rows, decision=decision)
 
 
 class AllMembersAwayFrom(StatementPredicate):
@@ -47,7 +47,7 @@ class AllMembersAwayFrom(StatementPredicate):
         holds = finished.size > 0 and bool(np.all(np.abs(finished - self.value) >= self.distance))
         note = f"criterion: every member {self.distance:g} or more away from {self.value:g}"
         decision = Decision.certain(holds)
-        return Finding.of_settings(decision, self.metric, setting.unit(self.metric), measured, note, setting)
+        return Finding(self.metric, setting.unit(self.metric), measured, note, setting.rows, decision=decision)
 
 
 class EverySettingBelow(StatementPredicate):
@@ -68,7 +68,8 @@ class EverySettingBelow(StatementPredicate):
         estimate = Estimate(worst, math.nan, math.nan, members.size, int(np.sum(~np.isfinite(members))))
         note = f"criterion: every member of {len(family)} settings below {self.value:g}; the worst is shown"
         decision, unit = Decision.certain(bool(np.all(members < self.value))), family[0].unit(self.metric)
-        return Finding.of_settings(decision, f"worst {self.metric}", unit, estimate, note, *family)
+        rows = [row for setting in family for row in setting.rows]
+        return Finding(f"worst {self.metric}", unit, estimate, note, rows, decision=decision)
 
 
 class ShareOfFailures(StatementPredicate):
@@ -88,7 +89,7 @@ class ShareOfFailures(StatementPredicate):
         bound = self.share_of_members
         decision = Decision.at_least(failures, bound) if side == "least" else Decision.at_most(failures, bound)
         note = f"criterion: at {side} {bound:g}; {causes}"
-        return Finding.of_settings(decision, "share of failed fits", "1", failures, note, setting)
+        return Finding("share of failed fits", "1", failures, note, setting.rows, decision=decision)
 
 
 class FailsMoreOften(StatementPredicate):
@@ -104,8 +105,8 @@ class FailsMoreOften(StatementPredicate):
         opponent, others, other_causes = _failures(evidence, self.against)
         note = f"criterion: more often than {others.median:.3g} [{others.low:.3g}, {others.high:.3g}]; "
         note += f"{causes}; the others, {other_causes}"
-        decision = Decision.greater(failures, others)
-        return Finding.of_settings(decision, "share of failed fits", "1", failures, note, setting, opponent)
+        rows, decision = (*setting.rows, *opponent.rows), Decision.greater(failures, others)
+        return Finding("share of failed fits", "1", failures, note, rows, decision=decision)
 
 
 def _failures(evidence: Evidence, where: CardSelector) -> tuple[RunSetting, Estimate, str]:

@@ -3,13 +3,13 @@
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from repro.claims.claims import Claim, ClaimKind
 from repro.claims.decision import Ruling
-from repro.claims.evidence import Evidence
+from repro.claims.evidence import Answer, Evidence
 from repro.claims.verdict_kind import CLASSES, VerdictClass, VerdictKind
 from repro.results.metric_names import metric_named
 from repro.results.results import Results
@@ -17,11 +17,8 @@ from repro.results.run_setting import RunSetting
 from repro.results.selectors import DEGENERATE, ORACLE, TRIVIAL, NotRunError, anchor, test_set_of
 from repro.results.statistics import BY_RANK, FEWEST, NOTHING, Estimate, prediction_interval
 
-VERDICTS = tuple(VerdictKind)
 FULL_SCALE = "paper"
 WIDEST = 100.0  # a prediction interval over more than this factor excludes too little to support a number
-
-
 # From the weakest: a claim of several parts is counted under the first of these that one of them has.
 WEAKEST_FIRST = (
     VerdictClass.NOT_SUPPORTED,
@@ -33,34 +30,24 @@ WEAKEST_FIRST = (
 )
 
 
-@dataclass(frozen=True)
-class Verdict:
+@dataclass(frozen=True, kw_only=True)
+class Verdict(Answer):
     """One row of the verdict table.
 
     leaning     what the point estimate alone says, where the interval decides nothing
     prediction  where one more member falls with 95 %, which a printed number is compared with
-    preview     from a smaller scale; as_printed: every run behind it follows a protocol of the paper
+    preview     from a smaller scale
     flag        what weakens a good verdict: an anchor satisfies it too
     cure        the smallest change that makes it hold, with its own verdict
-    other       what our estimate is compared with, where that was measured too
     """
 
     claim: Claim
     verdict: VerdictKind
-    quantity: str
-    unit: str
-    estimate: Estimate
-    leaning: VerdictKind = VerdictKind.NOT_RUN
+    leaning: VerdictKind
     prediction: tuple[float, float] = (math.nan, math.nan)
     preview: bool = False
-    stale: bool = False
-    as_printed: bool = False
     flag: str = ""
-    note: str = ""
-    runs: tuple[str, ...] = ()
-    commands: tuple[str, ...] = ()
     cure: "Verdict | None" = None
-    other: Estimate | None = None
 
     @property
     def counted_as(self) -> VerdictClass:
@@ -78,13 +65,14 @@ def judge_all(claims: Sequence[Claim], results: Results) -> list[Verdict]:
 def judge(claim: Claim, results: Results) -> Verdict:
     """Judge one claim by its kind; `not run` where no stored run answers it."""
     evidence = Evidence(results, claim.experiment)
-    cure = _cure(claim, results)
     try:
-        return (_statement if claim.kind is ClaimKind.STATEMENT else _number)(claim, evidence, cure)
+        verdict = (_statement if claim.kind is ClaimKind.STATEMENT else _number)(claim, evidence)
+        verdict = replace(verdict, preview=results.scale != FULL_SCALE)
     except NotRunError as reason:
         note = f"{claim.reason}; {reason}" if claim.reason else str(reason)
-        verdict = VerdictKind(claim.declared or VerdictKind.NOT_RUN)
-        return Verdict(claim, verdict, claim.quantity, claim.unit, NOTHING, verdict, note=note, cure=cure)
+        kind = VerdictKind(claim.declared or VerdictKind.NOT_RUN)
+        verdict = Verdict(claim.quantity, claim.unit, NOTHING, note, claim=claim, verdict=kind, leaning=kind)
+    return replace(verdict, cure=_cure(claim, results))
 
 
 def verdict_of_number(printed: float, members: Sequence[float] | np.ndarray, *, log: bool) -> VerdictKind:
@@ -100,7 +88,7 @@ def verdict_of_number(printed: float, members: Sequence[float] | np.ndarray, *, 
     return VerdictKind.CONSISTENT if amid or low <= printed <= high else VerdictKind.OUTSIDE
 
 
-def _number(claim: Claim, evidence: Evidence, cure: Verdict | None) -> Verdict:
+def _number(claim: Claim, evidence: Evidence) -> Verdict:
     setting, measured = evidence.measured(claim.selector, claim.metric)
     metric, values = metric_named(claim.metric), setting.values(claim.metric)
     log = metric.scale == "log"
@@ -116,28 +104,13 @@ def _number(claim: Claim, evidence: Evidence, cure: Verdict | None) -> Verdict:
         notes.append(_rank(claim.printed, values, measured, prediction, metric.lower_is_better))
     if measured.failed:
         notes.append(f"{measured.failed} of {measured.n} members failed")
-    return Verdict(
-        claim,
-        verdict,
-        claim.metric,
-        claim.unit,
-        measured,
-        leaning,
-        prediction,
-        preview=evidence.results.scale != FULL_SCALE,
-        stale=setting.stale,
-        as_printed=setting.as_printed,
-        flag=flag,
-        note="; ".join(notes),
-        runs=setting.run_ids,
-        commands=(setting.command,) if setting.command else (),
-        cure=cure,
-    )
+    answer = (claim.metric, claim.unit, measured, "; ".join(notes), setting.rows)
+    return Verdict(*answer, claim=claim, verdict=verdict, leaning=leaning, prediction=prediction, flag=flag)
 
 
-def _statement(claim: Claim, evidence: Evidence, cure: Verdict | None) -> Verdict:
+def _statement(claim: Claim, evidence: Evidence) -> Verdict:
     assert claim.predicate is not None
-    finding = claim.predicate.judge(evidence)
+    found = claim.predicate.judge(evidence)
     reason = claim.by_construction or claim.with_changes
     holds = VerdictKind.WITH_CHANGES if claim.with_changes else VerdictKind.SUPPORTED
     holds = VerdictKind.BY_CONSTRUCTION if claim.by_construction else holds
@@ -146,41 +119,22 @@ def _statement(claim: Claim, evidence: Evidence, cure: Verdict | None) -> Verdic
         Ruling.FAILS: VerdictKind.NOT_SUPPORTED,
         Ruling.OPEN: VerdictKind.UNDECIDED,
         Ruling.DEPENDS: VerdictKind.UNDER_SPECIFIED,
-    }[finding.decision.outcome]
-    if finding.estimate.n < FEWEST and verdict is not VerdictKind.UNDER_SPECIFIED:
+    }[found.decision.outcome]
+    if found.estimate.n < FEWEST and verdict is not VerdictKind.UNDER_SPECIFIED:
         verdict = VerdictKind.TOO_FEW
-    return Verdict(
-        claim,
-        verdict,
-        finding.quantity,
-        finding.unit,
-        finding.estimate,
-        leaning=holds if finding.decision.leans else VerdictKind.NOT_SUPPORTED,
-        preview=evidence.results.scale != FULL_SCALE,
-        stale=finding.stale,
-        as_printed=finding.as_printed,
-        note="; ".join(part for part in (reason, finding.note) if part),
-        runs=finding.runs,
-        commands=finding.commands,
-        cure=cure,
-        other=finding.other,
-    )
+    leaning = holds if found.decision.leans else VerdictKind.NOT_SUPPORTED
+    note = "; ".join(part for part in (reason, found.note) if part)
+    answer = (found.quantity, found.unit, found.estimate, note, found.rows, found.other)
+    return Verdict(*answer, claim=claim, verdict=verdict, leaning=leaning)
 
 
 def _cure(claim: Claim, results: Results) -> Verdict | None:
     """The verdict on the claim's smallest change, by the same rules; None where none is named or was found."""
     if claim.cure is None or claim.cure.predicate is None:
         return None
-    fields = claim.model_dump(include={"id", "part", "section", "quote"})
-    changed = Claim(
-        **fields,
-        kind=ClaimKind.STATEMENT,
-        about=claim.cure.change,
-        experiment=claim.cure.experiment or claim.experiment,
-        predicate=claim.cure.predicate,
-        with_changes=claim.cure.change,
-    )
-    return judge(changed, results)
+    cure, fields = claim.cure, claim.model_dump(include={"id", "part", "section", "quote"})
+    fields |= {"experiment": cure.experiment or claim.experiment, "with_changes": cure.change, "about": cure.change}
+    return judge(Claim(**fields, kind=ClaimKind.STATEMENT, predicate=cure.predicate), results)
 
 
 def _rank(
@@ -209,17 +163,12 @@ def _flag(claim: Claim, evidence: Evidence, setting: RunSetting, prediction: tup
     return "also reached by: " + ", ".join(reached) if reached else ""
 
 
-def classes_of_claims(verdicts: Sequence[Verdict]) -> Mapping[str, VerdictClass]:
-    """Return claim -> the class under which it is counted, in the order of the claims."""
+def counts_of_claims(verdicts: Sequence[Verdict]) -> Mapping[VerdictClass, int]:
+    """Return class -> the number of claims in it, for the classes that occur, in the order of the front page."""
     found: dict[str, set[VerdictClass]] = {}
     for verdict in verdicts:
         found.setdefault(verdict.claim.id, set()).add(verdict.counted_as)
-    return {id: next(kind for kind in WEAKEST_FIRST if kind in kinds) for id, kinds in found.items()}
-
-
-def counts_of_claims(verdicts: Sequence[Verdict]) -> Mapping[VerdictClass, int]:
-    """Return class -> the number of claims in it, for the classes that occur, in the order of the front page."""
-    counted = Counter(classes_of_claims(verdicts).values())
+    counted = Counter(min(kinds, key=WEAKEST_FIRST.index) for kinds in found.values())
     return {kind: counted[kind] for kind in VerdictClass if counted[kind]}
 
 

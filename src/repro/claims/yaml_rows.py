@@ -54,8 +54,10 @@ def load_rows(path: Path, model: type[RowT], if_repeated: str) -> list[RowT]:
     Raises UserError, one line per mistake, when the file is no list, a row is malformed or two rows have one name;
     if_repeated says what to do about the latter.
     """
-    rows, mistakes = [], []
-    for number, content in enumerate(_read_list(path), start=1):
+    rows, mistakes, contents = [], [], read_yaml(path)
+    if not isinstance(contents, list):
+        raise UserError(f"{path} must be a list of rows")
+    for number, content in enumerate(contents, start=1):
         try:
             rows.append(model.model_validate(content))
         except ValidationError as error:
@@ -67,13 +69,6 @@ def load_rows(path: Path, model: type[RowT], if_repeated: str) -> list[RowT]:
     if mistakes:
         raise UserError("\n".join(mistakes))
     return rows
-
-
-def _read_list(path: Path) -> list[object]:
-    content = read_yaml(path)
-    if not isinstance(content, list):
-        raise UserError(f"{path} must be a list of rows")
-    return content
 
 
 def _lines(error: ValidationError, content: object) -> Iterator[str]:

@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 
 from repro.claims.assumption_effects import assumption_effects, gather_sensitivity
-from repro.claims.assumptions import Assumption, load_assumptions
+from repro.claims.assumptions import load_assumptions
 from repro.claims.claims import Claim, load_claims
 from repro.commands.arguments import add_workers, command_parser
 from repro.errors import UserError
 from repro.launch.pool import start_server
-from repro.results.gathering import Gathering
+from repro.results.gather import Gathering
 from repro.results.results import SENSITIVITY
-from repro.results.stored import stored_runs
+from repro.results.stored import read_stored
 from repro.sweep.assumption_runs import MEMBERS, SCALE, list_cases, plan_cases
 from repro.sweep.missing import preload, run_missing
 from repro.sweep.planned_job import total
@@ -34,7 +34,10 @@ def main(argv: Sequence[str]) -> int:
     options = parser.parse_args(argv)
     paper, paths = project_folder() / "paper", Paths(outputs_root())
     claims, ledger = load_claims(paper / "claims.yaml"), load_assumptions(paper / "assumptions.yaml")
-    chosen = _chosen(ledger, options.assumptions)
+    ids = [row.id for row in ledger]
+    if unknown := [name for name in options.assumptions if name not in ids]:
+        raise UserError(f"no assumption is called {', '.join(unknown)}; there are {', '.join(ids)}")
+    chosen = [row for row in ledger if not options.assumptions or row.id in options.assumptions]
     if not options.dry_run:
         start_server(preload([()]))
     cases, jobs = plan_cases(chosen, claims, paths)
@@ -51,16 +54,8 @@ def main(argv: Sequence[str]) -> int:
 def _show(paths: Paths, claims: Sequence[Claim], tried: Sequence[str]) -> None:
     from repro.report.terminal import show_sensitivity  # after the runs: their start must not wait for it
 
-    lists = sorted((paths.experiments / SENSITIVITY).glob("*.json"))
-    paper = Gathering.load(project_folder() / "paper")
-    sensitivity = gather_sensitivity(lists, stored_runs(paths.root, SENSITIVITY), paper)
+    tried_runs, paper = read_stored(paths.root, SENSITIVITY), Gathering.load(project_folder() / "paper")
+    sensitivity = gather_sensitivity(tried_runs, paper)
     if sensitivity is not None:
         effects = [effect for effect in assumption_effects(sensitivity, claims) if effect.assumption in tried]
         show_sensitivity(sorted(effects, key=lambda effect: tried.index(effect.assumption)))
-
-
-def _chosen(ledger: Sequence[Assumption], names: Sequence[str]) -> list[Assumption]:
-    ids = [row.id for row in ledger]
-    if unknown := [name for name in names if name not in ids]:
-        raise UserError(f"no assumption is called {', '.join(unknown)}; there are {', '.join(ids)}")
-    return [row for row in ledger if not names or row.id in names]

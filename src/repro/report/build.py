@@ -1,8 +1,6 @@
 """From stored runs, or from results alone, to the whole report."""
 
-import hashlib
-import json
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,19 +12,19 @@ from repro.errors import UserError
 from repro.report.drawing import draw_all
 from repro.report.html.site import write_site
 from repro.report.paper import load_paper, paper_folder
-from repro.report.pdf.typeset import write_pdf
+from repro.report.pdf.document import write_pdf
 from repro.report.placeholders import Texts
 from repro.report.sections import Content, load_sections
 from repro.report.summary import Summary, store_summary, stored_summary, summarise
 from repro.report.tables.every import all_tables
 from repro.report.tables.sensitivity import sensitivity_table
-from repro.results.gather import gather_runs
-from repro.results.gathering import Gathering
+from repro.results.gather import Gathering, gather
 from repro.results.results import SENSITIVITY, Results
-from repro.results.stored import StoredRun, stored_benches, stored_runs
+from repro.results.stored import Stored, read_stored
 from repro.tracking import progress
-from repro.tracking.files import write_text
+from repro.tracking.files import file_digest, write_text
 from repro.tracking.paths import Paths
+from repro.tracking.plain_data import digest
 
 
 def build(outputs: Path, scale: str, *, stale: Collection[str] = ()) -> Summary:
@@ -34,19 +32,17 @@ def build(outputs: Path, scale: str, *, stale: Collection[str] = ()) -> Summary:
 
     Raises NothingToJudgeError where no experiment of this scale has been run.
     """
-    runs, benches = stored_runs(outputs, scale, stale), stored_benches(outputs, scale)
-    if not runs and not benches:
+    stored, tried = read_stored(outputs, scale, stale), read_stored(outputs, SENSITIVITY, stale)
+    if not stored.runs and not stored.benches:
         raise NothingToJudgeError(_advice(outputs, scale))
     folder, recordings = outputs / "report" / scale, outputs / "recordings"
-    tried = stored_runs(outputs, SENSITIVITY, stale)
-    lists = sorted((outputs / "experiments" / SENSITIVITY).glob("*.json"))
-    fingerprint = _fingerprint([*runs, *tried], benches, lists)
+    fingerprint = _fingerprint(stored, tried)
     unchanged = stored_summary(folder, recordings, fingerprint)
     if unchanged is not None:
         return unchanged
-    progress.report(0.0, f"{len(runs)} runs are read")
+    progress.report(0.0, f"{len(stored.runs)} runs are read")
     paper = Gathering.load(paper_folder())
-    results = replace(gather_runs(runs, benches, paper), sensitivity=gather_sensitivity(lists, tried, paper))
+    results = replace(gather(stored, paper), sensitivity=gather_sensitivity(tried, paper))
     results.save(folder / "results")
     summary = summarise(results, render(results, folder), folder, recordings)
     store_summary(summary, fingerprint)
@@ -101,18 +97,17 @@ def render(results: Results, folder: Path) -> list[Verdict]:
     return verdicts
 
 
-def _fingerprint(runs: Sequence[StoredRun], benches: Sequence[Path], lists: Sequence[Path]) -> str:
+def _fingerprint(stored: Stored, tried: Stored) -> str:
     """Digest everything that a report is made from: the runs, the claims, and the code that draws."""
-    paper = paper_folder()
-    sources = [*_files(Path(__file__).parent), *lists, *sorted(paper.glob("*.yaml"))]
-    sources += [path for name in ("report", "draw", "animations") for path in _files(paper / name)]
-    content = {
-        "runs": [[r.id, r.experiment, r.scale, r.command, dict(r.listed), r.stale, r.content] for r in runs],
-        "benches": [[folder.name, (folder / "run.json").stat().st_mtime_ns] for folder in benches],
-        "sources": [hashlib.sha256(path.read_bytes()).hexdigest() for path in sources],
-    }
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-
-
-def _files(folder: Path) -> list[Path]:
-    return sorted(path for path in folder.rglob("*") if path.is_file() and path.suffix != ".pyc")
+    paper, sources = paper_folder(), [*paper_folder().glob("*.yaml")]
+    for folder in (Path(__file__).parent, *(paper / name for name in ("report", "draw", "animations"))):
+        sources += [path for path in folder.rglob("*") if path.is_file() and path.suffix != ".pyc"]
+    made_by = [record and vars(record.provenance) for record in (run.record for run in (*stored.runs, *tried.runs))]
+    return digest(
+        {
+            "runs": [(run.experiment, run.stale, vars(run.listed)) for run in (*stored.runs, *tried.runs)],
+            "stages": [*made_by, *(vars(bench.provenance) for bench in stored.benches)],
+            "cases": [vars(case) for case in tried.cases],
+            "sources": [file_digest(path) for path in sorted(sources)],
+        }
+    )

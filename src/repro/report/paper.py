@@ -1,12 +1,11 @@
 """What a report knows of the paper that it replicates: paper/report.yaml, and the figures in paper/draw."""
 
-import importlib.util
+import runpy
 from collections.abc import Mapping
 from dataclasses import field
 from functools import cache
 from pathlib import Path
-from types import ModuleType
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field, TypeAdapter, ValidationError
 from pydantic.dataclasses import dataclass as checked
@@ -68,7 +67,11 @@ def load_figures(folder: Path) -> tuple[Figure, ...]:
 
     Raises UserError for a file that defines no FIGURES, or a name that two figures have.
     """
-    figures = [figure for path in _drawings(folder) for figure in _figures_of(path)]
+    figures: list[Figure] = []
+    for path, content in _drawings(folder).items():
+        if "FIGURES" not in content:
+            raise UserError(f"{path} defines no FIGURES, a tuple of repro.report.figures.figure.Figure")
+        figures += content["FIGURES"]
     figures.append(TIMING)
     names = [figure.name for figure in figures]
     if repeated := {name for name in names if names.count(name) > 1}:
@@ -80,26 +83,11 @@ def load_figures(folder: Path) -> tuple[Figure, ...]:
 @cache
 def load_animations(folder: Path) -> tuple[Animation, ...]:
     """Return the animations of every file in draw/ that has ANIMATIONS, in the order of the file names."""
-    return tuple(one for path in _drawings(folder) for one in getattr(_module(path), "ANIMATIONS", ()))
-
-
-def _drawings(folder: Path) -> list[Path]:
-    return sorted((folder / "draw").glob("*.py"))
-
-
-def _figures_of(path: Path) -> tuple[Figure, ...]:
-    figures = getattr(_module(path), "FIGURES", None)
-    if figures is None:
-        message = f"{path} defines no FIGURES, a tuple of repro.report.figures.figure.Figure"
-        raise UserError(message)
-    return tuple(figures)
+    return tuple(one for content in _drawings(folder).values() for one in content.get("ANIMATIONS", ()))
 
 
 @cache
-def _module(path: Path) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(f"{path.parent.name}_{path.stem}", path)
-    if spec is None or spec.loader is None:
-        raise ImportError(str(path))
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+def _drawings(folder: Path) -> dict[Path, dict[str, Any]]:
+    """What each file in draw/ defines, in the order of the file names."""
+    paths = sorted((folder / "draw").glob("*.py"))
+    return {path: runpy.run_path(str(path), run_name=f"draw_{path.stem}") for path in paths}

@@ -17,12 +17,11 @@ A result that is missing reads "not run"; a selector that means several settings
 import re
 import traceback
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from repro.claims.verdict_kind import VerdictClass, VerdictKind
-from repro.claims.verdicts import VERDICTS, Verdict, headline
+from repro.claims.verdicts import Verdict, headline
 from repro.errors import UserError
 from repro.report import writing
 from repro.report.tables.cost import cost_fact
@@ -31,9 +30,6 @@ from repro.results.results import Results
 from repro.results.selectors import AmbiguousError, NotRunError, loops_of_one_setting, one_setting, paired_values
 from repro.results.statistics import paired_ratio
 from repro.results.table_schema import CARD, TABLES
-
-if TYPE_CHECKING:
-    from jinja2 import Environment
 
 NOT_RUN = VerdictKind.NOT_RUN
 AMBIGUOUS = "ambiguous"
@@ -46,9 +42,19 @@ class Texts:
     def __init__(self, folder: Path, results: Results, verdicts: Sequence[Verdict]) -> None:
         self.folder = folder
         self._results = results
-        self._claims = {verdict.claim.name: _Claim(_facts(verdict)) for verdict in verdicts}
-        self._headline = headline(verdicts)
-        self._environment = self._new_environment()
+        from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+        self._environment = Environment(
+            loader=FileSystemLoader(folder),
+            undefined=StrictUndefined,
+            finalize=lambda value: writing.markdown(str(value)),
+            trim_blocks=True,
+            autoescape=False,
+        )
+        functions = (self._metric, self._ratio, self._loops, self._runs, self._cost)
+        self._environment.globals |= {read.__name__.strip("_"): _or_not_run(read) for read in functions}
+        claims = {verdict.claim.name: _Claim(_facts(verdict)) for verdict in verdicts}
+        self._environment.globals |= {"claims": lambda: headline(verdicts), "claim": claims}
 
     def names(self, folder: str) -> list[str]:
         """Return the names of the texts in a folder, sorted: texts/abstract.md."""
@@ -64,27 +70,6 @@ class Texts:
             message = f"{self.folder / name}, line {_line(error, name)}: {error}; see {__name__}"
             raise UserError(message) from error
         return re.sub(r"\n\s*\n\s*\n", "\n\n", text).strip()
-
-    def _new_environment(self) -> "Environment":
-        from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-        environment = Environment(
-            loader=FileSystemLoader(self.folder),
-            undefined=StrictUndefined,
-            finalize=lambda value: writing.markdown(str(value)),
-            trim_blocks=True,
-            autoescape=False,
-        )
-        functions: dict[str, Callable[..., str]] = {
-            "metric": self._metric,
-            "ratio": self._ratio,
-            "loops": self._loops,
-            "runs": self._runs,
-            "cost": partial(cost_fact, self._results),
-        }
-        answered = {name: _or_not_run(read) for name, read in functions.items()}
-        environment.globals |= {**answered, "claims": lambda: self._headline, "claim": self._claims}
-        return environment
 
     def _metric(self, experiment: str, metric: str, **where: Any) -> str:
         estimate = one_setting(self._results, experiment, _checked(where, CARD)).estimate(metric)
@@ -104,6 +89,9 @@ class Texts:
         if experiments:
             finished = finished[finished["experiment"].isin(experiments)]
         return str(finished["run"].nunique() or NOT_RUN)
+
+    def _cost(self, name: str) -> str:
+        return cost_fact(self._results, name)
 
 
 class _Claim(dict[str, "str | bool"]):
@@ -135,7 +123,7 @@ def _facts(verdict: Verdict) -> dict[str, str | bool]:
         "cure": cure(verdict) or "none is known",
         "holds": verdict.counted_as in HOLDS,
         "fails": verdict.counted_as is VerdictClass.NOT_SUPPORTED,
-        **{re.sub(r"\W", "_", name): verdict.verdict == name for name in VERDICTS},
+        **{re.sub(r"\W", "_", name): verdict.verdict == name for name in VerdictKind},
         "not_run": not estimate.n,
     }
 

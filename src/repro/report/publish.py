@@ -12,7 +12,7 @@ from repro.report.animation import animate_all
 from repro.report.build import render
 from repro.report.paper import load_animations, paper_folder
 from repro.report.readme import write_tables
-from repro.results.results import SENSITIVITY, Results, Sensitivity
+from repro.results.results import Results
 
 
 def publish(results: Results, root: Path) -> None:
@@ -29,10 +29,10 @@ def publish(results: Results, root: Path) -> None:
     _refuse_unclean(root)
     _refuse_stale(results, f"make reproduce SCALE={FULL_SCALE}")
     committed = root / "paper" / "results"
-    if results.sensitivity is None:
-        results = replace(results, sensitivity=Sensitivity.load(committed / SENSITIVITY))
-    else:
-        _refuse_stale(results.sensitivity.results, "repro sensitivity")
+    if results.sensitivity is not None:
+        _refuse_stale(results.sensitivity, "repro sensitivity")
+    elif committed.is_dir():
+        results = replace(results, sensitivity=Results.load(committed).sensitivity)
     results.save(committed)
     with tempfile.TemporaryDirectory() as temporary:
         verdicts = render(results, Path(temporary))

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 TEXT_WIDTH = 7.0  # inches
@@ -48,8 +49,8 @@ FORWARD = Role("#e2680a", (0, (4, 1.5)), "s", filled=False)
 
 # For what has no role of its own, such as one optimiser among several.
 SERIES = (
-    Role("#10305c", "-", "o"),
-    Role("#e2680a", (0, (4, 1.5)), "s", filled=False),
+    INVERSE,
+    FORWARD,
     Role("#2aa784", (0, (1, 1)), "D"),
     Role("#b0478f", (0, (6, 2, 1, 2)), "^", filled=False),
     Role("#5aa9e0", (0, (2, 1)), "v"),
@@ -59,36 +60,11 @@ SERIES = (
     Role("#7a3b12", (0, (8, 2, 2, 2)), ">"),
 )
 
-SETTINGS: Any = {
-    "font.family": "DejaVu Sans",
-    "font.size": 8.5,
-    "axes.titlesize": 9,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "axes.labelsize": 8.5,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.linewidth": 0.7,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": "#e3e3e3",
-    "grid.linewidth": 0.6,
-    "xtick.labelsize": 8,
-    "ytick.labelsize": 8,
-    "lines.linewidth": 1.3,
-    "lines.markersize": 4,
-    "legend.frameon": False,
-    "legend.fontsize": 8,
-    "figure.constrained_layout.use": True,
-    "figure.dpi": 100,
-    "pdf.fonttype": 42,
-}
-
 
 @contextmanager
 def applied() -> Iterator[None]:
     """Draw in this style and leave the user's own settings alone."""
     import matplotlib as mpl
 
-    with mpl.rc_context(SETTINGS):
+    with mpl.rc_context(fname=Path(__file__).with_name("figures.mplstyle")):
         yield

@@ -1,9 +1,10 @@
 """What a report comes to, in plain values: kept beside it, so that an unchanged report is not made again."""
 
-import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+from pydantic import TypeAdapter
 
 from repro.claims.verdicts import Verdict, headline
 from repro.report import writing
@@ -40,6 +41,7 @@ class Summary:
     runs: int
     absent: int
     stale: int
+    fingerprint: str = ""
 
     @property
     def page(self) -> Path:
@@ -75,21 +77,18 @@ def summarise(results: Results, verdicts: Sequence[Verdict], folder: Path, recor
 
 def store_summary(summary: Summary, fingerprint: str) -> None:
     """Write the summary beside the report, with the fingerprint of what it was made from."""
-    content = {"fingerprint": fingerprint, **asdict(summary), "folder": "", "recordings": ""}
-    write_text(summary.folder / FILE, json.dumps(content, indent=1))
+    stored = replace(summary, fingerprint=fingerprint)
+    write_text(summary.folder / FILE, TypeAdapter(Summary).dump_json(stored, indent=1).decode())
 
 
 def stored_summary(folder: Path, recordings: Path, fingerprint: str) -> Summary | None:
     """Return the summary of a report made from the same; None where there is none, or one made from something else."""
     try:
-        content = json.loads((folder / FILE).read_text(encoding="utf-8"))
-        if content.pop("fingerprint") != fingerprint:
-            return None
-        lines = tuple(VerdictLine(**line) for line in content.pop("verdicts"))
-        summary = Summary(**{**content, "folder": folder, "recordings": recordings}, verdicts=lines)
-    except (OSError, ValueError, TypeError, KeyError):
+        stored = TypeAdapter(Summary).validate_json((folder / FILE).read_bytes())
+    except (OSError, ValueError):
         return None
-    return summary if summary.page.is_file() else None
+    summary = replace(stored, folder=folder, recordings=recordings)
+    return summary if summary.fingerprint == fingerprint and summary.page.is_file() else None
 
 
 def _line(verdict: Verdict) -> VerdictLine:

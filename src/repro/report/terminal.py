@@ -35,7 +35,7 @@ def show(summary: Summary, console: "Console | None" = None) -> None:
 
     console = console or Console()
     answered = [line for line in summary.verdicts if line.members != ABSENT]
-    console.print(_table(answered, summary.scale, wide=console.width >= WIDE))
+    console.print(_verdict_table(answered, summary.scale, wide=console.width >= WIDE))
     flagged = [line.claim for line in answered if line.flag]
     if flagged:
         console.print(f"† a trivial, degenerate or oracle row satisfies it too: {', '.join(flagged)}", highlight=False)
@@ -62,49 +62,47 @@ def show_sensitivity(compared: Sequence[AssumptionEffect], console: "Console | N
 
     A narrow terminal gets the verdicts alone.
     """
-    from rich import box
     from rich.console import Console
-    from rich.table import Table
     from rich.text import Text
 
     console = console or Console()
     wide = console.width >= WIDE
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, expand=True)
-    table.add_column("assumption", no_wrap=True)
-    table.add_column("instead", ratio=1, no_wrap=True, overflow="ellipsis")
-    table.add_column("claim", no_wrap=True)
-    for title in ("ours", "instead") if wide else ():
-        table.add_column(title, justify="right", no_wrap=True)
-    table.add_column("leaning", no_wrap=True)
+    values = ("ours", "instead") if wide else ()
+    table = _table("", ("assumption", "*instead", "claim", *(f">{title}" for title in values), "leaning"), wide=True)
     before = ""
     for each in compared:
-        values = [number(each.ours.estimate.median), number(each.other.estimate.median)] if wide else []
+        numbers = [number(each.ours.estimate.median), number(each.other.estimate.median)] if wide else []
         name, before = ("" if each.assumption == before else each.assumption), each.assumption
         verdict = Text(change(each), style="bold" if each.moved else "dim")
-        table.add_row(name, Text(each.alternative), each.ours.claim.name, *values, verdict)
+        table.add_row(name, Text(each.alternative), each.ours.claim.name, *numbers, verdict)
     console.print(table)
     moved = len({each.assumption for each in compared if each.moved})
     tried = len({each.assumption for each in compared})
     console.print(f"{moved} of {tried} assumptions move an answer; scale quick, few members", highlight=False)
 
 
-def _table(lines: Sequence[VerdictLine], scale: str, *, wide: bool) -> "Table":
-    from rich import box
-    from rich.table import Table
+def _verdict_table(lines: Sequence[VerdictLine], scale: str, *, wide: bool) -> "Table":
     from rich.text import Text
 
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, expand=True)
-    table.title, table.title_justify = f"Verdicts, scale {scale or 'unknown'}", "left"
-    table.add_column("claim", no_wrap=True)
-    table.add_column("what the paper says", ratio=1, no_wrap=wide, overflow="ellipsis" if wide else "fold")
-    table.add_column("printed", justify="right", no_wrap=True)
-    table.add_column("ours \\[95 %]" if wide else "ours", justify="right", no_wrap=True)
-    if wide:
-        table.add_column("members", justify="right", no_wrap=True)
-    table.add_column("verdict", no_wrap=True)
+    ours = (">ours \\[95 %]", ">members") if wide else (">ours",)
+    titles = ("claim", "*what the paper says", ">printed", *ours, "verdict")
+    table = _table(f"Verdicts, scale {scale or 'unknown'}", titles, wide=wide)
     for line in lines:
-        ours = line.ours if wide else line.ours.partition(" [")[0]
+        values = [Text(line.ours), line.members] if wide else [Text(line.ours.partition(" [")[0])]
         verdict = Text(line.marked + " †" * bool(line.flag), style=COLOURS.get(VerdictKind(line.verdict), ""))
-        members = [line.members] if wide else []
-        table.add_row(line.claim, Text(line.about), line.printed, Text(ours), *members, verdict)
+        table.add_row(line.claim, Text(line.about), line.printed, *values, verdict)
+    return table
+
+
+def _table(title: str, columns: Sequence[str], *, wide: bool) -> "Table":
+    """An empty table; a column that begins with > holds numbers, one with * takes the room that the others leave."""
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, expand=True, title=title or None, title_justify="left")
+    for column in columns:
+        if column.startswith("*"):
+            table.add_column(column[1:], ratio=1, no_wrap=wide, overflow="ellipsis" if wide else "fold")
+        else:
+            table.add_column(column.lstrip(">"), justify="right" if column[0] == ">" else "left", no_wrap=True)
     return table

@@ -93,11 +93,8 @@ def _intervals(settings: Settings) -> int:
 
 
 def _horizon(settings: Settings) -> float:
-    fine, coarse = (
-        _number(settings, f"control.{intervals}") * _number(settings, f"control.{step}")
-        for intervals, step in (("intervals", "time_step"), ("coarse_intervals", "coarse_step"))
-    )
-    return fine + coarse
+    fine = _number(settings, "control.intervals") * _number(settings, "control.time_step")
+    return fine + _number(settings, "control.coarse_intervals") * _number(settings, "control.coarse_step")
 
 
 # The values of `n_train` and `epochs` are measured by the run (see `run_card`).

@@ -1,15 +1,20 @@
-"""Walk the stored runs into the result tables."""
+"""The stored runs as result tables, and what a paper's folder says of them."""
 
 import json
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
+
+from pydantic import TypeAdapter
+from pydantic.dataclasses import dataclass as checked
 
 from repro.errors import UserError
-from repro.results.gathering import NO_PAPER, Gathering
+from repro.results.columns import Settings
 from repro.results.results import Results, read_table, typed
-from repro.results.stored import StoredRun, read_json, record_of, stored_benches, stored_runs
-from repro.results.table_schema import Cell
+from repro.results.stored import BENCH_FILE, Stored, StoredRun, read_record
+from repro.results.table_schema import TABLES, Cell
+from repro.tracking.files import read_yaml
 from repro.tracking.paths import RUN_FILE, Paths
 from repro.tracking.plain_data import digest
 from repro.tracking.record import Record
@@ -17,6 +22,7 @@ from repro.tracking.record import Record
 if TYPE_CHECKING:
     import pandas as pd
 
+FILES = ("as_printed.yaml", "motions.yaml")
 # Figures show no more; results stay small enough to commit.
 CURVE_STEPS = 400
 TRAJECTORY_POINTS = 300
@@ -25,37 +31,69 @@ REMEDY = "delete its folder and run again"
 UPSTREAM_KINDS = ("data", "fits", "control")
 
 
-def gather(outputs: Path, scale: str, *, stale: Collection[str] = (), paper: Gathering = NO_PAPER) -> Results:
-    """Read every run of a scale's experiments into the result tables.
+@checked(frozen=True)
+class Gathering:
+    """How runs are gathered for one paper.
 
-    stale  ids of runs that are older than the code
-    paper  what the paper prints, and whose motions are kept
+    protocols     what counts as printed: name -> dotted key -> value
+    trajectories  experiments whose trajectories are kept, and the settings of these runs by dotted key
+    closed_loops  experiments of whose closed loops the first of each run is kept
+    """
+
+    protocols: Mapping[str, Settings] = field(default_factory=dict)
+    trajectories: Mapping[str, Settings] = field(default_factory=dict)
+    closed_loops: tuple[str, ...] = ()
+
+    @classmethod
+    def load(cls, paper: Path) -> Self:
+        """Read as_printed.yaml and motions.yaml of a paper, where they exist. Raises UserError for a damaged file."""
+        try:
+            content = [read_yaml(paper / name) for name in FILES if (paper / name).is_file()]
+            return TypeAdapter(cls).validate_python({key: value for each in content for key, value in each.items()})
+        except (AttributeError, ValueError) as error:
+            message = f"{' and '.join(FILES)} in {paper} must hold mappings and lists of names: {error}"
+            raise UserError(message) from error
+
+    def is_as_printed(self, settings: Settings) -> bool:
+        """Whether a run of these settings, at its scale, follows a protocol; what that does not name is free."""
+        return any(printed.items() <= settings.items() for printed in self.protocols.values())
+
+    def keeps_trajectories(self, experiment: str, settings: Settings) -> bool:
+        """Whether the trajectories of a run are kept."""
+        return experiment in self.trajectories and self.trajectories[experiment].items() <= settings.items()
+
+
+NO_PAPER = Gathering()
+
+
+def gather(stored: Stored, paper: Gathering = NO_PAPER) -> Results:
+    """Read the tables of stored runs and benches; `paper`: what it prints, and whose motions are kept.
 
     Raises UserError naming a damaged file.
     """
-    return gather_runs(stored_runs(outputs, scale, stale), stored_benches(outputs, scale), paper)
-
-
-def gather_runs(runs: Sequence[StoredRun], benches: Sequence[Path], paper: Gathering = NO_PAPER) -> Results:
-    """Read the tables of these runs and benches. Raises UserError naming a damaged file."""
-    cards = {(run.id, run.experiment): _card(run, paper) for run in runs}
-    finished = [run for run in runs if run.outcome == "ok"]
-    distinct = [*{run.id: run for run in finished}.values()]  # once, though several experiments list it
+    cards = {(run.id, run.experiment): _card(run, paper) for run in stored.runs}
+    finished = [run for run in stored.runs if run.outcome == "ok"]
+    distinct = {run.id: run for run in finished}.values()  # once, though several experiments list it
     moved = {run.id: run for run in finished if paper.keeps_trajectories(run.experiment, run.card.settings)}.values()
     driven = {run.id: run for run in finished if run.experiment in paper.closed_loops}.values()
+    all_loops = (_table(run, "closed_loops") for run in driven)
     known: dict[str, Record | None] = {}
     rows = {
         "metrics": [_table(run, "metrics").assign(**cards[run.id, run.experiment]) for run in finished],
-        "curves": [_thinned(_table(run, "curves")) for run in distinct],
+        "curves": [curve for run in distinct for curve in _thinned(_table(run, "curves"))],
         "trajectories": [_first_points(_table(run, "trajectories")) for run in moved],
         "identifiability": [_table(run, "identifiability") for run in distinct],
         "control": [_loops(run) for run in finished],
-        "closed_loops": [_first_loop(_table(run, "closed_loops")) for run in driven],
-        "bench": [_bench(folder) for folder in benches],
+        "closed_loops": [loops[loops["loop"] == loops["loop"].min()] for loops in all_loops],
+        "bench": [
+            read_table(bench.path(BENCH_FILE), REMEDY).assign(run=bench.id, command=bench.provenance.command)
+            for bench in stored.benches
+        ],
     }
     return Results(
-        runs=typed("runs", [_run_row(run, cards[run.id, run.experiment]) for run in runs]),
+        runs=typed("runs", [_run_row(run, cards[run.id, run.experiment]) for run in stored.runs]),
         stages=typed("stages", [row for run in distinct for row in _stages_of(run, known)]),
+        cases=typed("cases", map(asdict, stored.cases)),
         **{name: typed(name, _together(tables)) for name, tables in rows.items()},  # type: ignore[arg-type]
     )
 
@@ -63,28 +101,19 @@ def gather_runs(runs: Sequence[StoredRun], benches: Sequence[Path], paper: Gathe
 def _card(run: StoredRun, paper: Gathering) -> dict[str, Cell]:
     """The columns that place and describe a run."""
     try:
-        card = run.card
-        described = {**card.run_columns(), "as_printed": paper.is_as_printed(card.settings)}
+        settings, described = run.card.settings, run.card.run_columns()
     except (TypeError, ValueError, KeyError, AttributeError) as error:
-        message = f"{run.folder / 'run.json'} has a run card of the wrong type ({error}); delete the folder, run again"
+        message = f"{run.folder / RUN_FILE} has a run card of the wrong type ({error}); delete the folder, run again"
         raise UserError(message) from error
-    return {
-        "run": run.id,
-        "experiment": run.experiment,
-        "scale": run.scale,
-        "setting": digest(card.settings)[:10] if card.settings else "",
-        **described,
-    }
+    place: dict[str, Cell] = {"run": run.id, "experiment": run.experiment, "scale": run.scale}
+    name = digest(settings)[:10] if settings else ""
+    return {**place, "setting": name, **described, "as_printed": paper.is_as_printed(settings)}
 
 
 def _loops(run: StoredRun) -> "pd.DataFrame":
     """Closed loops with what the card says of their model, controller and task."""
     place = {"experiment": run.experiment, "scale": run.scale}
     return _table(run, "control").assign(**place, **run.card.loop_columns())
-
-
-def _first_loop(loops: "pd.DataFrame") -> "pd.DataFrame":
-    return loops if loops.empty else loops[loops["loop"] == loops["loop"].min()]
 
 
 def _run_row(run: StoredRun, card: Mapping[str, Cell]) -> dict[str, object]:
@@ -97,7 +126,7 @@ def _run_row(run: StoredRun, card: Mapping[str, Cell]) -> dict[str, object]:
         "stale": run.stale,
         "seeds": list(run.card.seeds),
         "member_status": list(run.card.member_status),
-        "command": run.command,
+        "command": run.listed.command,
     }
 
 
@@ -114,8 +143,7 @@ def _upstream(record: Record, paths: Paths, known: dict[str, Record | None]) -> 
     for name, id in record.identity.upstream.items():
         if id not in known:
             folders = [paths.folder(kind, id) for kind in UPSTREAM_KINDS]
-            stored = [folder for folder in folders if (folder / RUN_FILE).is_file()]
-            known[id] = record_of(stored[0], read_json(stored[0] / RUN_FILE)) if stored else None
+            known[id] = next((read_record(folder) for folder in folders if (folder / RUN_FILE).is_file()), None)
         source = known[id]
         if source is not None:
             yield from _upstream(source, paths, known)
@@ -150,35 +178,21 @@ def _table(run: StoredRun, name: str) -> "pd.DataFrame":
     path = run.folder / f"{name}.parquet"
     # A fit without steps, such as least squares, leaves its curves empty.
     if not path.is_file() or path.stat().st_size == 0:
-        return pd.DataFrame()
+        return pd.DataFrame(columns=[*TABLES[name]])
     return read_table(path, REMEDY).assign(run=run.id)
 
 
-def _bench(folder: Path) -> "pd.DataFrame":
-    command = str((read_json(folder / "run.json").get("provenance") or {}).get("command") or "")
-    return read_table(folder / "bench.parquet", REMEDY).assign(run=folder.name, command=command)
-
-
-def _thinned(curves: "pd.DataFrame") -> "pd.DataFrame":
+def _thinned(curves: "pd.DataFrame") -> Iterator["pd.DataFrame"]:
     """Each quantity at steps of its own: not all are recorded equally often."""
-    if curves.empty:
-        return curves
-    return _together([_at_some_steps(one) for _, one in curves.groupby("name", sort=False)])
-
-
-def _at_some_steps(curve: "pd.DataFrame") -> "pd.DataFrame":
     import numpy as np
 
-    steps = np.sort(curve["step"].unique())
-    if len(steps) <= CURVE_STEPS:
-        return curve
-    kept = steps[np.unique(np.linspace(0, len(steps) - 1, CURVE_STEPS).round().astype(int))]
-    return curve[curve["step"].isin(kept)]
+    for _, curve in curves.groupby("name", sort=False):
+        steps = np.sort(curve["step"].unique())
+        kept = np.linspace(0, len(steps) - 1, min(CURVE_STEPS, len(steps))).round().astype(int)
+        yield curve[curve["step"].isin(steps[kept])]
 
 
 def _first_points(trajectories: "pd.DataFrame") -> "pd.DataFrame":
-    if trajectories.empty:
-        return trajectories
     members = sorted(trajectories["member"].unique())[:TRAJECTORY_MEMBERS]
     shown = trajectories[trajectories["member"].isin(members)]
     free = shown[shown["name"].str.startswith("free.")]  # a long motion of its own, thinned already

@@ -4,11 +4,10 @@ They stand in metrics.yaml. `mae_H_sum` is the error on the test part of D, `mae
 D_H, `mae_tau[1]` that of one component, `chain_error_30` that of a chain of 30 links.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from repro.tracking.files import read_yaml
 
@@ -31,45 +30,30 @@ class Metric:
         return self.better == "lower"
 
 
-@dataclass(frozen=True)
-class Vocabulary:
-    """The contents of metrics.yaml: card values as people write them, and the metrics; those of chains by links."""
-
-    names: Mapping[str, str]
-    metrics: Mapping[str, Metric]
-    of_chains: Mapping[str, Metric]
+@cache
+def _vocabulary() -> Any:
+    """Card values as people write them (`names`), and the metrics; those of chains by links."""
+    return read_yaml(Path(__file__).with_name("metrics.yaml"))
 
 
 @cache
-def vocabulary() -> Vocabulary:
-    """Read metrics.yaml."""
-    content = read_yaml(Path(__file__).with_name("metrics.yaml"))
-    tables = ({name: Metric(**row) for name, row in content[key].items()} for key in ("metrics", "of_chains"))
-    return Vocabulary(content["names"], *tables)
-
-
 def metric_named(name: str) -> Metric:
     """Look a metric up; a component such as mae_tau[1] shares its parent's scale; an unknown one averages plainly."""
     bare, on_free, _ = name.partition("@free")
     if on_free:
         on_d = metric_named(bare)
         return replace(on_d, label=f"{on_d.label} on D_H", split="free")
-    parent, component = _split(name)
+    parent, bracket, component = name.partition("[")
     family, _, links = parent.rpartition("_")
-    if links.isdigit() and family in vocabulary().of_chains:
-        metric = vocabulary().of_chains[family]
-        return replace(metric, label=f"{metric.label}, {links} links")
-    known = vocabulary().metrics.get(parent)
-    return Metric(name, name, "linear") if known is None else replace(known, label=f"{known.label}{component}")
+    if links.isdigit() and (row := _vocabulary()["of_chains"].get(family)):
+        return Metric(**{**row, "label": f"{row['label']}, {links} links"})
+    if row := _vocabulary()["metrics"].get(parent):
+        return Metric(**{**row, "label": f"{row['label']}{bracket}{component}"})
+    return Metric(name, name, "linear")
 
 
 def written(column: str, value: str) -> str:
     """Write a card value, as text, for people."""
     if column == "hidden" and value.isdigit():
         return f"1x{value}"
-    return vocabulary().names.get(value, value.replace("_", " ")) if column in TEXT_COLUMNS else value
-
-
-def _split(name: str) -> tuple[str, str]:
-    parent, bracket, rest = name.partition("[")
-    return parent, bracket + rest
+    return str(_vocabulary()["names"].get(value, value.replace("_", " "))) if column in TEXT_COLUMNS else value

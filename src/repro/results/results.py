@@ -2,18 +2,21 @@
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from repro.errors import UserError
 from repro.results.run_setting import Measured, RunSetting
-from repro.results.table_schema import CARD, PANDAS_TYPES, TABLES, records
+from repro.results.table_schema import CARD, PANDAS_TYPES, TABLES, Row, records
 from repro.tracking.files import replacing
+from repro.tracking.plain_data import Json
 
 if TYPE_CHECKING:
     import pandas as pd
+
+SENSITIVITY = "sensitivity"  # where its runs are listed, in the place of a scale
 
 
 @dataclass(frozen=True)
@@ -29,13 +32,13 @@ class Results:
     control: "pd.DataFrame"
     closed_loops: "pd.DataFrame"
     stages: "pd.DataFrame"
-    sensitivity: "Sensitivity | None" = None
+    cases: "pd.DataFrame"
+    sensitivity: "Results | None" = None
 
     @property
     def scale(self) -> str:
         """The scale these results come from; empty where nothing was run."""
-        scales = sorted(set(self.runs["scale"]))
-        return scales[0] if scales else ""
+        return min(self.runs["scale"], default="")
 
     @cached_property
     def settings(self) -> tuple[RunSetting, ...]:
@@ -48,7 +51,7 @@ class Results:
             values, units = measured.setdefault((setting, place), ({}, {}))
             values.setdefault((name, split), {})[run, member] = value
             units.setdefault(name, unit)
-        grouped: dict[tuple[str, str], list[dict[str, Any]]] = {}
+        grouped: dict[tuple[str, str], list[Row]] = {}
         for row in records(self.runs[(self.runs["setting"] != "") & (self.runs["outcome"] == "ok")]):
             grouped.setdefault((row["setting"], row["experiment"]), []).append(row)
         return tuple(
@@ -68,7 +71,7 @@ class Results:
         return {str(name): group for name, group in self.control.groupby("experiment", sort=False)}
 
     @cached_property
-    def configs(self) -> Mapping[str, Mapping[str, Any]]:
+    def configs(self) -> Mapping[str, Json]:
         """The settings of each run by dotted key."""
         return {run: json.loads(text or "{}") for run, text in zip(self.runs["run"], self.runs["config"], strict=True)}
 
@@ -82,20 +85,18 @@ class Results:
             with replacing(folder / f"{name}.parquet") as temporary:
                 getattr(self, name).to_parquet(temporary, compression="zstd", index=False)
         if self.sensitivity is not None:
-            self.sensitivity.save(folder / "sensitivity")
+            self.sensitivity.save(folder / SENSITIVITY)
 
     @classmethod
     def load(cls, folder: Path) -> "Results":
         """Read the tables back; one that is not there is empty. Raises UserError for a damaged or foreign folder."""
-        import pandas as pd
-
         if not (folder / "metrics.parquet").is_file():
             message = f"{folder} holds no metrics.parquet; name a folder of results, such as paper/results"
             raise UserError(message)
         paths = {name: folder / f"{name}.parquet" for name in TABLES}
-        stored = {name: read_table(path) if path.is_file() else pd.DataFrame() for name, path in paths.items()}
-        tables = {name: typed(name, table) for name, table in stored.items()}
-        return cls(**tables, sensitivity=Sensitivity.load(folder / "sensitivity"))
+        tables = {name: typed(name, read_table(path) if path.is_file() else ()) for name, path in paths.items()}
+        inner = folder / SENSITIVITY
+        return cls(**tables, sensitivity=cls.load(inner) if inner.is_dir() else None)
 
 
 def read_table(path: Path, remedy: str = "make it again with `repro report`") -> "pd.DataFrame":
@@ -124,44 +125,3 @@ def typed(name: str, rows: "pd.DataFrame | Iterable[Mapping[str, object]]") -> "
             values = values.map(lambda entry: [] if entry is None or isinstance(entry, float) else list(entry))
         columns[column] = values.astype(PANDAS_TYPES[kind])  # type: ignore[call-overload]
     return pd.DataFrame(columns)
-
-
-SENSITIVITY = "sensitivity"  # where its runs are listed, in the place of a scale
-
-
-@dataclass(frozen=True)
-class Case:
-    """One run that takes the place of ours for one claim; `choice` and `alternative` are spelt as overrides."""
-
-    assumption: str
-    choice: str
-    alternative: str
-    claim: str
-    experiment: str
-    run: str
-    instead: str
-
-
-@dataclass(frozen=True)
-class Sensitivity:
-    """The results of the sensitivity runs, apart from all others, and the cases that they belong to."""
-
-    results: Results
-    cases: tuple[Case, ...]
-
-    def save(self, folder: Path) -> None:
-        """Write tables and cases as Parquet, each atomically."""
-        import pandas as pd
-
-        self.results.save(folder)
-        with replacing(folder / "cases.parquet") as temporary:
-            pd.DataFrame([asdict(case) for case in self.cases]).to_parquet(temporary, compression="zstd", index=False)
-
-    @classmethod
-    def load(cls, folder: Path) -> "Sensitivity | None":
-        """Read them back; None where there are none. Raises UserError for a damaged folder."""
-        path = folder / "cases.parquet"
-        if not path.is_file():
-            return None
-        cases = tuple(Case(**{str(key): str(value) for key, value in row.items()}) for row in records(read_table(path)))
-        return cls(Results.load(folder), cases)

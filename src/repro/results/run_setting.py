@@ -1,10 +1,9 @@
 """One setting is a run card; its members are those of all runs that differ in seeds alone."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -12,23 +11,49 @@ from repro.results.columns import Settings
 from repro.results.metric_names import metric_named, written
 from repro.results.run_card import options
 from repro.results.statistics import Estimate, estimate, share
-from repro.results.table_schema import as_text
+from repro.results.table_schema import Row, as_text
 
 Measured = dict[tuple[str, str], dict[tuple[str, int], float]]
 
 
+class FromRuns:
+    """What is made from rows of the runs table, or of the bench table."""
+
+    rows: Sequence[Row]
+
+    @property
+    def runs(self) -> tuple[str, ...]:
+        """The ids of the runs."""
+        return tuple(dict.fromkeys(row["run"] for row in self.rows))
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """The commands that repeat them."""
+        return tuple(dict.fromkeys(row["command"] for row in self.rows if row["command"]))
+
+    @property
+    def stale(self) -> bool:
+        """Whether the code has changed since one of them."""
+        return any(row.get("stale") is True for row in self.rows)
+
+    @property
+    def as_printed(self) -> bool:
+        """Whether every one follows a protocol as the paper prints it."""
+        return bool(self.rows) and all(row.get("as_printed") is True for row in self.rows)
+
+
 @dataclass(frozen=True)
-class RunSetting:
+class RunSetting(FromRuns):
     """One setting with its pooled members; a member that diverged counts, a run that failed (no memory, time) does not.
 
     card      the card columns
-    runs      its finished rows of the runs table
+    rows      its finished rows of the runs table
     measured  (metric, split) -> (run, seed) -> value
     units     metric -> unit
     """
 
-    card: Mapping[str, Any]
-    runs: tuple[Mapping[str, Any], ...]
+    card: Row
+    rows: tuple[Row, ...]
     measured: Measured = field(default_factory=dict, repr=False)
     units: Mapping[str, str] = field(default_factory=dict, repr=False)
 
@@ -36,7 +61,7 @@ class RunSetting:
     def members(self) -> Mapping[int, tuple[str, str]]:
         """Each member once, by its seed: the run that it is taken from and its status there."""
         found: dict[int, tuple[str, str]] = {}
-        for run in sorted(self.runs, key=lambda run: run["run"]):
+        for run in sorted(self.rows, key=lambda run: run["run"]):
             name, statuses = run["run"], run["member_status"]
             seeds = run["seeds"] or sorted({seed for of in self.measured.values() for own, seed in of if own == name})
             for place, seed in enumerate(seeds):
@@ -53,35 +78,15 @@ class RunSetting:
         """Number of members that diverged."""
         return sum(status != "ok" for _, status in self.members.values())
 
-    @property
-    def run_ids(self) -> tuple[str, ...]:
-        """The runs behind this setting."""
-        return tuple(run["run"] for run in self.runs)
-
-    @property
-    def command(self) -> str:
-        """The commands that repeat it, one per run."""
-        return " && ".join(run["command"] for run in self.runs if run["command"])
-
-    @property
-    def stale(self) -> bool:
-        """Whether the code has changed since one of the runs."""
-        return any(run["stale"] is True for run in self.runs)
-
-    @property
-    def as_printed(self) -> bool:
-        """Whether the paper's own protocol was followed to its end."""
-        return self.card.get("as_printed") is True
-
     @cached_property
     def settings(self) -> Settings:
         """Every setting that had a part in it, by dotted key."""
-        return dict(json.loads(self.runs[0]["config"] or "{}"))
+        return dict(json.loads(self.rows[0]["config"] or "{}"))
 
     @cached_property
     def options(self) -> Settings:
         """The settings without a column of their own that differ from the defaults of the options chosen."""
-        return options(self.settings, self.runs[0]["changed"].split())
+        return options(self.settings, self.rows[0]["changed"].split())
 
     def text(self, name: str) -> str:
         """The text of a card column, or of a setting by its dotted key."""

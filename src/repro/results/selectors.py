@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from repro.results.columns import LOOP
 from repro.results.results import Results
 from repro.results.run_card import OPTIONS, spelled
 from repro.results.run_setting import RunSetting
-from repro.results.table_schema import CARD, LOOP_CARD, TEST_SET, as_text, cell_text
+from repro.results.table_schema import CARD, LOOP_CARD, TEST_SET, Row, as_text, cell_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -43,7 +43,7 @@ def settings(results: Results, experiment: str | None, where: Where | None = Non
     return [
         setting
         for setting in results.settings
-        if experiment in (None, setting.runs[0]["experiment"]) and agrees(setting.text, where or {})
+        if experiment in (None, setting.rows[0]["experiment"]) and agrees(setting.text, where or {})
     ]
 
 
@@ -70,21 +70,17 @@ def loops_of_one_setting(results: Results, experiment: str, where: Where) -> "pd
     """
     loops = find_loops(results, experiment, where)
     named = {name for name, value in where.items() if isinstance(value, list)}
-    texts = {column: sorted(set(map(cell_text, loops[column]))) for column in LOOP_CARD if column not in named}
-    differing = [
-        f"{column} ({', '.join(found)})" for column, found in texts.items() if column != OPTIONS and len(found) > 1
-    ]
-    if differing := differing or _keys_in_which_differ(results, loops, named):
-        raise AmbiguousError(f"closed loops of {experiment} with {_spelled(where)} differ in {'; '.join(differing)}")
+    texts = {column: set(map(cell_text, loops[column])) for column in LOOP_CARD if column not in {*named, OPTIONS}}
+    differing = _differing(texts)
+    if not differing:  # in a column, but perhaps in settings that no column shows
+        configs = [results.configs.get(run, {}) for run in loops["run"].unique()]
+        aside = {*named, *(key for name in named if name in LOOP for key in LOOP[name].keys)}
+        keys = sorted({key for config in configs for key in config} - aside)
+        keys = [key for key in keys if key.rpartition(".")[2] not in DRAWN]
+        differing = [key for key in keys if len({as_text(config.get(key)) for config in configs}) > 1]
+    if differing:
+        raise AmbiguousError(f"closed loops of {experiment} with {in_words(where)} differ in {'; '.join(differing)}")
     return loops
-
-
-def _keys_in_which_differ(results: Results, loops: "pd.DataFrame", named: Collection[str]) -> list[str]:
-    """Settings that no column shows, in which the runs of these loops differ, those drawn from loop to loop aside."""
-    configs = [results.configs.get(run, {}) for run in loops["run"].unique()]
-    aside = {*named, *(key for name in named if name in LOOP for key in LOOP[name].keys)}
-    keys = {key for config in configs for key in config if key not in aside and key.rpartition(".")[2] not in DRAWN}
-    return [key for key in sorted(keys) if len({as_text(config.get(key)) for config in configs}) > 1]
 
 
 def one_setting(results: Results, experiment: str, where: Where) -> RunSetting:
@@ -96,7 +92,7 @@ def one_setting(results: Results, experiment: str, where: Where) -> RunSetting:
         raise NotRunError(_why_not_run(results, experiment, where))
     if len(found) > 1:
         raise AmbiguousError(
-            f"{_spelled(where)} in {experiment} is ambiguous: its settings differ in {_varying(found)}"
+            f"{in_words(where)} in {experiment} is ambiguous: its settings differ in {_varying(found)}"
         )
     return found[0]
 
@@ -146,7 +142,7 @@ def paired_values(ours: RunSetting, other: RunSetting, metric: str) -> tuple[np.
     return np.array([first[seed] for seed in seeds]), np.array([second[seed] for seed in seeds])
 
 
-def anchor(results: Results, experiment: str, name: str, test_set: Mapping[str, object]) -> RunSetting | None:
+def anchor(results: Results, experiment: str, name: str, test_set: Row) -> RunSetting | None:
     """Find an anchor judged on the same test set: of this experiment first, from clean labels first."""
     for place in (experiment, None):
         found = [s for s in settings(results, place, ANCHORS[name]) if test_set_of(s.card) == test_set]
@@ -155,7 +151,7 @@ def anchor(results: Results, experiment: str, name: str, test_set: Mapping[str, 
     return None
 
 
-def test_set_of(card: Mapping[str, Any]) -> dict[str, Any]:
+def test_set_of(card: Row) -> Row:
     """Return the card columns that decide the test set; one long trajectory has no episodes."""
     return {c: card[c] for c in TEST_SET if not (c == "episode_steps" and card["regime"] == "long")}
 
@@ -190,10 +186,10 @@ def _texts(wanted: object) -> set[str]:
 
 def _why_not_run(results: Results, experiment: str, where: Where) -> str:
     for one in results.unfinished:
-        run = one.runs[0]
+        run = one.rows[0]
         if run["experiment"] == experiment and agrees(one.text, where):
             return f"{run['run']} {run['outcome']}: {run['error']}"
-    return f"no run of {experiment} with {_spelled(where)}"
+    return f"no run of {experiment} with {in_words(where)}"
 
 
 def _uncleanness(setting: RunSetting) -> tuple[bool, float, float, int]:
@@ -203,12 +199,14 @@ def _uncleanness(setting: RunSetting) -> tuple[bool, float, float, int]:
 
 
 def _varying(found: Sequence[RunSetting]) -> str:
-    parts = [
-        f"{column} ({', '.join(sorted({setting.text(column) or 'none' for setting in found}))})"
-        for column in varying_columns(found)
-    ]
-    return "; ".join(parts) or "their overrides"
+    texts = {column: {setting.text(column) or "none" for setting in found} for column in CARD}
+    return "; ".join(_differing(texts)) or "their overrides"
 
 
-def _spelled(where: Where) -> str:
+def _differing(texts: Mapping[str, Collection[str]]) -> list[str]:
+    return [f"{column} ({', '.join(sorted(found))})" for column, found in texts.items() if len(found) > 1]
+
+
+def in_words(where: Where) -> str:
+    """Spell a selector for a message."""
     return ", ".join(f"{column}={as_text(value)}" for column, value in where.items()) or "any card"

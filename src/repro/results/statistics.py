@@ -26,10 +26,10 @@ class Estimate:
 NOTHING = Estimate(math.nan, math.nan, math.nan, 0)
 
 
-def median_interval(values: ArrayLike, *, level: float = LEVEL) -> tuple[float, float]:
+def median_interval(values: ArrayLike) -> tuple[float, float]:
     """Return the interval of the median between two order statistics, for any distribution (Thompson 1936).
 
-    The narrowest [x_k, x_{n+1-k}] that covers the median with at least `level`; of five values both ends, which cover
+    The narrowest [x_k, x_{n+1-k}] that covers the median with at least LEVEL; of five values both ends, which cover
     with 93.75 %; nan for fewer.
     """
     from scipy.special import bdtr
@@ -38,12 +38,12 @@ def median_interval(values: ArrayLike, *, level: float = LEVEL) -> tuple[float, 
     if ordered.size < FEWEST:
         return math.nan, math.nan
     outside = bdtr(np.arange(ordered.size // 2), ordered.size, 0.5)
-    place = max(int(np.sum(outside <= (1 - level) / 2)) - 1, 0)
+    place = max(int(np.sum(outside <= (1 - LEVEL) / 2)) - 1, 0)
     return float(ordered[place]), float(ordered[-1 - place])
 
 
-def prediction_interval(values: ArrayLike, *, log: bool, level: float = LEVEL) -> tuple[float, float]:
-    """Return where one more draw falls with probability `level`; nan for fewer than two finite values.
+def prediction_interval(values: ArrayLike, *, log: bool) -> tuple[float, float]:
+    """Return where one more draw falls with probability LEVEL; nan for fewer than two finite values.
 
     Between two order statistics where there are enough (BY_RANK at 95 %), whatever the distribution; else by Student's
     t, of the logarithms where `log` and all are positive.
@@ -54,22 +54,22 @@ def prediction_interval(values: ArrayLike, *, log: bool, level: float = LEVEL) -
     sample = sample[np.isfinite(sample)]
     if sample.size < 2:
         return math.nan, math.nan
-    if (place := math.floor((sample.size + 1) * (1 - level) / 2 + 1e-9)) >= 1:
+    if (place := math.floor((sample.size + 1) * (1 - LEVEL) / 2 + 1e-9)) >= 1:
         return float(sample[place - 1]), float(sample[-place])
     if log and sample[0] > 0:
-        low, high = prediction_interval(np.log(sample), log=False, level=level)
+        low, high = prediction_interval(np.log(sample), log=False)
         return math.exp(low), math.exp(high)
-    half = stdtrit(sample.size - 1, 0.5 + level / 2) * sample.std(ddof=1) * math.sqrt(1 + 1 / sample.size)
+    half = stdtrit(sample.size - 1, 0.5 + LEVEL / 2) * sample.std(ddof=1) * math.sqrt(1 + 1 / sample.size)
     return float(sample.mean() - half), float(sample.mean() + half)
 
 
-def wilson_interval(successes: float, n: int, *, level: float = LEVEL) -> tuple[float, float]:
+def wilson_interval(successes: float, n: int) -> tuple[float, float]:
     """Return the Wilson score interval of a share (Wilson 1927); nan without trials."""
     from scipy.special import ndtri
 
     if n == 0:
         return math.nan, math.nan
-    z = float(ndtri(0.5 + level / 2))
+    z = float(ndtri(0.5 + LEVEL / 2))
     share = successes / n
     centre = (share + z**2 / (2 * n)) / (1 + z**2 / n)
     half = z * math.sqrt(share * (1 - share) / n + z**2 / (4 * n**2)) / (1 + z**2 / n)
@@ -84,12 +84,10 @@ def paired_ratio(ours: ArrayLike, other: ArrayLike) -> Estimate:
     """
     first, second = np.asarray(ours, dtype=float), np.asarray(other, dtype=float)
     finished = np.isfinite(first) & np.isfinite(second)
-    ratios = np.full(first.shape, math.nan)
+    ratios = np.where(np.isfinite(first), 0.0, np.where(np.isfinite(second), math.inf, math.nan))
     ratios[finished] = first[finished] / second[finished]
-    ratios[np.isfinite(first) & ~np.isfinite(second)] = 0.0
-    ratios[~np.isfinite(first) & np.isfinite(second)] = math.inf
     known = ratios[~np.isnan(ratios)]
-    failed = int(first.size - finished.sum())
+    failed = int(np.sum(~finished))
     if known.size == 0:
         return Estimate(math.nan, math.nan, math.nan, first.size, failed)
     return Estimate(_median(known), *median_interval(known), first.size, failed)

@@ -1,39 +1,35 @@
-"""What the store holds, read light: run.json and the experiments' lists, no table library."""
+"""What the store holds of a scale, read light: the experiments' lists and run.json, no table library."""
 
 import json
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 from repro.errors import UserError
 from repro.results.run_card import RunCard
-from repro.tracking.paths import RUN_FILE, Paths
-from repro.tracking.plain_data import Json
+from repro.tracking.experiment_list import Case, ListedJob, experiment_lists
+from repro.tracking.paths import FAILED, RUN_FILE, Paths
 from repro.tracking.record import Record
+
+BENCH_FILE = "bench.parquet"
 
 
 @dataclass(frozen=True)
 class StoredRun:
-    """One run as one experiment lists it.
+    """One run as one experiment lists it; `folder`: where it is stored, or its last failed attempt, or would be."""
 
-    folder   where it is stored, or its last failed attempt, or would be
-    content  its run.json; empty where there is none
-    listed   its entry in the list of the experiment
-    """
-
-    id: str
     experiment: str
     scale: str
+    listed: ListedJob
     folder: Path
-    content: Json
-    listed: Json
+    record: Record | None
     stale: bool
 
-    @cached_property
-    def record(self) -> Record | None:
-        """Its run.json. Raises UserError naming a file that holds something else."""
-        return record_of(self.folder, self.content) if self.content else None
+    @property
+    def id(self) -> str:
+        """The id of the run; empty for a job that has not reached it."""
+        return self.listed.run
 
     @property
     def outcome(self) -> str:
@@ -46,72 +42,52 @@ class StoredRun:
         failure = None if self.record is None else self.record.failure
         return "" if failure is None else f"{failure.type}: {failure.message}"
 
-    @property
-    def command(self) -> str:
-        """The command line that repeats it."""
-        made_by = "" if self.record is None else self.record.provenance.command
-        return str(self.listed.get("command") or made_by)
-
     @cached_property
     def card(self) -> RunCard:
         """The run card; of a run that did not finish, as listed. Raises TypeError or ValueError for a wrong one."""
-        return RunCard.of(self.listed if self.record is None or self.outcome != "ok" else self.record.summary)
+        return RunCard.of(self.record.summary if self.record and self.record.failure is None else vars(self.listed))
 
 
-def stored_runs(outputs: Path, scale: str, stale: Collection[str] = ()) -> list[StoredRun]:
-    """List the runs of a scale's experiments; one of several experiments comes once for each.
+@dataclass(frozen=True)
+class Stored:
+    """The runs of a scale's experiments (one of several experiments once for each), its benches, and its cases.
 
-    stale  ids of runs that are older than the code
-
-    Raises UserError for a damaged file.
+    Cases are those of sensitivity runs; the benches are all that there are where no experiment lists any.
     """
-    return [
-        _stored(outputs, job, experiment, scale, stale)
-        for experiment, job in _listed(outputs, scale)
-        if not (outputs / "bench" / str(job.get("run"))).is_dir()
-    ]
+
+    runs: Sequence[StoredRun]
+    benches: Sequence[Record]
+    cases: Sequence[Case]
 
 
-def stored_benches(outputs: Path, scale: str) -> list[Path]:
-    """List the bench folders of a scale's experiments; every bench folder where no experiment lists any."""
-    listed = {str(job.get("run")) for _, job in _listed(outputs, scale)}
-    finished = [
-        path.parent
-        for path in sorted((outputs / "bench").glob("*/run.json"))
-        if read_json(path).get("outcome") == "ok" and (path.parent / "bench.parquet").is_file()
-    ]
-    return [folder for folder in finished if folder.name in listed] or finished
+def read_stored(outputs: Path, scale: str, stale: Collection[str] = ()) -> Stored:
+    """Read what a scale's experiments list; `stale`: ids of runs that are older than the code.
+
+    Raises UserError naming a damaged file.
+    """
+    paths, lists = Paths(outputs), [*experiment_lists(Paths(outputs), scale)]
+    timed = [read_record(path.parent) for path in sorted((outputs / "bench").glob(f"*/{RUN_FILE}"))]
+    timed = [bench for bench in timed if bench.outcome == "ok" and bench.path(BENCH_FILE).is_file()]
+    listed = {job.run for each in lists for job in each.jobs}
+    runs = []
+    for each in lists:
+        for job in each.jobs:
+            folder, failed = paths.folder("runs", job.run), paths.folder("runs", job.run, FAILED)
+            folder = failed if failed.is_dir() and not folder.is_dir() else folder
+            record = read_record(folder) if (folder / RUN_FILE).is_file() else None
+            old = record is not None and job.run in stale
+            if not paths.folder("bench", job.run).is_dir():
+                runs.append(StoredRun(each.experiment, scale, job, folder, record, old))
+    benches = [bench for bench in timed if bench.id in listed] or timed
+    return Stored(runs, benches, [case for each in lists for case in each.cases])
 
 
-def _listed(outputs: Path, scale: str) -> Iterator[tuple[str, Json]]:
-    """The jobs that the lists of a scale's experiments name, each with its experiment."""
-    for path in sorted((outputs / "experiments" / scale).glob("[!.]*.json")):
-        jobs = read_json(path).get("jobs")
-        if not isinstance(jobs, list):
-            raise UserError(f"{path} has no list of jobs; delete it and run the experiment again")
-        yield from ((path.stem, job) for job in jobs)
-
-
-def record_of(folder: Path, content: Json) -> Record:
-    """Read the content of a run.json. Raises UserError naming the file when it is something else."""
+def read_record(folder: Path) -> Record:
+    """Read a run.json without a look at the other files. Raises UserError naming a damaged one."""
     try:
-        return Record.of(folder, content)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        message = f"{folder / RUN_FILE} is no record of a stage ({error!r}); delete its folder and run again"
-        raise UserError(message) from error
-
-
-def read_json(path: Path) -> Json:
-    """Read one JSON object. Raises UserError naming the file when it is damaged."""
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        message = f"{path} cannot be read ({error}); delete its folder and run again"
-        raise UserError(message) from error
-    if not isinstance(content, dict):
-        message = f"{path} holds no JSON object; delete its folder and run again"
-        raise UserError(message)
-    return content
+        return Record.of(folder, json.loads((folder / RUN_FILE).read_bytes()))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise UserError(f"{folder / RUN_FILE} cannot be read ({error!r}); delete its folder and run again") from error
 
 
 def stale_runs(outputs: Path) -> set[str]:
@@ -119,11 +95,3 @@ def stale_runs(outputs: Path) -> set[str]:
     from repro.tracking.survey import survey
 
     return {item.id for item in survey(Paths(outputs)) if item.state == "stale"}
-
-
-def _stored(outputs: Path, job: Json, experiment: str, scale: str, stale: Collection[str]) -> StoredRun:
-    name = str(job.get("run") or "")
-    finished, failed = outputs / "runs" / name, outputs / "runs" / ".failed" / name
-    folder = failed if name and not finished.is_dir() and failed.is_dir() else finished
-    content = read_json(folder / RUN_FILE) if name and (folder / RUN_FILE).is_file() else {}
-    return StoredRun(name, experiment, scale, folder, content, job, stale=bool(content) and name in stale)

@@ -2,13 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from repro.results.columns import Settings
 from repro.results.results import Results
 from repro.results.selectors import Where, find_loops
-from repro.results.table_schema import records
+from repro.results.table_schema import Row, records
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -24,8 +25,8 @@ class StoredLoop:
     obstacle  centre x, y and radius, m
     """
 
-    facts: Mapping[str, Any]
-    settings: Mapping[str, Any]
+    facts: Row
+    settings: Settings
     time: np.ndarray
     series: Mapping[str, np.ndarray]
     obstacle: tuple[float, float, float] | None
@@ -53,7 +54,7 @@ def find_loop(results: Results, experiment: str, choices: Sequence[Where]) -> St
     return None
 
 
-def stored_loop(facts: Mapping[str, Any], settings: Mapping[str, Any], stored: "pd.DataFrame") -> StoredLoop:
+def stored_loop(facts: Row, settings: Settings, stored: "pd.DataFrame") -> StoredLoop:
     """A loop from its row of the control table, the settings of its run, and its rows of the table closed_loops."""
     disc = stored[stored["name"].str.startswith("obstacle.")].set_index("name")["value"]
     moving = stored[~stored["name"].str.startswith("obstacle.")]

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Cell = str | int | float | None  # a value in a table
+Row = dict[str, Any]  # a row of a table: column -> value, None where it has none
 Columns = Mapping[str, type]
 
 
@@ -61,6 +62,8 @@ TABLES: Mapping[str, Columns] = {
         **_of(int, "fallbacks fallbacks_1 fallbacks_2 fallbacks_3 killed"),
     },
     "closed_loops": {"run": str, **_of(int, "loop member"), "x_des": float, "name": str, **_of(float, "t value")},
+    # Of sensitivity runs alone.
+    "cases": _of(str, "assumption choice alternative claim experiment run instead"),
     "stages": {
         **_of(str, "run stage id started"),
         **_of(float, "wall_s cpu_s peak_memory_mib"),
@@ -102,14 +105,13 @@ def cell_text(value: object) -> str:
     return as_text(plain(value))
 
 
-def records(table: "pd.DataFrame") -> list[dict[str, Any]]:
-    """Return the rows as dictionaries of Python values, None where one is missing."""
-    return [{str(name): plain(value) for name, value in row.items()} for row in table.to_dict("records")]
+def records(table: "pd.DataFrame") -> list[Row]:
+    """Return the rows with Python values, None where one is missing."""
+    rows: list[Row] = table.astype("object").where(table.notna(), None).to_dict("records")  # type: ignore[assignment]
+    return rows
 
 
-def as_column(kind: type, value: Any) -> Cell:
+def as_column(kind: type, value: object) -> Cell:
     """Bring one value to its column's type; None stays None for numbers and becomes empty text."""
-    if kind is str:
-        return as_text(value)
-    typed: Cell = None if value is None else kind(value)
+    typed: Cell = as_text(value) if kind is str else None if value is None else kind(value)
     return typed

@@ -11,9 +11,10 @@ from repro.claims.claims import Claim
 from repro.config.overrides import expand, key_of
 from repro.config.places import digest
 from repro.errors import UserError
-from repro.results.results import SENSITIVITY, Case
-from repro.sweep.listing import ExperimentList, ListedJob
+from repro.results.results import SENSITIVITY
+from repro.sweep.listing import listed_job
 from repro.sweep.planned_job import PlannedJob, plan_jobs
+from repro.tracking.experiment_list import Case, ExperimentList, experiment_lists
 from repro.tracking.files import disk_errors_explained
 from repro.tracking.paths import Paths
 
@@ -65,10 +66,9 @@ def list_cases(paths: Paths, cases: Sequence[Case], jobs: Sequence[PlannedJob], 
 
     What was listed before for assumptions that are not `tried` now stays. Raises UserError for a damaged list.
     """
-    folder = paths.experiments / SENSITIVITY
-    listed = [each for path in sorted(folder.glob("*.json")) if (each := ExperimentList.read(path)) is not None]
+    folder, listed = paths.experiments / SENSITIVITY, [*experiment_lists(paths, SENSITIVITY)]
     retained = [case for each in listed for case in each.cases if case.assumption not in tried]
-    known = {job.run: job for each in listed for job in each.jobs} | {job.run: ListedJob.of(job) for job in jobs}
+    known = {job.run: job for each in listed for job in each.jobs} | {job.run: listed_job(job) for job in jobs}
     by_experiment: dict[str, list[Case]] = {}
     for case in [*retained, *cases]:
         by_experiment.setdefault(case.experiment, []).append(case)

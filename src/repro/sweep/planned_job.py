@@ -4,7 +4,7 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Self
 
 from repro.config.compose import Composed, Overrides, plan
 from repro.config.overrides import expand, experiments
@@ -65,7 +65,7 @@ class PlannedJob:
         return agrees(lambda name: as_text(self._columns.get(name)), where)
 
     @cached_property
-    def _columns(self) -> dict[str, Any]:
+    def _columns(self) -> dict[str, object]:
         """The card that its run will have, or that of its closed loops where it has any, by column."""
         config, n_train = self.pipeline.config, None
         if isinstance(config.data, RandomForce):

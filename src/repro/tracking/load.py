@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from repro.errors import UserError
 from repro.tracking import index, record
-from repro.tracking.listed_jobs import listed_jobs
+from repro.tracking.experiment_list import experiment_lists
 from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.record import Record
 
@@ -140,7 +140,8 @@ def load_runs(*, root: Path | str | None = None, **filters: Any) -> pd.DataFrame
     )
     if cards.empty:
         return pd.DataFrame(columns=_COLUMNS)
-    listed = pd.DataFrame([(job.run, job.experiment, job.scale) for job in listed_jobs(paths)], columns=_COLUMNS[:3])
+    jobs = [(job.run, each.experiment, each.scale) for each in experiment_lists(paths) for job in each.jobs]
+    listed = pd.DataFrame(jobs, columns=_COLUMNS[:3])
     cards = cards.merge(listed.drop_duplicates(), how="left", on="run").fillna({"experiment": "", "scale": ""})
     for key, condition in filters.items():
         if key in cards:

@@ -11,8 +11,8 @@ from typing import Any
 
 from repro.errors import UserError
 from repro.tracking import code, index, lock
+from repro.tracking.experiment_list import ExperimentList, ListedJob, experiment_lists
 from repro.tracking.index import Index
-from repro.tracking.listed_jobs import JobOfAList, listed_jobs
 from repro.tracking.paths import HOLDER_FILE, WORK, Paths
 from repro.tracking.record import Identity, StageOutcome, read
 from repro.tracking.stage import Stage
@@ -68,10 +68,11 @@ def survey(
     """
     stored = index.load(paths)
     changes = _changes(stored)
-    listed: dict[str, list[JobOfAList]] = {}
-    for job in listed_jobs(paths):
-        # A job that has not reached its run has no id yet; its command takes the place of the id.
-        listed.setdefault(job.run or job.command, []).append(job)
+    listed: dict[str, list[tuple[ExperimentList, ListedJob]]] = {}
+    for each in experiment_lists(paths):
+        for job in each.jobs:
+            # A job that has not reached its run has no id yet; its command takes the place of the id.
+            listed.setdefault(job.run or job.command, []).append((each, job))
     items: dict[str, Item] = {}
     for id, entry in stored.finished().items():
         why = changes(id)
@@ -86,14 +87,14 @@ def survey(
         if items.get(item.id, item).state in (StageState.FAILED, item.state):
             items[item.id] = item
     for id, jobs in listed.items():
-        first = jobs[0]
+        first_list, first = jobs[0]
         item = items.get(id, Item(id, RUNS, id, StageState.MISSING, ("not made yet",), first.command))
-        current = settings is not None and settings(first.experiment) == first.settings
+        current = settings is not None and settings(first_list.experiment) == first_list.settings
         # A listing without overrides (the benchmark) is made by no configuration, so no default can outdate it.
         unsure = first.overrides and not current
         outdated = _outdated(item, first.overrides, stored, paths, expected) if expected and unsure else ()
         state = StageState.STALE if outdated and item.state is StageState.DONE else item.state
-        experiments = tuple(sorted({f"{job.scale}/{job.experiment}" for job in jobs}))
+        experiments = tuple(sorted({f"{each.scale}/{each.experiment}" for each, _ in jobs}))
         items[id] = replace(item, state=state, why=item.why + outdated, experiments=experiments)
     finished = [item for item in items.values() if item.state in (StageState.DONE, StageState.STALE)]
     for item in finished if verify else ():

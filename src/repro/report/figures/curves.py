@@ -74,7 +74,7 @@ def _draw_members(axis: Any, table: "pd.DataFrame", role: Role) -> None:
 
 
 def _curve(results: Results, setting: RunSetting, quantity: Quantity) -> "pd.DataFrame":
-    chosen = results.curves[results.curves["run"].isin(setting.run_ids) & (results.curves["name"] == quantity.name)]
+    chosen = results.curves[results.curves["run"].isin(setting.runs) & (results.curves["name"] == quantity.name)]
     members = {(run, seed) for seed, (run, _) in setting.members.items()}
     table = chosen.pivot_table(index="step", columns=["run", "member"], values="value", dropna=False)
     drawn = table.where(table > 0) if quantity.small is None else table

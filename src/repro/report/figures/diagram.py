@@ -110,29 +110,13 @@ def _network(axis: Any, layers: Sequence[int], area: tuple[float, float, float, 
 
 
 def _connect(axis: Any, start: Place, end: Place, dashed: bool) -> None:
-    ends = _below(start, end) if start[0] == end[0] else _beside(start, end)
-    axis.annotate(
-        "",
-        xytext=ends[0],
-        xy=ends[1],
-        arrowprops={
-            "arrowstyle": "-|>",
-            "linewidth": 0.9,
-            "linestyle": (0, (3, 1.5)) if dashed else "-",
-            "color": style.PAPER.colour,
-            "shrinkA": 1,
-            "shrinkB": 1,
-            "mutation_scale": 8,
-        },
-    )
-
-
-def _beside(start: Place, end: Place) -> tuple[tuple[float, float], tuple[float, float]]:
-    return (start[0] + start[2], start[1] + start[3] / 2), (end[0], end[1] + end[3] / 2)
-
-
-def _below(start: Place, end: Place) -> tuple[tuple[float, float], tuple[float, float]]:
-    middle = start[0] + start[2] / 2
-    if start[1] > end[1]:
-        return (middle, start[1]), (middle, end[1] + end[3])
-    return (middle, start[1] + start[3]), (middle, end[1])
+    x, y, wide, high = start
+    if x != end[0]:  # in another column
+        ends = (x + wide, y + high / 2), (end[0], end[1] + end[3] / 2)
+    elif y > end[1]:
+        ends = (x + wide / 2, y), (x + wide / 2, end[1] + end[3])
+    else:
+        ends = (x + wide / 2, y + high), (x + wide / 2, end[1])
+    line = {"linewidth": 0.9, "linestyle": (0, (3, 1.5)) if dashed else "-", "color": style.PAPER.colour}
+    head = {"arrowstyle": "-|>", "shrinkA": 1, "shrinkB": 1, "mutation_scale": 8}
+    axis.annotate("", xytext=ends[0], xy=ends[1], arrowprops=line | head)

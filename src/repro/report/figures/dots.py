@@ -33,13 +33,18 @@ def dot_plot(
     panels = np.atleast_1d(canvas.subplots(1, len(metrics), sharey=True))
     for panel, (metric, unit) in zip(panels, metrics.items(), strict=True):
         for row, (_, members) in enumerate(groups):
-            for offset, (setting, role) in zip(_offsets(len(members)), members, strict=True):
+            offsets = np.linspace(-0.2, 0.2, len(members)) if len(members) > 1 else (0.0,)
+            for offset, (setting, role) in zip(offsets, members, strict=True):
                 _dots(panel, row + offset, setting.values(metric), role)
                 if setting.failed and panel is panels[-1]:
-                    _count_failed(panel, row + offset, setting, role)
+                    place = {"xycoords": ("axes fraction", "data"), "va": "center", "fontsize": 7}
+                    text = f"{setting.failed} of {setting.n} failed"
+                    panel.annotate(text, (1.02, row + offset), color=role.colour, **place)
         _line(panel, (printed or {}).get(metric), style.PAPER)
         _line(panel, reference(metric), style.ANCHOR)
-        _scale(panel)
+        # A logarithmic axis of less than a decade has no readable ticks.
+        low, high = panel.dataLim.intervalx
+        panel.set_xscale("log" if low > 0 and high > 6 * low else "linear")
         panel.set_xlabel(f"{metric_named(metric).label} [{unit}]")
         panel.grid(visible=False, axis="y")
     panels[0].set_yticks(range(len(groups)), [title for title, _ in groups])
@@ -63,27 +68,6 @@ def _dots(panel: Any, height: float, values: np.ndarray, role: Role) -> None:
         panel.plot(median, ends, color=role.colour, linewidth=2.2)
 
 
-def _count_failed(panel: Any, height: float, setting: RunSetting, role: Role) -> None:
-    panel.annotate(
-        f"{setting.failed} of {setting.n} failed",
-        (1.02, height),
-        xycoords=("axes fraction", "data"),
-        va="center",
-        fontsize=7,
-        color=role.colour,
-    )
-
-
-def _scale(panel: Any) -> None:
-    # A logarithmic axis of less than a decade has no readable ticks.
-    low, high = panel.dataLim.intervalx
-    panel.set_xscale("log" if low > 0 and high > 6 * low else "linear")
-
-
 def _line(panel: Any, value: float | None, role: Role) -> None:
     if value is not None and np.isfinite(value) and value > 0:
         panel.axvline(value, linewidth=1.2, zorder=0.5, **role.line_style)
-
-
-def _offsets(count: int) -> np.ndarray:
-    return np.linspace(-0.2, 0.2, count) if count > 1 else np.zeros(1)

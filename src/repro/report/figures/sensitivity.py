@@ -1,7 +1,7 @@
 """How far each assumption moves the numbers that claims are judged by, and whether it moves a verdict."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from repro.claims.assumption_effects import AssumptionEffect
@@ -25,11 +25,18 @@ def sensitivity_figure(effects: Sequence[AssumptionEffect]) -> Figure:
         "claim. Values that are negative, or a share of zero, have no place here and stand in the table; changes of "
         "more than six decades are drawn at six.",
         "One row per assumption: how much another choice changes a claim's number, on a logarithmic axis.",
-        lambda _results: _drawn(_factors(effects)),
+        lambda _results: _drawn(effects),
     )
 
 
-def _drawn(factors: Mapping[str, list[tuple[float, bool]]]) -> "Canvas | None":
+def _drawn(effects: Sequence[AssumptionEffect]) -> "Canvas | None":
+    # By assumption: decades between the two values, and whether the verdict moves; positive values alone have them.
+    factors: dict[str, list[tuple[float, bool]]] = {}
+    for each in effects:
+        ours, other = each.ours.estimate.median, each.other.estimate.median
+        if each.moved is not None and 0 < ours < math.inf and 0 < other < math.inf:
+            decades = max(-DECADES, min(DECADES, math.log10(other / ours)))
+            factors.setdefault(each.assumption, []).append((decades, each.moved))
     if not factors:
         return None
     names = sorted(factors, key=lambda name: max(abs(decades) for decades, _ in factors[name]))
@@ -50,15 +57,3 @@ def _drawn(factors: Mapping[str, list[tuple[float, bool]]]) -> "Canvas | None":
     panel.grid(visible=False, axis="y")
     legend(canvas, panel, {"the verdict moves": MOVED, "it stays": STAYED})
     return canvas
-
-
-def _factors(compared: Sequence[AssumptionEffect]) -> Mapping[str, list[tuple[float, bool]]]:
-    """Decades between the two values, and whether the verdict moves, by assumption; positive values alone have them."""
-    factors: dict[str, list[tuple[float, bool]]] = {}
-    for each in compared:
-        ours, other = each.ours.estimate.median, each.other.estimate.median
-        if each.moved is None or not (math.isfinite(ours) and math.isfinite(other) and ours > 0 and other > 0):
-            continue
-        decades = max(-DECADES, min(DECADES, math.log10(other / ours)))
-        factors.setdefault(each.assumption, []).append((decades, each.moved))
-    return factors

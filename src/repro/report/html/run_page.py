@@ -5,12 +5,11 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from statistics import median
-from typing import Any
 
 from repro.report.sections import Content
 from repro.results.metric_names import metric_named, written
 from repro.results.results import Results
-from repro.results.table_schema import CARD, as_text, records
+from repro.results.table_schema import CARD, Row, as_text, records
 
 NAMED_BY = ("model", "basis", "hidden", "objective", "optimiser", "sequence")
 LOOP_COLUMNS = (
@@ -19,27 +18,15 @@ LOOP_COLUMNS = (
 )
 ONE_LOOP = ["run", "member", "controller", "start", "x_des"]
 SPLITS = {"test": "on the test set", "free": "on the test part of D_H", "train": "of the training"}
-Row = dict[str, Any]
-
-
-@dataclass(frozen=True)
-class MetricRow:
-    """One metric: `values` holds one per member, in the order of seeds, nan where it has none."""
-
-    split: str
-    name: str
-    label: str
-    meaning: str
-    unit: str
-    median: float
-    values: tuple[float, ...]
+Values = Mapping[tuple[str, str, str], Mapping[int, float]]  # (split, metric, unit) -> seed -> value
 
 
 @dataclass(frozen=True)
 class RunPage:
     """One run, whatever experiments list it, and what it answers: claims by name, tables by name and title.
 
-    A bench has no card columns and shows its comparisons.
+    A bench has no card columns and shows its comparisons. Of a metric, `values` holds one per member, in the order of
+    seeds, nan where it has none.
     """
 
     id: str
@@ -53,7 +40,7 @@ class RunPage:
     members: Mapping[int, str] = field(default_factory=dict)
     command: str = ""
     chosen: Mapping[str, str] = field(default_factory=dict)
-    metrics: Sequence[MetricRow] = ()
+    metrics: Sequence[Row] = ()
     loops: Sequence[Row] = ()
     benches: Sequence[Row] = ()
     stages: Sequence[Row] = ()
@@ -69,9 +56,8 @@ def run_pages(content: Content) -> list[RunPage]:
     for table in content.tables[1:]:
         for run in {run for row in table.rows for run in row.runs}:
             tables.setdefault(run, {})[table.name] = table.title
-    tried = content.results.sensitivity
     pages: dict[str, RunPage] = {}
-    for results in [content.results] if tried is None else [content.results, tried.results]:
+    for results in filter(None, (content.results, content.results.sensitivity)):
         for page in _pages(results, content.paper.systems, claims, tables):
             pages.setdefault(page.id, page)
     return [*pages.values()]
@@ -126,24 +112,23 @@ def _by_run(rows: Sequence[Row]) -> dict[str, list[Row]]:
     return by_run
 
 
-def _measured(results: Results) -> dict[str, dict[tuple[str, str, str], dict[int, float]]]:
-    """Run -> (split, metric, unit) -> seed -> value."""
+def _measured(results: Results) -> dict[str, Values]:
+    """The values of each run."""
     found: dict[str, dict[tuple[str, str, str], dict[int, float]]] = {}
     columns = ("run", "split", "metric", "unit", "member", "value")
     for run, split, name, unit, seed, value in zip(*(results.metrics[c].tolist() for c in columns), strict=True):
         found.setdefault(run, {}).setdefault((split, name, unit), {})[seed] = value
-    return found
+    return {**found}
 
 
-def _metric_rows(
-    measured: Mapping[tuple[str, str, str], Mapping[int, float]], members: Mapping[int, str]
-) -> list[MetricRow]:
+def _metric_rows(measured: Values, members: Mapping[int, str]) -> list[Row]:
     """The metrics of one run in their stored order, test set first."""
     rows = []
     for (split, name, unit), of in measured.items():
-        kind = metric_named(name)
-        values = tuple(of.get(seed, math.nan) for seed in members)
+        values = [of.get(seed, math.nan) for seed in members]
         finite = [value for value in values if not math.isnan(value)]
         middle = median(finite) if finite else math.nan
-        rows.append(MetricRow(split, name, kind.label, kind.meaning, "" if unit == "1" else unit, middle, values))
-    return sorted(rows, key=lambda row: [*SPLITS].index(row.split))
+        texts = {"label": metric_named(name).label, "meaning": metric_named(name).meaning}
+        shown_unit = "" if unit == "1" else unit
+        rows.append({"split": split, "name": name, **texts, "unit": shown_unit, "median": middle, "values": values})
+    return sorted(rows, key=lambda row: [*SPLITS].index(row["split"]))

@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from repro.claims.verdicts import VERDICTS, Verdict, headline
+from repro.claims.verdict_kind import VerdictKind
+from repro.claims.verdicts import Verdict, headline
 from repro.report.animation import Animation
 from repro.report.html.environment import ASSETS, rendered
 from repro.report.html.run_page import LOOP_COLUMNS, SPLITS, run_pages
@@ -16,7 +17,7 @@ from repro.report.sections import Content
 from repro.report.summary import finished_runs
 from repro.report.tables.verdicts import READING, cure, mark, measured
 from repro.results.results import SENSITIVITY
-from repro.tracking.files import replacing, write_text
+from repro.tracking.files import replacing, write_bytes, write_text
 
 CLAIMS, RUNS = "claims", "runs"
 
@@ -63,9 +64,10 @@ def _front(content: Content) -> dict[str, Any]:
     tables = {table.name: table for table in content.tables[1:]}
     # A figure may have the name of a table.
     drawn = {SENSITIVITY, *content.paper.front_figures, *(name for one in content.sections for name in one.figures)}
+    trials = tables[SENSITIVITY].rows if SENSITIVITY in tables else ()
     tabled = {SENSITIVITY, *(name for one in content.sections for name in one.tables)}
     return {
-        "counts": {name: counted[name] for name in VERDICTS if counted[name]},
+        "counts": {name: counted[name] for name in VerdictKind if counted[name]},
         "headline": headline(content.verdicts),
         "cure": cure,
         "reading": READING,
@@ -75,9 +77,7 @@ def _front(content: Content) -> dict[str, Any]:
         "other_figures": [figure for name, figure in figures.items() if name not in drawn],
         "other_tables": [table for name, table in tables.items() if name not in tabled],
         "assumptions": content.assumptions,
-        "trials": [row.data for row in tables[SENSITIVITY].rows if "alternative" in row.data]
-        if SENSITIVITY in tables
-        else [],
+        "trials": [row.data for row in trials if "alternative" in row.data],
     }
 
 
@@ -93,8 +93,7 @@ def _copied(animations: Sequence[Animation], source: Path, folder: Path) -> list
         path = source / f"{animation.name}.gif"
         if not path.is_file():
             continue
-        with replacing(folder / path.name) as temporary:
-            shutil.copyfile(path, temporary)
+        write_bytes(folder / path.name, path.read_bytes())
         with Image.open(path) as picture:
             width, height = picture.size
             with replacing(folder / f"{path.stem}.png", keep_suffix=True) as temporary:
@@ -111,8 +110,8 @@ def _rule(verdict: Verdict) -> Mapping[str, str]:
     predicted = claim.printed is not None and not math.isnan(low)
     lines = {
         "experiment": claim.experiment,
-        "runs meant": _spelled(claim.selector),
-        "criterion": _spelled({key: value for key, value in criterion.items() if value != {}}),
+        "runs meant": _yaml(claim.selector),
+        "criterion": _yaml({key: value for key, value in criterion.items() if value != {}}),
         "consistent with": f"{low:.3g} to {high:.3g}, where one more member falls with 95 %" if predicted else "",
         "cannot fail": claim.by_construction,
         "needs of ours": claim.with_changes,
@@ -123,9 +122,8 @@ def _rule(verdict: Verdict) -> Mapping[str, str]:
     return {title: text for title, text in lines.items() if text}
 
 
-def _spelled(mapping: Mapping[str, Any]) -> str:
+def _yaml(mapping: Mapping[str, Any]) -> str:
     import yaml
 
-    if not mapping:
-        return ""
-    return str(yaml.safe_dump(dict(mapping), sort_keys=False, allow_unicode=True, width=90)).strip()
+    text: str = yaml.safe_dump(dict(mapping), sort_keys=False, allow_unicode=True, width=90) if mapping else ""
+    return text.strip()

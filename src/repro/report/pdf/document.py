@@ -1,19 +1,46 @@
-"""The replication paper as plain values for the typesetter: texts, claims, figures; tables are in the supplement."""
+"""The report as a PDF, by typst: no program beside Python is needed, and the same content gives the same bytes.
 
+It has the texts, claims and figures; tables are in the supplement.
+"""
+
+import json
+import shutil
+import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from repro.claims.assumption_effects import AssumptionEffect
 from repro.claims.verdicts import Verdict, counts_of_claims
 from repro.report import writing
 from repro.report.pdf.prose import blocks
-from repro.report.sections import Content, ReportSection
+from repro.report.sections import Content
 from repro.report.tables.verdicts import cure, marks
+from repro.results.results import SENSITIVITY
+from repro.tracking.files import write_bytes
 
+ENTRY = "report.typ"
 TEXTS = "texts"  # the folder of the texts outside the sections, each shown by its name
-SENSITIVITY = "sensitivity"
 FIGURES = 1  # shown of a section; the others are in the supplement
+
+
+def write_pdf(content: Content, figures: Path, source: Path, target: Path) -> None:
+    """Typeset the content with the template in `source` (paper/report) and write the PDF atomically.
+
+    `figures` holds the drawn figures as PDF files. Raises UserError for a mistake in a text.
+    """
+    write_bytes(target, typeset(document(content), figures, source))
+
+
+def typeset(body: Mapping[str, Any], figures: Path, source: Path) -> bytes:
+    """Return the PDF of a document. Nothing outside of the two folders and the bundled fonts is read."""
+    import typst
+
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder)
+        for path in (*source.glob("*.typ"), *source.glob("*.yaml"), *figures.glob("*.pdf")):
+            shutil.copyfile(path, place / path.name)
+        (place / "content.json").write_text(json.dumps(body, ensure_ascii=False), encoding="utf-8")
+        return typst.compile(place / ENTRY, root=place, ignore_system_fonts=True)
 
 
 def document(content: Content) -> dict[str, Any]:
@@ -23,7 +50,12 @@ def document(content: Content) -> dict[str, Any]:
     """
     drawn = {figure.name: figure for figure in content.figures}
     titles = {table.name: table.title for table in content.tables}
-    moved = _moved_claims(content.effects)
+    found = {verdict.claim.name: verdict.verdict for verdict in content.verdicts}
+    # By assumption the claims of which a point estimate leans another way under another choice.
+    moved: dict[str, dict[str, None]] = {}
+    for effect in content.effects:
+        if effect.moved:
+            moved.setdefault(effect.assumption, {})[effect.ours.claim.name] = None
 
     def figures(names: Sequence[str]) -> list[dict[str, str]]:
         shown = [drawn[name] for name in names if name in drawn]
@@ -38,7 +70,13 @@ def document(content: Content) -> dict[str, Any]:
         "not_run": [verdict.claim.name for verdict in content.verdicts if not verdict.estimate.n],
         "front_figures": figures(content.paper.front_figures),
         "sections": [
-            _section(section, content.verdicts, titles) | {"figures": figures(section.figures[:FIGURES])}
+            {
+                "title": section.title,
+                "claims": [{"name": name, "verdict": found[name]} for name in section.claims if name in found],
+                "parts": [{"heading": part.heading, "blocks": blocks(part.text)} for part in section.parts],
+                "tables": [titles[name] for name in section.tables if name in titles],
+                "figures": figures(section.figures[:FIGURES]),
+            }
             for section in content.sections
         ],
         "assumptions": [
@@ -67,22 +105,3 @@ def _claim(verdict: Verdict) -> dict[str, str]:
         "marks": "; ".join(filter(None, (*marks(verdict), verdict.flag))),
         "change": cure(verdict),
     }
-
-
-def _section(section: ReportSection, verdicts: Sequence[Verdict], titles: Mapping[str, str]) -> dict[str, Any]:
-    found = {verdict.claim.name: verdict.verdict for verdict in verdicts}
-    return {
-        "title": section.title,
-        "claims": [{"name": name, "verdict": found[name]} for name in section.claims if name in found],
-        "parts": [{"heading": part.heading, "blocks": blocks(part.text)} for part in section.parts],
-        "tables": [titles[name] for name in section.tables if name in titles],
-    }
-
-
-def _moved_claims(effects: Sequence[AssumptionEffect]) -> Mapping[str, list[str]]:
-    """Return by assumption the claims of which a point estimate leans another way under another choice."""
-    moved: dict[str, dict[str, None]] = {}
-    for effect in effects:
-        if effect.moved:
-            moved.setdefault(effect.assumption, {})[effect.ours.claim.name] = None
-    return {name: [*claims] for name, claims in moved.items()}

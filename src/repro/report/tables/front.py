@@ -5,9 +5,9 @@ from typing import Any
 
 from pydantic.dataclasses import dataclass as checked
 
-from repro.report import writing
 from repro.report.tables.models import anchor_title, counted, model_title
-from repro.report.tables.table import markdown_head, markdown_line
+from repro.report.tables.table import markdown_table
+from repro.report.writing import number
 from repro.results.metric_names import metric_named
 from repro.results.results import Results
 from repro.results.run_setting import RunSetting
@@ -28,19 +28,16 @@ class FrontTable:
 
 def front_block(results: Results, table: FrontTable) -> str:
     """Return one line a model, worst first: medians of its metrics over the members."""
-    shown = sorted(
-        with_varying_options(settings(results, table.experiment, table.where)),
-        key=lambda setting: -setting.estimate("mae_tau").median,
-    )
-    lines = markdown_head(["model", *(metric_named(metric).label for metric in table.metrics), "members"])
-    for setting in shown:
-        cells = (_title(setting, table), *(_cell(setting, metric) for metric in table.metrics), str(setting.n))
-        lines.append(markdown_line([writing.markdown(cell) for cell in cells]))
-    return "\n".join(lines)
-
-
-def _cell(setting: RunSetting, metric: str) -> str:
-    return counted(setting) if metric == "trapped" else writing.number(setting.estimate(metric).median)
+    shown = with_varying_options(settings(results, table.experiment, table.where))
+    rows = [
+        [
+            _title(setting, table),
+            *(counted(setting) if m == "trapped" else number(setting.estimate(m).median) for m in table.metrics),
+            str(setting.n),
+        ]
+        for setting in sorted(shown, key=lambda setting: -setting.estimate("mae_tau").median)
+    ]
+    return markdown_table(["model", *(metric_named(metric).label for metric in table.metrics), "members"], rows)
 
 
 def _title(setting: RunSetting, table: FrontTable) -> str:

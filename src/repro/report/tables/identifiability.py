@@ -40,7 +40,11 @@ class IdentifiabilityTable:
         return Table(self.name, self.title, self.caption, titles, rows)
 
     def _row(self, results: Results, setting: RunSetting) -> Row:
-        directions = _directions(results, setting)
+        # The first member's directions in the order of their singular values: in words where not seen, else "".
+        seed, (run, _) = next(iter(setting.members.items()))
+        found = results.identifiability
+        found = found[(found["run"] == run) & (found["member"] == seed)].sort_values("order")
+        directions = [str(text) for text in found["direction"]]
         unseen = [text for text in directions if text]
         medians = {metric: setting.estimate(metric).median for metric in METRICS}
         card = {column: as_text(setting.card[column]) for column in self.columns}
@@ -51,11 +55,3 @@ class IdentifiabilityTable:
             "; ".join(unseen) or "nothing",
         )
         return Row.of([setting], cells, {**card, "terms": len(directions), **medians, "not_seen": "; ".join(unseen)})
-
-
-def _directions(results: Results, setting: RunSetting) -> list[str]:
-    """The first member's directions in the order of their singular values: in words where not seen, else ""."""
-    seed, (run, _) = next(iter(setting.members.items()))
-    rows = results.identifiability
-    rows = rows[(rows["run"] == run) & (rows["member"] == seed)]
-    return [str(text) for text in rows.sort_values("order")["direction"]]

@@ -1,7 +1,6 @@
 """Tables of models: one row per setting, and the trivial, degenerate and oracle rows of every test set beside them."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -58,25 +57,32 @@ class ModelTable:
         """Make the table; without runs it has no rows."""
         shown = [s for s in settings(results, self.experiment) if anchor_name(s) not in (TRIVIAL, DEGENERATE)]
         shown = with_varying_options(shown)
-        training = {setting.run_ids: training_of(setting, shown) for setting in shown}
-        layout = _Layout(
-            card=[column for column in varying_columns(shown) if column not in ("as_printed", "model")],
-            metrics=[m for m in (*self.metrics, *CORE) if any(setting.values(m).size for setting in shown)],
-            training=training if set(training.values()) != {ABSENT} else {},
-        )
+        columns = [column for column in varying_columns(shown) if column not in ("as_printed", "model")]
+        metrics = [m for m in (*self.metrics, *CORE) if any(setting.values(m).size for setting in shown)]
+        training = {setting.runs: training_of(setting, shown) for setting in shown}
+        training = training if set(training.values()) != {ABSENT} else {}
         rows: list[Row] = []
-        distinct: list[dict[str, Any]] = []
-        for test_set in (test_set_of(setting.card) for setting in shown):
-            if test_set not in distinct:
-                distinct.append(test_set)
-        for test_set in distinct:
+        test_sets = [test_set_of(setting.card) for setting in shown]
+        for test_set in {as_text([*each.values()]): each for each in test_sets}.values():
             anchors = {name: anchor(results, self.experiment, name, test_set) for name in ANCHORS}
             oracle = anchors[ORACLE]
             for setting in shown:
                 if test_set_of(setting.card) == test_set and not (oracle and setting.runs == oracle.runs):
-                    rows.append(layout.row(setting))
-            rows += [layout.anchor_row(name, found, test_set) for name, found in anchors.items()]
-        return Table(self.name, self.title, CAPTION, layout.columns, tuple(rows))
+                    rows.append(_row(setting, columns, columns, metrics, training))
+            for name, found in anchors.items():
+                if found is not None:
+                    # An anchor shows only its test set: it has no optimiser or width to compare.
+                    rows.append(_row(found, columns, test_set, metrics, training, anchor_as=name))
+                    continue
+                title, card = f"{ANCHOR_TITLES[name]}: not run", [as_text(test_set.get(column)) for column in columns]
+                data = {"model": title, **dict(zip(columns, card, strict=True)), "n": 0}
+                rows.append(
+                    Row((title, *card, *[ABSENT] * (len(metrics) + bool(training)), "0", "0", ""), data, anchor=True)
+                )
+        labels = (metric_named(metric).label for metric in metrics)
+        ends = (*(["trained"] if training else []), "members", "failed", "stale")
+        titles = ("model", *(column.replace("_", " ") for column in columns), *labels, *ends)
+        return Table(self.name, self.title, CAPTION, titles, tuple(rows))
 
 
 def plain_tables(results: Results, named: set[str]) -> list[Table]:
@@ -104,44 +110,29 @@ def counted(setting: RunSetting) -> str:
     return f"{trapped} of {setting.n}" + (" ⚠" if trapped else "")
 
 
-@dataclass(frozen=True)
-class _Layout:
-    """Which card columns and metrics a table shows, and the marks of training, where there are any, by run ids."""
-
-    card: Sequence[str]
-    metrics: Sequence[str]
-    training: Mapping[tuple[str, ...], str]
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        card = (column.replace("_", " ") for column in self.card)
-        metrics = (metric_named(metric).label for metric in self.metrics)
-        return ("model", *card, *metrics, *(["trained"] if self.training else []), "members", "failed", "stale")
-
-    def row(self, setting: RunSetting, *, anchor_as: str = "") -> Row:
-        # An anchor shows only its test set: it has no optimiser or width to compare.
-        shown = test_set_of(setting.card) if anchor_as else self.card
-        card = {column: as_text(setting.card[column]) if column in shown else "" for column in self.card}
-        title = anchor_title(anchor_as, setting.card["basis"]) if anchor_as else setting.title("model")
-        estimates = {metric: setting.estimate(metric) for metric in self.metrics}
-        data: dict[str, Any] = {"model": title, **card}
-        for metric, one in estimates.items():
-            data |= {metric: one.median, f"{metric}_low": one.low, f"{metric}_high": one.high}
-        trained = {"trained": self.training.get(setting.run_ids, ABSENT)} if self.training else {}
-        data |= {**trained, "n": setting.n, "failed": setting.failed, "stale": setting.stale}
-        cells = (
-            title,
-            *(written(column, value) for column, value in card.items()),
-            *(interval(one) if metric != "trapped" else counted(setting) for metric, one in estimates.items()),
-            *trained.values(),
-            *(str(setting.n), str(setting.failed), "stale" if setting.stale else ""),
-        )
-        return Row.of([setting], cells, data, anchor=bool(anchor_as))
-
-    def anchor_row(self, name: str, found: RunSetting | None, test_set: Mapping[str, Any]) -> Row:
-        if found is not None:
-            return self.row(found, anchor_as=name)
-        title = f"{ANCHOR_TITLES[name]}: not run"
-        card = {column: as_text(test_set.get(column)) for column in self.card}
-        absent = [ABSENT] * (len(self.metrics) + bool(self.training))
-        return Row((title, *card.values(), *absent, "0", "0", ""), {"model": title, **card, "n": 0}, anchor=True)
+def _row(
+    setting: RunSetting,
+    columns: Sequence[str],
+    shown: Collection[str],
+    metrics: Sequence[str],
+    training: Mapping[tuple[str, ...], str],
+    *,
+    anchor_as: str = "",
+) -> Row:
+    """One setting: its values in the `shown` columns, and the mark of training, where there are any, by run ids."""
+    card = {column: as_text(setting.card[column]) if column in shown else "" for column in columns}
+    title = anchor_title(anchor_as, setting.card["basis"]) if anchor_as else setting.title("model")
+    estimates = {metric: setting.estimate(metric) for metric in metrics}
+    data: dict[str, Any] = {"model": title, **card}
+    for metric, one in estimates.items():
+        data |= {metric: one.median, f"{metric}_low": one.low, f"{metric}_high": one.high}
+    trained = {"trained": training.get(setting.runs, ABSENT)} if training else {}
+    data |= {**trained, "n": setting.n, "failed": setting.failed, "stale": setting.stale}
+    cells = (
+        title,
+        *(written(column, value) for column, value in card.items()),
+        *(interval(one) if metric != "trapped" else counted(setting) for metric, one in estimates.items()),
+        *trained.values(),
+        *(str(setting.n), str(setting.failed), "stale" if setting.stale else ""),
+    )
+    return Row.of([setting], cells, data, anchor=bool(anchor_as))

@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
@@ -27,8 +27,8 @@ class Row:
         cls, settings: Sequence[RunSetting], cells: Sequence[str], data: Mapping[str, Any], *, anchor: bool = False
     ) -> Self:
         """Make a row from settings, whose runs and commands it then names."""
-        runs = tuple(run for setting in settings for run in setting.run_ids)
-        commands = tuple(setting.command for setting in settings if setting.command)
+        runs = tuple(run for setting in settings for run in setting.runs)
+        commands = tuple(command for setting in settings for command in setting.commands)
         return cls(tuple(cells), data, runs, commands, anchor)
 
 
@@ -60,19 +60,14 @@ class Table:
     def markdown(self) -> str:
         """Return a Markdown page: title, caption, table; the last column is the command that makes the row again."""
         titles = [*map(writing.markdown, self.columns), "replay"]
-        lines = [f"# {self.title}", "", self.caption, "", *markdown_head(titles)]
-        for row in self.rows:
-            command = " && ".join(row.commands).replace("|", r"\|")
-            cells = [writing.markdown(cell) for cell in row.cells]
-            lines.append(markdown_line([*cells, f"`{command}`" if command else ""]))
-        return "\n".join(lines) + "\n"
+        commands = [" && ".join(row.commands).replace("|", r"\|") for row in self.rows]
+        last = [f"`{command}`" if command else "" for command in commands]
+        table = markdown_table(titles, [row.cells for row in self.rows], last)
+        return f"# {self.title}\n\n{self.caption}\n\n{table}\n"
 
 
-def markdown_head(titles: Sequence[str]) -> list[str]:
-    """Return the first two lines of a Markdown table; the titles are escaped already."""
-    return [markdown_line(titles), markdown_line(["---"] * len(titles))]
-
-
-def markdown_line(cells: Sequence[str]) -> str:
-    """Return one line of a Markdown table; the cells are escaped already."""
-    return f"| {' | '.join(cells)} |"
+def markdown_table(titles: Sequence[str], rows: Iterable[Sequence[str]], last: Sequence[str] = ()) -> str:
+    """Return a Markdown table; titles, and the cells of the `last` column where there is one, are escaped already."""
+    lines = [titles, ["---"] * len(titles), *([writing.markdown(cell) for cell in row] for row in rows)]
+    lines[2:] = [[*line, cell] for line, cell in zip(lines[2:], last, strict=True)] if last else lines[2:]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
