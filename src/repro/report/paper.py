@@ -57,8 +57,7 @@ def load_paper(folder: Path) -> Paper:
         return TypeAdapter(Paper).validate_python(read_yaml(path))
     except ValidationError as error:
         first = error.errors()[0]
-        message = f"{path}, {'.'.join(str(part) for part in first['loc'])}: {first['msg']}"
-        raise UserError(message) from error
+        raise UserError(f"{path}, {'.'.join(str(part) for part in first['loc'])}: {first['msg']}") from error
 
 
 @cache
@@ -75,8 +74,7 @@ def load_figures(folder: Path) -> tuple[Figure, ...]:
     figures.append(TIMING)
     names = [figure.name for figure in figures]
     if repeated := {name for name in names if names.count(name) > 1}:
-        message = f"{folder / 'draw'}: several figures are named {', '.join(sorted(repeated))}"
-        raise UserError(message)
+        raise UserError(f"{folder / 'draw'}: several figures are named {', '.join(sorted(repeated))}")
     return tuple(figures)
 
 

@@ -67,8 +67,7 @@ class Texts:
         try:
             text = self._environment.get_template(name).render()
         except (TemplateError, TypeError, ValueError) as error:
-            message = f"{self.folder / name}, line {_line(error, name)}: {error}; see {__name__}"
-            raise UserError(message) from error
+            raise UserError(f"{self.folder / name}, line {_line(error, name)}: {error}; see {__name__}") from error
         return re.sub(r"\n\s*\n\s*\n", "\n\n", text).strip()
 
     def _metric(self, experiment: str, metric: str, **where: Any) -> str:

@@ -49,8 +49,7 @@ def publish(results: Results, root: Path) -> None:
 def _refuse_stale(results: Results, command: str) -> None:
     stale = results.runs.loc[results.runs["stale"].fillna(value=False), "run"]
     if len(stale):
-        message = f"{stale.nunique()} runs are older than the code; run: {command}"
-        raise UserError(message)
+        raise UserError(f"{stale.nunique()} runs are older than the code; run: {command}")
 
 
 def _refuse_unclean(root: Path) -> None:
@@ -63,5 +62,4 @@ def _refuse_unclean(root: Path) -> None:
         raise UserError(message) from error
     if status.strip():
         changed = ", ".join(line[3:] for line in status.splitlines()[:3])
-        message = f"the git tree is not clean ({changed}, ...): commit or remove the changes, then publish"
-        raise UserError(message)
+        raise UserError(f"the git tree is not clean ({changed}, ...): commit or remove the changes, then publish")

@@ -52,8 +52,7 @@ def parts(page: Path, name: str) -> tuple[str, str, str]:
     begin, end = f"<!-- {name}:begin -->", f"<!-- {name}:end -->"
     match = re.fullmatch(rf"(.*?{begin})(.*?)({end}.*)", page.read_text(encoding="utf-8"), flags=re.DOTALL)
     if match is None:
-        message = f"{page} lacks the marks {begin} and {end}; the table of {name} goes between them"
-        raise UserError(message)
+        raise UserError(f"{page} lacks the marks {begin} and {end}; the table of {name} goes between them")
     return match[1], match[2], match[3]
 
 

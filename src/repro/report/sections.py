@@ -66,8 +66,7 @@ def load_sections(texts: Texts) -> list[ReportSection]:
         return []
     names = texts.names(FOLDER)
     if not names:
-        message = f"{texts.folder / FOLDER} holds no sections of the report (*.md)"
-        raise UserError(message)
+        raise UserError(f"{texts.folder / FOLDER} holds no sections of the report (*.md)")
     return [_section(name, texts.fill(name)) for name in names]
 
 
@@ -79,11 +78,9 @@ def _section(name: str, text: str) -> ReportSection:
     try:
         facts = yaml.safe_load(head) if mark and end else None
     except yaml.YAMLError as error:
-        message = f"{name}: the lines between --- are no YAML: {error}"
-        raise UserError(message) from error
+        raise UserError(f"{name}: the lines between --- are no YAML: {error}") from error
     if not isinstance(facts, dict) or set(facts) != {"title", *LISTS}:
-        message = f"{name} must begin with title, {', '.join(LISTS)} between two lines of ---"
-        raise UserError(message)
+        raise UserError(f"{name} must begin with title, {', '.join(LISTS)} between two lines of ---")
     return ReportSection(
         id=name.removesuffix(".md").partition("-")[2],
         title=str(facts["title"]),
@@ -98,6 +95,5 @@ def _parts(name: str, body: str) -> tuple[Part, ...]:
     unknown = [part.heading for part in parts if part.heading not in HEADINGS]
     if before.strip() or unknown or not parts:
         fault = f"{', '.join(unknown)} is no heading" if unknown else "text must stand under a heading"
-        message = f"{name}: {fault}; allowed: {', '.join(HEADINGS)}"
-        raise UserError(message)
+        raise UserError(f"{name}: {fault}; allowed: {', '.join(HEADINGS)}")
     return tuple(part for part in parts if part.text)

@@ -91,8 +91,7 @@ class Results:
     def load(cls, folder: Path) -> "Results":
         """Read the tables back; one that is not there is empty. Raises UserError for a damaged or foreign folder."""
         if not (folder / "metrics.parquet").is_file():
-            message = f"{folder} holds no metrics.parquet; name a folder of results, such as paper/results"
-            raise UserError(message)
+            raise UserError(f"{folder} holds no metrics.parquet; name a folder of results, such as paper/results")
         paths = {name: folder / f"{name}.parquet" for name in TABLES}
         tables = {name: typed(name, read_table(path) if path.is_file() else ()) for name, path in paths.items()}
         inner = folder / SENSITIVITY

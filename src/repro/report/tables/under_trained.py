@@ -1,10 +1,10 @@
 """Whether a fit with a budget of CPU time had come to its end: its error against that after a part of the budget."""
 
-from collections.abc import Mapping, Sequence
-
-import numpy as np
+import math
+from collections.abc import Sequence
 
 from repro.report.writing import ABSENT
+from repro.results.columns import Settings
 from repro.results.run_setting import RunSetting
 
 BUDGET = "optimiser.budget_s"
@@ -18,33 +18,20 @@ def training_of(setting: RunSetting, others: Sequence[RunSetting]) -> str:
 
     The median MAE of accelerations decides. A setting without a budget, such another, or a finite error has no mark.
     """
-    budget = _budget(setting)
-    if budget is None:
-        return ABSENT
-    rest = _rest(setting.settings)
+    own, after = _budget(setting), setting.estimate("mae_qdd").median
     shorter = {
-        other_budget: other
-        for other in others
-        if (other_budget := _budget(other)) is not None and 2 * other_budget <= budget and _rest(other.settings) == rest
+        _budget(each): each for each in others if 2 * _budget(each) <= own < math.inf and _rest(each) == _rest(setting)
     }
-    if not shorter:
+    if not shorter or not math.isfinite(after):
         return ABSENT
-    before, after = _error(shorter[max(shorter)]), _error(setting)
-    if not np.isfinite(after):
-        return ABSENT
+    before = shorter[max(shorter)].estimate("mae_qdd").median
     return UNDER_TRAINED if after < STILL_FALLS * before else TRAINED
 
 
-def _budget(setting: RunSetting) -> float | None:
+def _budget(setting: RunSetting) -> float:
     budget = setting.settings.get(BUDGET)
-    return float(budget) if isinstance(budget, int | float) else None
+    return float(budget) if isinstance(budget, int | float) else math.inf
 
 
-def _rest(settings: Mapping[str, object]) -> dict[str, object]:
-    return {key: value for key, value in settings.items() if key != BUDGET}
-
-
-def _error(setting: RunSetting) -> float:
-    """The median over the members, those that failed infinitely wrong."""
-    values = setting.values("mae_qdd")
-    return float(np.median(np.nan_to_num(values, nan=np.inf))) if values.size else float("inf")
+def _rest(setting: RunSetting) -> Settings:
+    return {key: value for key, value in setting.settings.items() if key != BUDGET}
