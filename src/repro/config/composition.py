@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 # The groups of Hydra's own settings: no run reads them, and composing them takes a quarter of the time.
 _OWN_GROUPS = ("output", "launcher", "sweeper", "help", "hydra_help", "hydra_logging", "job_logging", "env")
-WITHOUT_HYDRAS_OWN = tuple(f"~hydra/{group}" for group in _OWN_GROUPS)
 
 
 def typed(raw: Mapping[str, Any]) -> Config:
@@ -72,7 +71,8 @@ def _chosen(choices: tuple[str, ...]) -> "DictConfig":
         hydra.initialize_config_dir(str(CONF), version_base="1.3")
     folders = [*settings_roots(), *(root / CONF.name for root in settings_roots()[1:] if (root / CONF.name).is_dir())]
     searchpath = ",".join(hydra_quoted(f"file://{folder}") for folder in folders)
-    chosen = hydra.compose("config", [f"hydra.searchpath=[{searchpath}]", *WITHOUT_HYDRAS_OWN, *choices])
+    without = [f"~hydra/{group}" for group in _OWN_GROUPS]
+    chosen = hydra.compose("config", [f"hydra.searchpath=[{searchpath}]", *without, *choices])
     with open_dict(chosen):
         chosen.pop("hydra", None)
     return chosen

@@ -100,25 +100,6 @@ def _port(config: Config) -> Iterator[str]:
         yield f"objective.kind = {kind!r}: the rows of eq. (12b) need model={suited}, not model={config.model.kind}"
 
 
-def _differentiable(config: Config) -> Iterator[str]:
-    objective, choice = config.objective, f"objective.kind = {config.objective.kind!r}"
-    for needed in ("differentiable", "implicit_form"):
-        if getattr(objective, f"needs_{needed}") and not getattr(config.model, needed):
-            yield f"{choice}: needs model={', '.join(_models_with(needed))}, not model={config.model.kind}"
-    if config.optimiser.linearises and not objective.linearised:
-        yield f"{choice}: has no Jacobian; use optimiser=adam, adam_budget or lbfgs, not {config.optimiser.name}"
-
-
-def _momentum_transform(config: Config) -> Iterator[str]:
-    weight, learned = config.objective.momentum_weight, config.model.has_momentum_transform
-    if bool(weight) != learned:
-        hidden = "set" if learned else "null"
-        yield (
-            f"objective.momentum_weight = {weight} and model.momentum_hidden is {hidden}: "
-            "Omega_tran needs both, or neither"
-        )
-
-
 def _start_of_coefficients(config: Config) -> Iterator[str]:
     if config.model.draws_coefficients and not linear(config):
         yield (
@@ -139,37 +120,42 @@ def _device(config: Config) -> Iterator[str]:
         yield f"{choice}: runs model={', '.join(_models_with('runs_on_device'))}, not {problem}; use device=cpu"
 
 
-def _l1(config: Config) -> Iterator[str]:
-    weights = {key: getattr(config.objective, key) for key in ("l1_kinetic", "l1_potential")}
+def _objective(config: Config) -> Iterator[str]:
+    """What a loss needs of the model and of the optimiser, and its weights of each other."""
+    objective, model, choice = config.objective, config.model, f"objective.kind = {config.objective.kind!r}"
+    for needed in ("differentiable", "implicit_form"):
+        if getattr(objective, f"needs_{needed}") and not getattr(model, needed):
+            yield f"{choice}: needs model={', '.join(_models_with(needed))}, not model={model.kind}"
+    if config.optimiser.linearises and not objective.linearised:
+        yield f"{choice}: has no Jacobian; use optimiser=adam, adam_budget or lbfgs, not {config.optimiser.name}"
+    if bool(objective.momentum_weight) != model.has_momentum_transform:
+        hidden = "set" if model.has_momentum_transform else "null"
+        yield (
+            f"objective.momentum_weight = {objective.momentum_weight} and model.momentum_hidden is {hidden}: "
+            "Omega_tran needs both, or neither"
+        )
+    weights = {key: getattr(objective, key) for key in ("l1_kinetic", "l1_potential")}
     if any(weights.values()) and not (config.optimiser.handles_l1 and linear(config)):
         weighted = ", ".join(f"objective.{key} = {value}" for key, value in weights.items())
         yield f"{weighted}: act on coefficients under optimiser=adam and a linear basis"
-
-
-def _free_motion_keeps_its_energy(config: Config) -> Iterator[str]:
-    for name, values in (("damping", config.system.damping), ("coulomb", config.system.coulomb)):
-        if config.sequence.uses_free_motion and any(values):
-            yield f"system.{name} = {values}: D_H keeps its energy only without friction"
-
-
-def _pretraining_epochs(config: Config) -> Iterator[str]:
-    epochs, kind = config.sequence.pretraining_epochs, config.sequence.kind
-    if epochs is None:
-        return
-    if not config.sequence.begins_with_free_motion:
-        yield f"sequence.pretraining_epochs = {epochs}: sequence={kind} has no phase on D_H alone; leave it at null"
-    if config.optimiser.unit != "epochs":
-        name = config.optimiser.name
-        yield f"sequence.pretraining_epochs = {epochs}: optimiser={name} does not count in epochs; leave it at null"
-
-
-def _finish(config: Config) -> Iterator[str]:
-    share, scale = config.objective.equal_weight_share, config.objective.error_scale
-    if share and scale is None:
+    if objective.equal_weight_share and objective.error_scale is None:
         yield (
-            f"objective.equal_weight_share = {share}: equal weights at the end need other weights before: "
-            "objective.error_scale"
+            f"objective.equal_weight_share = {objective.equal_weight_share}: equal weights at the end need other "
+            "weights before: objective.error_scale"
         )
+
+
+def _sequence(config: Config) -> Iterator[str]:
+    """Data without force: they keep their energy, and epochs on them alone need a phase and an optimiser for it."""
+    sequence, optimiser = config.sequence, config.optimiser
+    for name, values in (("damping", config.system.damping), ("coulomb", config.system.coulomb)):
+        if sequence.uses_free_motion and any(values):
+            yield f"system.{name} = {values}: D_H keeps its energy only without friction"
+    choice = f"sequence.pretraining_epochs = {sequence.pretraining_epochs}"
+    if sequence.pretraining_epochs is not None and not sequence.begins_with_free_motion:
+        yield f"{choice}: sequence={sequence.kind} has no phase on D_H alone; leave it at null"
+    if sequence.pretraining_epochs is not None and optimiser.unit != "epochs":
+        yield f"{choice}: optimiser={optimiser.name} does not count in epochs; leave it at null"
 
 
 def _model_of_system(config: Config) -> Iterator[str]:
@@ -244,17 +230,7 @@ RULES: Rules = (
     _closed_loop,
 )
 # Of a model with weights to fit.
-FITTED_RULES: Rules = (
-    _closed_form,
-    _differentiable,
-    _momentum_transform,
-    _device,
-    _l1,
-    _free_motion_keeps_its_energy,
-    _pretraining_epochs,
-    _finish,
-    without_accelerations,
-)
+FITTED_RULES: Rules = (_closed_form, _objective, _sequence, _device, without_accelerations)
 
 
 def _models_with(capability: str) -> list[str]:

@@ -20,7 +20,7 @@ class _Listener:
     """Where this process sends its progress and notices, and `log`, the file that takes its printed output."""
 
     report: Callable[[float | None, str], None] | None = None
-    notice: Callable[[str], None] | None = None
+    notice: Callable[[str], None] = lambda text: print(text, file=sys.stderr, flush=True)
     log: str = ""
     last_report: float = float("-inf")
     logged: set[str] = field(default_factory=set)
@@ -56,10 +56,7 @@ def report(fraction: float | None, text: str = "") -> None:
 def notice(text: str) -> None:
     """Show one line to the user."""
     _listener.collected.append(text)
-    if _listener.notice is not None:
-        _listener.notice(text)
-    else:
-        print(text, file=sys.stderr, flush=True)
+    _listener.notice(text)
 
 
 @contextmanager
