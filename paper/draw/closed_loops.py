@@ -140,17 +140,18 @@ def _angles(panel: Any, loop: StoredLoop) -> None:
 FIGURES = (
     Figure(
         "sip_closed_loop",
-        "Swing-up of the single pendulum past the obstacle (Fig. 5)",
+        "Swing-up of the single pendulum past the obstacle, as in Fig. 5",
         "Left: poses from start (black) to erect (black), the tip's path, the disc with its 5 % margin, x_des dotted;"
         " below, the clearance of the link. Right: energies of the plant, position with the 5 cm band, angle with the"
-        " 5 degree band, force. The vertical line: erect from there on.",
+        " 5 degree band, force. The vertical line: erect from there on. Above the picture: model and setting, ours and"
+        " not the printed ones.",
         "Cart and one link drawn at many moments from hanging to erect past a disc; beside them clearance, energies, "
         "position, angle and force over time.",
         partial(draw, experiment="sip_control", choices=SINGLE),
     ),
     Figure(
         "dip_closed_loop",
-        "Swing-up of the double pendulum past the obstacle (Fig. 6)",
+        "Swing-up of the double pendulum past the obstacle, as in Fig. 6",
         "As the figure before, with two rods and the smaller disc.",
         "Cart and two links drawn at many moments from hanging to erect past a small disc; beside them clearance, "
         "energies, position, angles and force over time.",

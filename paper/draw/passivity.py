@@ -35,7 +35,7 @@ def draw_margins(results: Results) -> "Canvas | None":
     for number, (setting, line) in enumerate(lines):
         role = style.SERIES[number % len(style.SERIES)]
         panel.plot(line.index, line, label=_label(setting), **role.line_style)
-    panel.axhline(BOUND, label="asked: never above 1e-9", **style.PAPER.line_style)
+    panel.axhline(BOUND, label="tolerance: 1e-9", **style.PAPER.line_style)
     panel.set_yscale("symlog", linthresh=1e-12)
     panel.set_yticks([-1e-2, -1e-6, -1e-10, 0, 1e-10, 1e-6, 1e-2, 1])
     panel.set_xscale("symlog", linthresh=10)

@@ -16,7 +16,10 @@ from repro.tracking.files import write_text
 
 PAGES = {"count": "README.md", "headlines": "README.md", "verdicts": "docs/verdicts.md"}
 SHORT = ("claim", "what the paper says", "printed", "ours [95 %]", "verdict")
-TITLES = ("claim", "what the paper says", "measured", "printed", "ours [95 %]", "units", "verdict", "smallest change")
+TITLES = (
+    *("claim", "where", "what the paper says", "measured", "printed"),
+    *("ours [95 %]", "units", "verdict", "smallest change"),
+)
 
 
 def write_tables(root: Path, results: Results, verdicts: Sequence[Verdict]) -> None:
@@ -67,4 +70,4 @@ def _long(verdict: Verdict) -> tuple[str, ...]:
     name, about, printed, ours, judged = _short(verdict)
     flagged = f"{judged}; {verdict.flag}" if verdict.flag else judged
     units = str(verdict.estimate.n or writing.ABSENT)
-    return name, about, measured(verdict), printed, ours, units, flagged, cure(verdict)
+    return name, verdict.claim.section, about, measured(verdict), printed, ours, units, flagged, cure(verdict)

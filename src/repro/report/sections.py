@@ -57,7 +57,7 @@ class Content:
 
 
 def load_sections(texts: Texts) -> list[ReportSection]:
-    """Fill the sections in the order of their file names; a part of which nothing is left falls out.
+    """Fill the sections in the order of their file names; a part or a section of which nothing is left falls out.
 
     A paper without texts has none. Raises UserError naming the file for a mistake in a text; a missing result reads
     "not run".
@@ -67,7 +67,8 @@ def load_sections(texts: Texts) -> list[ReportSection]:
     names = texts.names(FOLDER)
     if not names:
         raise UserError(f"{texts.folder / FOLDER} holds no sections of the report (*.md)")
-    return [_section(name, texts.fill(name)) for name in names]
+    sections = (_section(name, texts.fill(name)) for name in names)
+    return [section for section in sections if section.parts]
 
 
 def _section(name: str, text: str) -> ReportSection:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 ALWAYS = ("system", "model", "setting")
 # Named where they differ within an experiment.
 IF_VARIED = (
-    *("basis", "hidden", "objective", "optimiser", "energies", "task", "intervals", "horizon_s"),
+    *("basis", "hidden", "objective", "optimiser", "energies", "task", "intervals", "horizon_s", "adaptive"),
     *("seconds", "mismatch", "mismatch_kind", "noise", "disturbance", "delay", "friction"),
 )
 KEY_TITLES = {"task": "start", "horizon_s": "horizon [s]", "seconds": "length [s]", "mismatch_kind": "of"}
