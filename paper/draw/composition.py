@@ -104,8 +104,8 @@ FIGURES = (
         "composition",
         "A double pendulum of trained sub-models, and from scratch",
         "Noise of 0.1 N on every force; the cart with its rod was trained on 80,000 samples of its own with the same "
-        "noise and is frozen. Lines are medians, dots members. Beside a full basis the trained part adds nothing: it "
-        "lies in the basis. What is known of the rest is what helps.",
+        "noise and is frozen. Lines are medians, dots members. Beside a full basis the trained part adds nothing, "
+        "as it lies in the basis.",
         "Errors over the number of samples, both logarithmic, one line per way of building the model.",
         draw_samples,
     ),

@@ -18,13 +18,13 @@ ROW = 0.34  # inches
 LABEL = 52  # characters of a line
 COLUMNS = 4  # of the legend
 GROWTH = ("coordinates", "members", "samples")  # benches of how a step grows: they have no contenders
-NEVER = 1.6  # times the greatest finite ratio: where a rival is drawn that never arrived
+NEVER = 1.6  # times the greatest finite ratio: where a rival is drawn that did not reach the accuracy
 
 
 def draw(results: Results) -> "Canvas | None":
     """Draw one row per pair of contenders and one marker per size; None without timings."""
     bench = results.bench
-    # A rival of unbounded time never arrives; where ours did not, or neither, the table says so.
+    # A rival of unbounded time did not reach the accuracy; where ours did not, or neither, the table has it.
     bench = bench[(bench["ratio_median"] > 0) & ~bench["name"].isin(GROWTH)]
     if bench.empty:
         return None
@@ -42,7 +42,7 @@ def draw(results: Results) -> "Canvas | None":
     panel.set_yticks(range(len(pairs)), [_label(names) for names, _ in pairs], fontsize=6)
     panel.set_ylim(len(pairs) - 0.5, -0.5)
     panel.grid(visible=False, axis="y")
-    panel.set_xlabel("processor time, other / ours (right edge: the other never arrived)")
+    panel.set_xlabel("processor time, other / ours (right edge: the other did not reach the accuracy)")
     legend(canvas, panel, roles, columns=COLUMNS)
     return canvas
 

@@ -64,7 +64,7 @@ def document(content: Content) -> dict[str, Any]:
     return {
         "title": content.paper.title,
         "subtitle": content.paper.subtitle,
-        "made": f"Made from stored results of scale {content.results.scale or 'unknown'}; no number in it is typed.",
+        "made": f"Made from stored results of scale {content.results.scale or 'unknown'}; no result is typed.",
         "counts": [*counts_of_claims(content.verdicts).items()],
         "claims": [_claim(verdict) for verdict in content.verdicts if verdict.estimate.n],
         "not_run": [verdict.claim.name for verdict in content.verdicts if not verdict.estimate.n],
