@@ -15,7 +15,7 @@ from repro.config.overrides import expand, experiments
 from repro.pipeline.card import card_of
 from repro.report import placeholders
 from repro.report.paper import paper_folder
-from repro.results.gathering import Gathering
+from repro.results.gather import Gathering
 from repro.results.metric_names import metric_named
 from repro.results.results import Results, typed
 from repro.results.table_schema import TABLES
