@@ -31,6 +31,7 @@ def parsed(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
+@cache
 def imported(path: Path) -> set[str]:
     """Dotted names below `repro` that a file imports: at its head, in a function, or by a string."""
     names = set()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import subprocess
 import sys
@@ -14,11 +15,38 @@ import pytest
 
 # As in a sweep's jobs: equal bits, and small problems run faster. Read when torch and numpy are loaded.
 os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+# Threads that wait for another one leave the processor to the tests beside them.
+os.environ["OMP_WAIT_POLICY"] = "passive"
 
 from repro.tracking import code
 
 if TYPE_CHECKING:
     from synthetic_store import SyntheticStore
+
+
+# What the jobs of any test need and takes long to load.
+HEAVY = ("repro.pipeline.run", "repro.learning.adam", "repro.recording.layout", "rerun.blueprint", "pyarrow.dataset")
+HEAVY += ("torch", "repro.report.drawing", "matplotlib.backends.backend_agg", "matplotlib.backends.backend_pdf")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _cheaper() -> Iterator[None]:
+    """What costs a test process time and is no part of any check."""
+    preload = multiprocessing.set_forkserver_preload
+
+    def preload_for_all(modules: list[str]) -> None:
+        # The first sweep or report starts the one server of this process; the jobs of all others come from it too.
+        *others, last = modules
+        preload([*dict.fromkeys([*others, *HEAVY]), last])
+
+    with pytest.MonkeyPatch.context() as patch:
+        # One process composes here what many commands do; that both ways are equal is tested with the configuration.
+        patch.setattr("repro.config.compose.FEW", 0)
+        patch.setattr(multiprocessing, "set_forkserver_preload", preload_for_all)
+        patch.setattr(
+            os, "fsync", lambda descriptor: None
+        )  # results in a temporary folder need not outlive the machine
+        yield
 
 
 @pytest.fixture

@@ -99,6 +99,10 @@ def test_there_are_few_rooms_on_few_floors():
     assert max(floors.values()) <= 9
 
 
+def test_the_picture_of_the_rooms_is_current(capsys):
+    assert DRAWING["main"](["--check"]) == 0, capsys.readouterr().out
+
+
 def test_the_report_is_a_small_part():
     lines = Counter()
     for path in FILES:

@@ -11,7 +11,8 @@ import pytest
 import yaml
 
 from repro.config.compose import compose, plan
-from repro.config.overrides import expand
+from repro.config.composition import composed
+from repro.config.overrides import EXPERIMENT, expand
 from repro.config.places import ROOT, code_digest, digest
 from repro.config.registry import groups, settings
 from repro.errors import UserError
@@ -50,18 +51,46 @@ def written(path):
     return path
 
 
+@pytest.mark.parametrize("number", range(max(map(len, groups().values()))))
+def test_options_composed_apart_make_what_hydra_makes_of_them_together(number):
+    """Every option of every group is in one of these jobs at least, whether its rules accept it or not."""
+    job = [f"{group}={options[number % len(options)]}" for group, options in groups().items()]
+    assert json.dumps(composed(job)) == json.dumps(composed(job, apart=True))
+
+
+@pytest.mark.parametrize(
+    "job",
+    [
+        ("model=truth", "control=dip_printed,dip", "experiment=dip_control"),  # its values lie over those of a task
+        ("basis=t1", "task=random", "task.seconds=3", "experiment=sip_control"),
+        ("optimiser=lasso", "experiment=sip_selection"),
+        ("data=long", "experiment=ph_passivity"),
+    ],
+)
+def test_an_experiment_with_options_composed_apart_is_what_hydra_makes_of_it(job):
+    for one in expand(job, lines=False):
+        assert any(override.startswith(EXPERIMENT) for override in one)
+        assert json.dumps(composed(one)) == json.dumps(composed(one, apart=True))
+
+
+def test_many_jobs_are_composed_as_each_of_them_alone():
+    jobs = expand(["basis=t1,t2", "optimiser=lbfgs,levenberg_marquardt,adam", "data.samples=100,200"])
+    assert [one.config for one in plan(jobs)] == [compose(job).config for job in jobs]
+
+
 @pytest.mark.parametrize("option", OPTIONS)
-def test_every_option_composes(option, tmp_path):
+def test_every_option_composes(option, tmp_path, monkeypatch):
+    monkeypatch.setattr("repro.config.compose.FEW", 0)  # as in a sweep of many options
     recording = written(tmp_path / "recording.csv")
     companions = [text.replace("{file}", str(recording)) for text in COMPANIONS.get(option, [])]
-    composed = compose([option, *companions])
-    assert composed.config.members == list(range(composed.config.scale.seeds))
+    config = compose([option, *companions]).config
+    assert config.members == list(range(config.scale.seeds))
 
 
 @pytest.mark.parametrize("option", ["dip_best", "dip_printed"])
 def test_an_option_read_without_hydra_has_the_keys_and_values_that_hydra_composes(option):
-    composed = compose(["system=dip", "basis=fxf", f"control={option}"]).config
-    assert composed.control.plain() == settings("control", option)
+    config = compose(["system=dip", "basis=fxf", f"control={option}"]).config
+    assert config.control.plain() == settings("control", option)
 
 
 def test_a_base_is_no_option():
@@ -76,11 +105,11 @@ def test_a_base_is_no_option():
     "overrides", [["basis=t1", "seeds=[3,4]"], ["experiment=sip_energies", "sequence=joint", "scale=smoke"]]
 )
 def test_the_command_makes_the_same_configuration(overrides):
-    composed = compose(overrides)
-    program, command, *again = shlex.split(composed.command)
+    made = compose(overrides)
+    program, command, *again = shlex.split(made.command)
     assert (program, command) == ("repro", "run")
     (job,) = expand(again, lines=False)
-    assert compose(job).config == composed.config
+    assert compose(job).config == made.config
 
 
 def test_the_smallest_scale_cuts_the_seeds_of_an_experiment_and_not_those_of_a_command():
@@ -92,10 +121,10 @@ def test_the_smallest_scale_cuts_the_seeds_of_an_experiment_and_not_those_of_a_c
 
 def test_what_was_composed_is_read_from_the_cache(tmp_path):
     jobs = expand(["basis=t1,t2", "scale=quick"])
-    composed = []
-    first = plan(jobs, tmp_path, lambda jobs: composed.append(1))
-    assert plan(jobs, tmp_path, lambda jobs: composed.append(2)) == first
-    assert composed == [1]
+    calls = []
+    first = plan(jobs, tmp_path, lambda jobs: calls.append(1))
+    assert plan(jobs, tmp_path, lambda jobs: calls.append(2)) == first
+    assert calls == [1]
     (file,) = tmp_path.iterdir()
     stored = json.loads(file.read_text())
     assert stored["sources"] == f"{digest()} {code_digest()}"
@@ -121,7 +150,7 @@ def test_a_job_that_reads_a_file_is_checked_each_time(tmp_path):
 
 def test_jobs_that_share_their_choices_have_values_of_their_own():
     jobs = expand(["data.samples=1000,1001", "optimiser.epochs=7,8", "basis=t1"])
-    configs = [composed.config for composed in plan(jobs)]
+    configs = [one.config for one in plan(jobs)]
     assert [(c.data.samples, c.optimiser.epochs) for c in configs] == [(1000, 7), (1000, 8), (1001, 7), (1001, 8)]
     with pytest.raises(UserError, match=r"data\.train_fraction"):
         plan([*jobs[:-1], (*jobs[-1], "data.train_fraction=2")])

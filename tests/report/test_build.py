@@ -36,15 +36,18 @@ def test_a_build_writes_results_tables_figures_and_the_pages(built):
 
 
 @pytest.mark.usefixtures("pages_only")
-def test_an_unchanged_report_is_not_made_again_and_a_changed_one_is(quick_store):
+def test_an_unchanged_report_is_not_made_again_and_a_changed_one_is_without_pages_of_the_former(quick_store):
     one = quick_store.run("sip_basis", {"mae_tau": [0.2, 0.3]})
     first = build(quick_store.outputs, "quick")
+    left = first.folder / "runs" / "sip-other-0000000000.html"
+    left.write_text("", encoding="utf-8")
     stamp = first.page.stat().st_mtime_ns
     assert build(quick_store.outputs, "quick") == first
     assert first.page.stat().st_mtime_ns == stamp
     other = quick_store.run("sip_basis", {"mae_tau": [0.5, 0.6]}, basis="raw")
     assert build(quick_store.outputs, "quick").runs == 2
     assert first.page.stat().st_mtime_ns > stamp
+    assert {path.stem for path in left.parent.iterdir()} == {one, other}
     assert build(quick_store.outputs, "quick", stale={one, other}).stale == 2
 
 

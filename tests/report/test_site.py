@@ -113,15 +113,3 @@ def test_a_failed_run_shows_why(quick_store):
     cards = [path.read_text(encoding="utf-8") for path in build(quick_store.outputs, "quick").folder.glob("runs/*")]
     assert any("MemoryError: no room" in text for text in cards)
     assert any("seed 1: diverged &lt;early&gt;" in text and "1 of 2 members" in text for text in cards)
-
-
-@pytest.mark.usefixtures("pages_only")
-def test_pages_of_an_earlier_report_do_not_stay(quick_store):
-    name = quick_store.run("sip_basis", {"mae_tau": [0.2]})
-    folder = build(quick_store.outputs, "quick").folder
-    left = folder / "runs" / "sip-other-0000000000.html"
-    left.write_text("", encoding="utf-8")
-    quick_store.run("sip_basis", {"mae_tau": [0.3]}, basis="raw")
-    build(quick_store.outputs, "quick")
-    assert (folder / "runs" / f"{name}.html").is_file()
-    assert not left.exists()

@@ -39,7 +39,9 @@ def jobs_of(name):
 
 
 def at_scale(composed, scale):
-    """The configuration of a job at another scale, without composing it again."""
+    """The configuration of a job at a scale, without composing it again."""
+    if scale == composed.config.scale.name:
+        return scaled(composed.config)
     return scaled(parse(composed.config.model_dump() | {"scale": settings("scale", scale)}))
 
 

@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from repro.config.composed_cache import Cache
-from repro.config.composition import composed, typed
+from repro.config.composition import choices, composed, typed
 from repro.config.overrides import EXPERIMENT, check, experiment_of, renamed
 from repro.config.rules import impossible
 from repro.config.schema import Config
 from repro.errors import UserError
 
 Overrides = tuple[str, ...]  # of one job
+FEW = 3  # combinations of options up to which each is composed as a whole
 
 
 @dataclass(frozen=True)
@@ -47,8 +48,9 @@ def plan(
         check(job)
     if unknown:
         on_unknown(unknown)
+    apart = len({choices(job) for job in unknown}) > FEW
     for job in unknown:
-        raw, name = composed(job), experiment_of(job)
+        raw, name = composed(job, apart=apart), experiment_of(job)
         if (raw["experiment"] or "") != name:
             raise UserError(f"experiments/{name}.yaml: experiment = {raw['experiment']!r}: must be {name!r}")
         accepted = checked[job] = parse(raw)

@@ -114,13 +114,17 @@ def typed(name: str, rows: "pd.DataFrame | Iterable[Mapping[str, object]]") -> "
 
     schema = TABLES[name]
     frame = rows if isinstance(rows, pd.DataFrame) else pd.DataFrame(list(rows))
-    frame = frame.reindex(columns=list(schema))
-    columns = {}
-    for column, kind in schema.items():
-        values = frame[column]
-        if kind is str:
-            values = values.fillna("") if values.dtype == "str" else values.astype("object").where(values.notna(), "")
-        elif kind is list:
-            values = values.map(lambda entry: [] if entry is None or isinstance(entry, float) else list(entry))
-        columns[column] = values.astype(PANDAS_TYPES[kind])  # type: ignore[call-overload]
-    return pd.DataFrame(columns)
+    # Most columns of most tables are missing: one empty column per type serves them all.
+    nothing = pd.Series(float("nan"), index=frame.index)
+    empty = {kind: _of_kind(nothing, kind) for kind in {schema[column] for column in schema if column not in frame}}
+    columns = {c: _of_kind(frame[c], kind) if c in frame else empty[kind] for c, kind in schema.items()}
+    return pd.DataFrame(columns, index=frame.index)
+
+
+def _of_kind(values: "pd.Series", kind: type) -> "pd.Series":
+    """A column of one type of the schema, missing values filled."""
+    if kind is str:
+        values = values.fillna("") if values.dtype == "str" else values.astype("object").where(values.notna(), "")
+    elif kind is list:
+        values = values.map(lambda entry: [] if entry is None or isinstance(entry, float) else list(entry))
+    return values.astype(PANDAS_TYPES[kind])  # type: ignore[call-overload, no-any-return]

@@ -125,5 +125,6 @@ def _rule(verdict: Verdict) -> Mapping[str, str]:
 def _yaml(mapping: Mapping[str, Any]) -> str:
     import yaml
 
-    text: str = yaml.safe_dump(dict(mapping), sort_keys=False, allow_unicode=True, width=90) if mapping else ""
-    return text.strip()
+    dumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # in C where PyYAML has it
+    options: dict[str, Any] = {"sort_keys": False, "allow_unicode": True, "width": 90}
+    return str(yaml.dump(dict(mapping), Dumper=dumper, **options)).strip() if mapping else ""
