@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import torch
+from tensors import assert_close
 from torch.func import grad, hessian, jacrev, vmap
 
 from repro.bench.delan import DeLaN, delan_step
@@ -43,18 +44,18 @@ def test_inverse_is_the_autodiff_of_its_own_energy(peer, weights, motion):
         force = peer.heads(weights, q.unsqueeze(0))[2][0]
         return curvature[N_Q:, N_Q:] @ qdd + curvature[N_Q:, :N_Q] @ qd - slope[:N_Q] + force
 
-    torch.testing.assert_close(peer.inverse(weights, *motion), vmap(tau)(*motion), rtol=1e-10, atol=1e-10)
+    assert_close(peer.inverse(weights, *motion), vmap(tau)(*motion), rtol=1e-10, atol=1e-10)
 
 
 def test_both_ways_of_differentiating_give_one_force(peer, weights, motion):
-    torch.testing.assert_close(peer.automatic_inverse(weights, *motion), peer.inverse(weights, *motion))
+    assert_close(peer.automatic_inverse(weights, *motion), peer.inverse(weights, *motion))
 
 
 def test_slopes_are_the_derivatives_of_the_factor(peer, weights, motion):
     def factor(q):
         return peer.heads(weights, q.unsqueeze(0))[0][0]
 
-    torch.testing.assert_close(peer.heads(weights, motion[0])[1], vmap(jacrev(factor))(motion[0]))
+    assert_close(peer.heads(weights, motion[0])[1], vmap(jacrev(factor))(motion[0]))
 
 
 def test_the_factor_is_triangular_with_a_positive_diagonal(peer, weights, motion):

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import torch
+from tensors import assert_close
 
 from repro.learning import adam
 from repro.learning.adam import Adam
@@ -141,9 +142,7 @@ def test_a_member_that_diverges_later_keeps_its_last_finite_weights(engine, t1_p
     optimiser = Adam(epochs=5, batch_size=200, learning_rate=1e200, engine=engine)
     fitted = optimiser.fit(t1_problem, start(t1_problem.model), silent, NoCheckpoint())
     assert fitted.status == ["diverged at epoch 2"] * 3
-    torch.testing.assert_close(
-        fitted.parameters.abs(), torch.full((3, 4), 1e200, dtype=torch.float64), rtol=1e-3, atol=0
-    )
+    assert_close(fitted.parameters.abs(), torch.full((3, 4), 1e200, dtype=torch.float64), rtol=1e-3, atol=0)
 
 
 def test_l1_pulls_coefficients_that_the_data_do_not_hold(data, free, start):
@@ -172,4 +171,4 @@ def test_float32_comes_close_to_float64(t1_problem, start):
         for precision in ("float64", "float32")
     )
     assert single.dtype == torch.float32
-    torch.testing.assert_close(single.double(), double, rtol=1e-4, atol=1e-4)
+    assert_close(single.double(), double, rtol=1e-4, atol=1e-4)

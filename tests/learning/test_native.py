@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import torch
+from tensors import assert_close
 
 from repro.codegen import lanes
 from repro.codegen.c_library import CompilerError
@@ -168,7 +169,7 @@ def test_adam_takes_the_same_steps_in_both_engines(objectives, precision, close,
     ]
     assert fits[0].parameters.dtype == fits[1].parameters.dtype == getattr(torch, precision)
     assert not torch.equal(fits[0].parameters, parameters)
-    torch.testing.assert_close(fits[0].parameters, fits[1].parameters, rtol=close, atol=close)
+    assert_close(fits[0].parameters, fits[1].parameters, rtol=close, atol=close)
     for (step, name, values), (other_step, other_name, others) in zip(*(fit.curves for fit in fits), strict=True):
         assert (step, name) == (other_step, other_name)
         np.testing.assert_allclose(values, others, rtol=close)
@@ -183,7 +184,7 @@ def test_without_a_compiler_torch_gives_the_same_result(data, start, monkeypatch
     assert native(problem) is None
     for optimiser, expected in zip(optimisers, compiled, strict=True):
         ours = optimiser.fit(problem, parameters, silent, NoCheckpoint()).parameters
-        torch.testing.assert_close(ours, expected, rtol=1e-9, atol=1e-9)
+        assert_close(ours, expected, rtol=1e-9, atol=1e-9)
 
 
 def test_a_compiler_that_cannot_compile_counts_as_none(monkeypatch):

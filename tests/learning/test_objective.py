@@ -3,6 +3,7 @@
 import casadi
 import numpy as np
 import torch
+from tensors import assert_close
 
 from repro.codegen.array_evaluation import evaluate
 from repro.learning.objective import Objective
@@ -46,7 +47,7 @@ def test_the_forward_gradient_is_the_inverse_one_with_the_adjoint(data, start):
     weights = parameters.clone().requires_grad_()
     tau = MODEL.evaluate(weights, {name: torch.from_numpy(a) for name, a in predicted.items()}).tau
     (gradient,) = torch.autograd.grad((adjoint * tau).sum() / part.samples, weights)
-    torch.testing.assert_close(gradient, expected, rtol=1e-8, atol=1e-9 * expected.abs().max().item())
+    assert_close(gradient, expected, rtol=1e-8, atol=1e-9 * expected.abs().max().item())
 
 
 def test_energy_rows_ask_for_the_legendre_transform_or_the_printed_sum(free, start):
@@ -59,7 +60,7 @@ def test_energy_rows_ask_for_the_legendre_transform_or_the_printed_sum(free, sta
         terms = _evaluated(task, parameters)
         rows = task.objective.rows(terms, task.measured)
         expected = 2 * (ours(terms, task.measured["qd"]) - energy)
-        torch.testing.assert_close(rows, expected.unsqueeze(-1))
+        assert_close(rows, expected.unsqueeze(-1))
 
 
 def test_rows_come_in_order_with_the_roots_of_their_weights(free, start):
@@ -68,10 +69,10 @@ def test_rows_come_in_order_with_the_roots_of_their_weights(free, start):
     terms = model.evaluate(start(model), task.prepared)
     rows = task.objective.rows(terms, task.measured)
     assert rows.shape[-1] == 2 + 2 + 1
-    torch.testing.assert_close(rows[..., :2], terms.tau - task.measured["tau"])
-    torch.testing.assert_close(rows[..., 2:4], 3 * (terms.transformed_momentum - terms.momentum))
+    assert_close(rows[..., :2], terms.tau - task.measured["tau"])
+    assert_close(rows[..., 2:4], 3 * (terms.transformed_momentum - terms.momentum))
     expected = 0.5 * (terms.hamiltonian(task.measured["qd"]) - task.measured["energy"])
-    torch.testing.assert_close(rows[..., 4], expected)
+    assert_close(rows[..., 4], expected)
 
 
 def test_only_the_forward_equation_needs_the_mass_matrix():

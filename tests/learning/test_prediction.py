@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from tensors import assert_close
 
 from repro.data.random_force import random_force
 from repro.evaluation.model_motion import model_motion
@@ -61,7 +62,7 @@ def test_the_gradient_reaches_through_all_intervals(data):
     direction = torch.from_numpy(np.random.default_rng(3).standard_normal(weights.shape))
     with torch.no_grad():
         ahead, behind = (problem.loss(weights + s * direction) for s in (1e-6, -1e-6))
-    torch.testing.assert_close((gradient * direction).sum(1), (ahead - behind) / 2e-6, rtol=1e-5, atol=1e-8)
+    assert_close((gradient * direction).sum(1), (ahead - behind) / 2e-6, rtol=1e-5, atol=1e-8)
 
 
 def test_the_power_of_the_mixed_rows_is_that_of_the_force(data):
@@ -69,7 +70,7 @@ def test_the_power_of_the_mixed_rows_is_that_of_the_force(data):
     task = make_task(model, data, Objective(mixed.Options(power_weight=4.0, forward_weight=0.0)))
     weights = torch.from_numpy(model.initial([np.random.default_rng(k) for k in range(2)]))
     rows = task.residuals(model, weights)
-    torch.testing.assert_close(rows[..., 4], 2 * (rows[..., :2] * task.measured["qd"]).sum(-1))
+    assert_close(rows[..., 4], 2 * (rows[..., :2] * task.measured["qd"]).sum(-1))
     assert not rows[..., 2:4].any()
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from tensors import assert_close
 
 from repro.learning.objective import Objective
 from repro.learning.training import make_task
@@ -41,15 +42,15 @@ def test_linearised_rows_square_to_the_loss_and_their_jacobian_to_its_gradient(p
     loss = without.loss(parameters)
     (gradient,) = torch.autograd.grad(loss.sum(), parameters)
     rows, jacobian = without.linearise(parameters.detach())
-    torch.testing.assert_close(rows.square().sum(1), loss.detach())
-    torch.testing.assert_close(2 * torch.einsum("mr,mrp->mp", rows, jacobian), gradient)
+    assert_close(rows.square().sum(1), loss.detach())
+    assert_close(2 * torch.einsum("mr,mrp->mp", rows, jacobian), gradient)
 
 
 def test_the_l1_terms_are_added_once(problem, start):
     parameters = start(MODEL)
     without = TrainingProblem(problem.model, problem.tasks, problem.seeds)
     expected = without.loss(parameters) + parameters.abs() @ problem.l1
-    torch.testing.assert_close(problem.loss(parameters), expected)
+    assert_close(problem.loss(parameters), expected)
 
 
 def test_batches_of_equal_size_average_to_the_whole(problem, start):
@@ -57,13 +58,13 @@ def test_batches_of_equal_size_average_to_the_whole(problem, start):
     parameters = start(MODEL)
     order = torch.arange(135).repeat(3, 1)
     batches = [problem.loss(parameters, order[:, first : first + 27]) for first in range(0, 135, 27)]
-    torch.testing.assert_close(torch.stack(batches).mean(0), problem.loss(parameters))
+    assert_close(torch.stack(batches).mean(0), problem.loss(parameters))
 
 
 def test_a_member_alone_has_its_own_loss(problem, start):
     parameters = start(MODEL)
     alone = torch.cat([problem.member(m).loss(parameters[m : m + 1]) for m in range(3)])
-    torch.testing.assert_close(alone, problem.loss(parameters), rtol=1e-12, atol=0)
+    assert_close(alone, problem.loss(parameters), rtol=1e-12, atol=0)
     assert problem.member(2).seeds == [2]
 
 

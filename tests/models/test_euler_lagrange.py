@@ -6,6 +6,7 @@ import casadi
 import numpy as np
 import pytest
 import torch
+from tensors import assert_close
 from torch.func import grad, hessian, vmap
 
 from repro.codegen.array_evaluation import evaluate
@@ -65,9 +66,9 @@ def test_inverse_dynamics_and_their_gradients_agree_with_the_hessian(n_q):
     lagrangian, weights = network(n_q)
     q, qd, qdd, _ = motion(n_q)
     ours, (expected, _) = inverse_dynamics(lagrangian, q, qd, qdd), naive(lagrangian, q, qd, qdd)
-    torch.testing.assert_close(ours, expected, rtol=1e-10, atol=1e-10)
+    assert_close(ours, expected, rtol=1e-10, atol=1e-10)
     for one, other in zip(gradients(ours, weights), gradients(expected, weights), strict=True):
-        torch.testing.assert_close(one, other, rtol=1e-10, atol=1e-10)
+        assert_close(one, other, rtol=1e-10, atol=1e-10)
 
 
 @pytest.mark.parametrize("n_q", range(1, 9))
@@ -77,10 +78,10 @@ def test_forward_dynamics_and_their_gradients_agree_with_the_hessian(n_q):
     rest, mass = naive(lagrangian, q, qd, torch.zeros_like(qd))
     expected = torch.linalg.solve(mass, tau - rest)
     ours = forward_dynamics(lagrangian, q, qd, tau)
-    torch.testing.assert_close(mass_matrix(lagrangian, q, qd), mass, rtol=1e-10, atol=1e-10)
-    torch.testing.assert_close(ours, expected, rtol=1e-9, atol=1e-9)
+    assert_close(mass_matrix(lagrangian, q, qd), mass, rtol=1e-10, atol=1e-10)
+    assert_close(ours, expected, rtol=1e-9, atol=1e-9)
     for one, other in zip(gradients(ours, weights), gradients(expected, weights), strict=True):
-        torch.testing.assert_close(one, other, rtol=1e-8, atol=1e-8)
+        assert_close(one, other, rtol=1e-8, atol=1e-8)
 
 
 @pytest.mark.parametrize("links", [1, 3])

@@ -4,6 +4,7 @@ import casadi
 import numpy as np
 import pytest
 import torch
+from tensors import assert_close
 
 from repro.codegen.array_evaluation import evaluate
 from repro.mechanics.derive import derive
@@ -98,11 +99,11 @@ def test_per_sample_gradients_agree_with_autograd(any_model, samples, mass, star
 
     values, jacobian = model.rows(parameters.detach(), prepared, residual, mass)
     expected = residual(model.evaluate(parameters, prepared, mass))
-    torch.testing.assert_close(values, expected.detach())
+    assert_close(values, expected.detach())
     for row in range(values.shape[-1]):
         for sample in (0, 7):
             (gradient,) = torch.autograd.grad(expected[:, sample, row].sum(), parameters, retain_graph=True)
-            torch.testing.assert_close(jacobian[:, row, sample], gradient, rtol=1e-8, atol=1e-9)
+            assert_close(jacobian[:, row, sample], gradient, rtol=1e-8, atol=1e-9)
 
 
 def test_structured_mass_matrix_is_positive_semidefinite_for_any_weights(samples, start, prepare):
@@ -121,7 +122,7 @@ def test_members_do_not_influence_each_other(any_model, samples, start, prepare)
     together = model.evaluate(parameters, prepared, mass=True)
     alone = model.evaluate(parameters[1:2], {k: v[1:2] for k, v in prepared.items()}, mass=True)
     name = "tau" if model.inverse else "acceleration"
-    torch.testing.assert_close(getattr(together, name)[1:2], getattr(alone, name), rtol=1e-12, atol=1e-12)
+    assert_close(getattr(together, name)[1:2], getattr(alone, name), rtol=1e-12, atol=1e-12)
 
 
 def _rayleigh(model, q, qd, parameters):

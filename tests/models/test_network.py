@@ -6,6 +6,7 @@ import casadi
 import numpy as np
 import pytest
 import torch
+from tensors import assert_close
 
 from repro.codegen.array_evaluation import evaluate
 from repro.models.network import Network
@@ -79,7 +80,7 @@ def test_the_lie_gradient_is_every_pair_of_tangents_at_once(activation):
     pairs = network.propagate(weights, jets, [(0, 1), (0, 2), (0, 3)])[..., 0]
     value, rate, gradient, gradient_rate = network.lie_gradient(weights, z, zdot)
     for ours, expected in [(value, 0), (rate, 1), (gradient, slice(2, 5)), (gradient_rate, slice(5, 8))]:
-        torch.testing.assert_close(ours, pairs[:, :, expected], rtol=1e-12, atol=1e-12)
+        assert_close(ours, pairs[:, :, expected], rtol=1e-12, atol=1e-12)
 
 
 def test_the_lie_gradient_is_that_of_one_output():

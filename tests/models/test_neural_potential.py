@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import torch
+from tensors import assert_close
 
 from repro.data.random_force import random_force
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
@@ -38,7 +39,7 @@ def test_the_mass_matrix_depends_on_angles_alone_and_the_potential_on_all(rod):
     model, weights = rod
     q = np.random.default_rng(1).normal(size=(1, 6, 3))
     here, moved = (_terms(model, weights, q + shift, q) for shift in (0.0, np.array([0.3, -0.2, 2 * np.pi])))
-    torch.testing.assert_close(here.mass, moved.mass, rtol=1e-10, atol=1e-12)
+    assert_close(here.mass, moved.mass, rtol=1e-10, atol=1e-12)
     assert (here.potential - moved.potential).abs().min() > 1e-3
     assert torch.linalg.eigvalsh(here.mass).min() > 0
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import torch
+from tensors import assert_close
 
 from repro.data.random_force import random_force
 from repro.evaluation.model_motion import model_motion
@@ -56,10 +57,10 @@ def test_gradients_are_those_of_finite_differences(name, quantity):
         return getattr(model.evaluate(weights + step * direction, prepared, mass=True), quantity)
 
     rows, jacobian = model.rows(weights, prepared, lambda terms: getattr(terms, quantity), True)
-    torch.testing.assert_close(rows, values(0.0))
+    assert_close(rows, values(0.0))
     numeric = (values(1e-6) - values(-1e-6)) / 2e-6
     along = torch.einsum("mrni,mi->mnr", jacobian, direction)
-    torch.testing.assert_close(along, numeric, rtol=1e-5, atol=1e-5 * float(numeric.abs().max()))
+    assert_close(along, numeric, rtol=1e-5, atol=1e-5 * float(numeric.abs().max()))
 
 
 def test_the_energy_of_symoden_gains_what_its_input_does_and_loses_what_its_friction_takes():
@@ -78,7 +79,7 @@ def test_the_energy_of_symoden_gains_what_its_input_does_and_loses_what_its_fric
     push = outputs[2][:, :, 0].unflatten(-1, (3, 3)) @ prepared["tau"].unsqueeze(-1)
     braking = model._lower(outputs[3])[:, :, 0].mT @ prepared["qd"].unsqueeze(-1)
     power = (push.squeeze(-1) * prepared["qd"]).sum(-1) - braking.square().sum((-1, -2))
-    torch.testing.assert_close((energy(step) - energy(-step)) / (2 * step), power, rtol=1e-5, atol=1e-4)
+    assert_close((energy(step) - energy(-step)) / (2 * step), power, rtol=1e-5, atol=1e-4)
 
 
 def test_a_hamiltonian_keeps_its_energy_in_free_motion_and_accelerates_as_its_velocities_say():

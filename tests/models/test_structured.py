@@ -6,6 +6,7 @@ import casadi
 import numpy as np
 import pytest
 import torch
+from tensors import assert_close
 
 from repro.codegen.array_evaluation import evaluate
 from repro.data.random_force import random_force
@@ -79,7 +80,7 @@ def test_the_jacobian_is_that_of_autograd(model, samples):
     expected = torch.autograd.functional.jacobian(
         lambda one: model.evaluate(one.unsqueeze(0), {k: v[:1] for k, v in prepared.items()}).tau[0], weights[0]
     )
-    torch.testing.assert_close(jacobian[0].transpose(0, 1), expected, rtol=1e-9, atol=1e-9)
+    assert_close(jacobian[0].transpose(0, 1), expected, rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", SYSTEMS)

@@ -1,7 +1,5 @@
 """Closed loops as a stage: which are run, what they write, and that their recording shows them."""
 
-from functools import cache
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -63,22 +61,13 @@ def test_a_setting_drives_and_leaves_its_rows(setting, tmp_path, data):
     assert set(shown["loop"]) == {0, 1} and {"x", "theta", "force", "T", "clearance", "end1.x"} <= set(shown["name"])
 
 
-@cache
-def true_prediction(system, **constants):
-    """The plant of a system, its weights, and its model for controllers: the same for every setting."""
-    plant = load(system, **constants)
-    model = true_model(plant, damped=False)
-    (weights,) = model.initial([np.random.default_rng(0)])
-    return plant, weights, PredictiveModel(model, plant)
-
-
 @pytest.mark.parametrize("system", plugin_names("mechanics.systems"))
 @pytest.mark.parametrize("setting", [name for name in groups()["control"] if name != "none"])
 def test_every_system_and_controller_make_a_step_or_are_refused_in_one_line(system, setting):
     chosen = settings("control", setting)
     short = {"intervals": 2, "coarse_intervals": 0, "solver": "ipopt"} if chosen["kind"] == "mpc" else {}
     constants = {"n": 1} if system == "cart_rods" else {}
-    plant, weights, predicted = true_prediction(system, **constants)
+    plant = load(system, **constants)
     states = list(plant.rest_states)
     groups = {
         "system": settings("system", system) | constants,
@@ -94,10 +83,11 @@ def test_every_system_and_controller_make_a_step_or_are_refused_in_one_line(syst
         )
         assert f"system={system}" in str(refused) and len(str(refused).splitlines()) == 1
         return
-    options = config.control
+    model, options = true_model(plant, damped=False), config.control
+    (weights,) = model.initial([np.random.default_rng(0)])
     samples = np.random.default_rng(0).normal(size=(3, 50, plant.n_q))
     (start, _), *_ = config.task.starts(plant, 1)
-    with plugin(CONTROLLERS, options.kind).build(options, predicted, None, samples) as make:
+    with plugin(CONTROLLERS, options.kind).build(options, PredictiveModel(model, plant), None, samples) as make:
         step = make(weights, start.goal).decide(start.state)
     assert step.u.shape == (len(plant.inputs),) and np.all(np.abs(step.u) <= options.limits(plant))
 
