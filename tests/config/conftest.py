@@ -1,4 +1,4 @@
-"""Configurations composed as by a command of its own."""
+"""Configurations composed as by a command of its own, whose jobs never start."""
 
 import pytest
 
@@ -8,3 +8,5 @@ from repro.config.compose import FEW
 @pytest.fixture(autouse=True)
 def _composed_as_a_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("repro.config.compose.FEW", FEW)
+    # It would load torch beside the tests, for no job.
+    monkeypatch.setattr("repro.commands.run.start_server", lambda preload: None)
