@@ -54,12 +54,6 @@ class Summary:
         return self.folder / "results"
 
 
-def finished_runs(results: Results) -> int:
-    """How many runs of the experiments are finished, each counted once."""
-    runs = results.runs.drop_duplicates("run")
-    return int((runs["outcome"] == "ok").sum())
-
-
 def summarise(results: Results, verdicts: Sequence[Verdict], folder: Path, recordings: Path) -> Summary:
     """Sum a report up."""
     runs = results.runs.drop_duplicates("run")
@@ -69,7 +63,7 @@ def summarise(results: Results, verdicts: Sequence[Verdict], folder: Path, recor
         recordings=recordings,
         headline=headline(verdicts),
         verdicts=tuple(_line(verdict) for verdict in verdicts),
-        runs=finished_runs(results),
+        runs=int((runs["outcome"] == "ok").sum()),
         absent=int((runs["outcome"] != "ok").sum()),
         stale=int(runs["stale"].fillna(value=False).sum()),
     )

@@ -14,7 +14,6 @@ from repro.report.html.environment import ASSETS, rendered
 from repro.report.html.run_page import LOOP_COLUMNS, SPLITS, run_pages
 from repro.report.paper import load_animations
 from repro.report.sections import Content
-from repro.report.summary import finished_runs
 from repro.report.tables.verdicts import READING, cure, mark, measured
 from repro.results.results import SENSITIVITY
 from repro.tracking.files import replacing, write_bytes, write_text
@@ -40,7 +39,7 @@ def write_site(content: Content, folder: Path, paper: Path) -> None:
     }
     front = _front(content) | {
         "animations": _copied(load_animations(paper), paper / "animations", folder / "animations"),
-        "finished": finished_runs(content.results),
+        "finished": content.results.runs.loc[content.results.runs["outcome"] == "ok", "run"].nunique(),
         "pdf": (folder / "report.pdf").is_file(),
         "cards": cards,
     }
