@@ -45,7 +45,8 @@ def build(outputs: Path, scale: str, *, stale: Collection[str] = ()) -> Summary:
     results = replace(gather(stored, paper), sensitivity=gather_sensitivity(tried, paper))
     results.save(folder / "results")
     summary = summarise(results, render(results, folder), folder, recordings)
-    store_summary(summary, fingerprint)
+    summary = replace(summary, fingerprint=fingerprint)
+    store_summary(summary)
     return summary
 
 

@@ -31,7 +31,10 @@ class VerdictLine:
 
 @dataclass(frozen=True)
 class Summary:
-    """Where a report lies and what it says; `runs` counts finished ones, `absent` failed and missing ones."""
+    """Where a report lies and what it says; `runs` counts finished ones, `absent` failed and missing ones.
+
+    `fingerprint` is the digest of what it was made from; empty for one that is always made again.
+    """
 
     scale: str
     folder: Path
@@ -69,10 +72,9 @@ def summarise(results: Results, verdicts: Sequence[Verdict], folder: Path, recor
     )
 
 
-def store_summary(summary: Summary, fingerprint: str) -> None:
-    """Write the summary beside the report, with the fingerprint of what it was made from."""
-    stored = replace(summary, fingerprint=fingerprint)
-    write_text(summary.folder / FILE, TypeAdapter(Summary).dump_json(stored, indent=1).decode())
+def store_summary(summary: Summary) -> None:
+    """Write the summary beside the report."""
+    write_text(summary.folder / FILE, TypeAdapter(Summary).dump_json(summary, indent=1).decode())
 
 
 def stored_summary(folder: Path, recordings: Path, fingerprint: str) -> Summary | None:
