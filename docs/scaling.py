@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from repro.launch.memory import SHARE
+from repro.launch.machine import SHARE
 
 ROOT = Path(__file__).resolve().parents[1]
 STAGES = ROOT / "paper" / "results" / "stages.parquet"

@@ -75,6 +75,7 @@ def test_the_garbage_collector_rests_during_the_timings_only(stage):
 def test_summary_holds_the_quartiles_of_the_ratio_pair_by_pair():
     pairs = Pairs(np.array([1.0, 1.0, 1.0, 1.0]) / 1e3, np.array([8.0, 2.0, 6.0, 4.0]) / 1e3)
     expected = {"ratio_q25": 2, "ratio_median": 4, "ratio_q75": 6, "ours_ms": 1, "other_ms": 4}
+    expected |= {"ratio_least": 2, "ratio_greatest": 8}
     memory = {"ours_mib": 7, "other_mib": 0.5}
     assert replace(pairs, ours_mib=7, other_mib=0.5).summary() == pytest.approx(expected | memory)
     assert pairs.summary() == pytest.approx(expected | dict.fromkeys(memory, math.nan), nan_ok=True)

@@ -151,3 +151,34 @@ def test_every_problem_size_must_win_with_its_lower_quartile_and_by_the_margin(s
     assert outcome(judged(store, "bench_ratio_above", ratio=1.0, bench=one)) == "holds"
     with pytest.raises(NotRunError, match="no timing with name=delan"):
         judged(store, "bench_ratio_above", ratio=1.0, bench={"name": "delan"})
+
+
+def race(goal, ours, other, *ratios):
+    """A row of trainings to an accuracy, reached from so many of five starts; ratios: least, quartile, median, .."""
+    row = {"name": "race", "size": "1x10", "metric": "MAE_qdd", "goal": goal, "starts": 5}
+    keys = ("ratio_least", "ratio_q25", "ratio_median", "ratio_q75", "ratio_greatest")
+    return row | {"ours_reached": ours, "other_reached": other} | dict(zip(keys, ratios, strict=True))
+
+
+NEVER, ALWAYS = (0.0,) * 5, (math.inf,) * 5
+
+
+@pytest.mark.parametrize(
+    ("rows", "expected", "n"),
+    [
+        ([race(0.1, 5, 5, 1.1, 1.2, 1.5, 2, 3)], "holds", 5),
+        ([race(0.1, 5, 5, 1.02, 1.2, 1.5, 2, 3)], "open", 5),
+        ([race(0.1, 5, 5, 0.5, 0.6, 0.7, 0.8, 0.9)], "fails", 5),
+        ([race(0.1, 5, 0, *ALWAYS)], "holds", 5),
+        ([race(0.1, 0, 5, *NEVER)], "fails", 5),
+        ([race(0.1, 5, 5, 1.1, 1.2, 1.5, 2, 3), race(0.01, 5, 5, 0.5, 0.6, 0.7, 0.8, 0.9)], "open", 5),
+        ([race(0.1, 5, 5, 1.1, 1.2, 1.5, 2, 3), race(0.01, 0, 2, *NEVER)], "holds", 5),
+        ([race(0.1, 2, 1, 1.1, 1.2, 1.5, 2, 3)], "holds", 2),
+        ([race(0.1, 0, 0, *[math.nan] * 5)], "open", 0),
+    ],
+)
+def test_a_race_is_judged_by_its_starts_at_every_accuracy_that_enough_of_them_reach(store, rows, expected, n):
+    store.bench(rows)
+    finding = judged(store, "bench_ratio_above", ratio=1.0, bench={"name": "race"})
+    assert (outcome(finding), finding.estimate.n) == (expected, n)
+    assert all(f"MAE_qdd {row['goal']:g} " in finding.note for row in rows)

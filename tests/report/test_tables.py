@@ -1,5 +1,6 @@
 import csv
 import io
+import math
 from dataclasses import replace
 
 import pytest
@@ -7,11 +8,13 @@ import pytest
 from repro.claims.claims import load_claims
 from repro.claims.verdicts import judge_all
 from repro.report.paper import load_paper, paper_folder
-from repro.report.tables.every import all_tables
+from repro.report.tables.every import all_tables, timing_table
 from repro.report.tables.models import ModelTable, plain_tables
 from repro.report.tables.table import Row, Table
 from repro.report.writing import interval, markdown, number
+from repro.results.gather import gather
 from repro.results.statistics import Estimate
+from repro.results.stored import read_stored
 
 PAPER = load_paper(paper_folder())
 QUERIES = {query.name: query for query in PAPER.tables}
@@ -52,6 +55,20 @@ def test_an_interval_is_left_out_where_there_is_none():
 
 def test_markdown_cells_cannot_break_their_table():
     assert markdown("a|b_c\n<d>") == r"a\|b\_c \<d>"
+
+
+def test_a_race_shows_what_was_reached_and_from_how_many_starts(store):
+    row = {"name": "race", "ours": "a", "other": "b", "size": "1x10", "members": 1, "metric": "MAE_H", "goal": 0.01}
+    reached = {"starts": 5, "ours_reached": 5, "other_reached": 0, "ours_ms": 40.0, "other_ms": math.inf}
+    ratios = dict.fromkeys(("ratio_median", "ratio_q25", "ratio_q75", "ratio_least", "ratio_greatest"), math.inf)
+    store.bench(
+        [row | reached | ratios, {"name": "step", "size": "1x10", "members": 1, "ratio_median": 2.0, "ours_ms": 1}]
+    )
+    table = timing_table(gather(read_stored(store.outputs, "paper")))
+    raced, step = (dict(zip(table.columns, each.cells, strict=True)) for each in table.rows)
+    assert (raced["until"], raced["reached by ours, other"]) == ("MAE_H 0.01", "5, 0 of 5")
+    assert (raced["ours [ms]"], raced["other [ms]"]) == ("40", "not reached")
+    assert (step["until"], step["reached by ours, other"], step["other [ms]"]) == ("", "", "–")
 
 
 def test_a_table_is_written_with_the_command_behind_each_row(tmp_path):

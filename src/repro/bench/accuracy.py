@@ -1,114 +1,209 @@
-"""Seconds of training until the model is good enough: by model, equation and optimiser."""
+"""The race to several accuracies: processor time of training until the errors on held-out samples are small enough."""
 
-import math
+import itertools
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+from typing import ClassVar
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from repro.bench.pairing import Clock, Pairs
-from repro.bench.training_case import Equation, TrainingCase
+from repro.bench.training_case import PENDULUM, Equation, Loss, TrainingCase, started
+from repro.codegen.array_evaluation import evaluate
+from repro.data.dataset import Dataset
+from repro.evaluation.predictions import predict
 from repro.learning.adam import Adam
 from repro.learning.lbfgs import LBFGS
 from repro.learning.levenberg_marquardt import LevenbergMarquardt
-from repro.learning.optimiser import Optimiser
+from repro.learning.native import shuffled
+from repro.learning.optimiser_options import AdamOptions
 from repro.learning.result import NoCheckpoint, silent
+from repro.mechanics.derive import dynamics_of
+from repro.mechanics.system import load
+from repro.models.model import Model
 
-GROWTH = 1.5  # from one budget to the next: a time is known to this factor
-CONTINUED = ("Adam",)  # a longer training starts with the steps of the shorter one: its checkpoint is continued
-OPTIMISERS: Mapping[str, tuple[Callable[[int], Optimiser], int]] = {  # by number of iterations, and the first to try
-    "Adam": (lambda epochs: Adam(epochs=epochs), 40),
-    "L-BFGS": (lambda iterations: LBFGS(iterations=iterations), 20),
-    "Levenberg-Marquardt": (lambda iterations: LevenbergMarquardt(restarts=1, iterations=iterations), 10),
+METRICS = ("MAE_qdd", "MAE_H")  # that of H after one constant
+RESOLUTION = 1.05  # errors are looked at whenever this many times the seconds have passed, which are known to it
+ENDLESS = 10**6  # epochs or iterations: the time ends a training
+OPTIMISERS = {
+    "Adam": Adam(epochs=ENDLESS),
+    "Adam, torch": Adam(epochs=ENDLESS, engine="torch"),
+    "L-BFGS": LBFGS(iterations=ENDLESS),
+    "Levenberg-Marquardt": LevenbergMarquardt(iterations=ENDLESS, restarts=1),
 }
 
+Weights = np.ndarray  # of one model, (n_parameters,)
+ModelOf = Callable[[Dataset], Model]
+Predictions = tuple[np.ndarray, np.ndarray]  # qdd (sample, n_q) in m/s^2 or rad/s^2, and H (sample,) in J
 
-class MemoryCheckpoint:
-    """A checkpoint that is kept in memory, see `repro.learning.result.Checkpoint`."""
 
-    def __init__(self) -> None:
-        self.state: object | None = None
+class OverError(Exception):
+    """A training has reached all goals, or its time is over."""
 
-    def load(self) -> object | None:
-        """The last state, or None."""
-        return self.state
 
-    def save(self, state: object) -> None:
-        """Replace the last state."""
-        self.state = state
+@dataclass
+class Course:
+    """Errors (metric,) that one training has reached by which second; looks at the weights as a `Watch` does.
+
+    A call raises OverError when no error is above `least`, or after `limit_s` seconds or `limit_steps` calls; a look at
+    the weights takes none of the seconds.
+    """
+
+    name: ClassVar[str] = "race"
+    always: ClassVar[bool] = True
+
+    measure: Callable[[Weights], np.ndarray]
+    least: float
+    limit_s: float
+    clock: Clock = time.process_time
+    limit_steps: int = ENDLESS
+    seconds: list[float] = field(default_factory=list)
+    errors: list[np.ndarray] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._begun, self._steps = self.clock(), 0
+
+    def __call__(self, parameters: Tensor) -> np.ndarray:
+        """Zero (1,), after a look at the weights (1, n_parameters) where it is time for one."""
+        now, self._steps = self.clock(), self._steps + 1
+        spent = now - self._begun
+        if spent > self.limit_s or self._steps > self.limit_steps:
+            raise OverError
+        if not self.seconds or spent >= RESOLUTION * self.seconds[-1]:
+            self.look(parameters, spent)
+            self._begun += self.clock() - now
+            if (self.errors[-1] <= self.least).all():
+                raise OverError
+        return np.zeros(1)
+
+    def look(self, parameters: Tensor, spent: float) -> None:
+        """Note the errors of weights (1, n_parameters)."""
+        self.seconds.append(spent)
+        self.errors.append(self.measure(parameters[0].double().numpy()))
+
+    def member(self, index: int) -> "Course":
+        """Itself: it is about one training."""
+        return self
+
+    def end(self, parameters: Tensor) -> None:
+        """Look at what a training that ended by itself has found, (1, n_parameters)."""
+        if (spent := self.clock() - self._begun) <= self.limit_s:
+            self.look(parameters, spent)
+
+    def seconds_to(self, metric: str, goal: float) -> float:
+        """Seconds until an error was first at most `goal`; infinite where it never was."""
+        errors = [each[METRICS.index(metric)] for each in self.errors]
+        return next((s for s, error in zip(self.seconds, errors, strict=True) if error <= goal), np.inf)
+
+
+@dataclass(frozen=True)
+class Entrant:
+    """What a racer does from its random start number m: train under a course, and predict held-out samples."""
+
+    train: Callable[[int, Course], None]
+    predict: Callable[[int, Weights], Predictions]
 
 
 @dataclass(frozen=True)
 class Racer:
-    """A model by its name in the race, its training equation and its optimiser."""
+    """An entrant by its label; it is made when the race begins."""
 
-    model: str
-    equation: Equation
-    optimiser: str
-
-    @property
-    def label(self) -> str:
-        """A label for the tables."""
-        return f"{self.model}, {self.equation}, {self.optimiser}"
-
-
-@dataclass(frozen=True)
-class RaceSize:
-    """A race to a training MAE_tau of `threshold`.
-
-    Budgets grow until one reaches the threshold, or takes longer than `limit_s` or than `patience` times the seconds of
-    the racer it is compared with.
-    """
-
-    optimisers: Sequence[str]
-    members: int
-    samples: int
-    threshold: float
-    patience: float
-    limit_s: float
+    label: str
+    enter: Callable[[Dataset], Entrant]
 
 
 @dataclass(frozen=True)
 class Race:
-    """Seconds from one random start per member to the threshold, optimisers at their defaults."""
+    """Seconds from random starts, one per member of the data, until errors on the test part are below `goals`.
 
-    models: Mapping[str, Callable[[], TrainingCase]]
-    size: RaceSize
+    Errors are shares of those of a model without motion or energy. All racers have `limit_s` seconds.
+    """
+
+    make: Callable[[], Dataset]
+    goals: Sequence[float]
+    limit_s: float
     clock: Clock = time.process_time
-    _known: dict[Racer, np.ndarray] = field(default_factory=dict)
+    _courses: dict[str, list[Course]] = field(default_factory=dict)
 
-    def pairs(self, ours: Racer, other: Racer) -> Pairs:
-        """Both racers from the same seeds, one pair per member."""
-        if ours not in self._known:
-            members = range(self.models[ours.model]().members)
-            self._known[ours] = np.array([self._seconds(ours, member, self.size.limit_s) for member in members])
-        first = self._known[ours]
-        limits = np.minimum(self.size.patience * first, self.size.limit_s)
-        return Pairs(first, np.array([self._seconds(other, m, limit) for m, limit in enumerate(limits)]))
+    @cached_property
+    def data(self) -> Dataset:
+        """The samples."""
+        return self.make()
 
-    def _seconds(self, racer: Racer, member: int, limit_s: float) -> float:
-        build, budget = OPTIMISERS[racer.optimiser]
-        case = self.models[racer.model]()
-        problem, start = case.problem(racer.equation).member(member), case.parameters[member : member + 1]
-        build(1).fit(problem, start, silent, NoCheckpoint())  # a warm-up: code is generated here
-        continued, seconds = racer.optimiser in CONTINUED, 0.0
-        checkpoint = MemoryCheckpoint() if continued else NoCheckpoint()
-        while True:
-            begun, before = self.clock(), seconds if continued else 0.0
-            fitted = build(budget).fit(problem, start, silent, checkpoint)
-            seconds = before + self.clock() - begun
-            if self.error(racer.model, torch.as_tensor(fitted.parameters), member) <= self.size.threshold:
-                return seconds
-            if seconds > limit_s:
-                return math.inf
-            budget = math.ceil(GROWTH * budget)
+    def pairs(self, ours: Racer, other: Racer, metric: str, goal: float) -> Pairs:
+        """Both racers from the same seeds, one pair per start."""
+        first, second = (
+            np.array([course.seconds_to(metric, goal) for course in self.courses(racer)]) for racer in (ours, other)
+        )
+        return Pairs(first, second)
 
-    def error(self, model: str, parameters: Tensor, member: int) -> float:
-        """MAE_tau on a member's training samples, for either equation; parameters (1, n_parameters)."""
-        case = self.models[model]()
-        (task,) = case.problem("inverse").member(member).tasks
-        tau = case.model.evaluate(parameters.double(), task.prepared).tau
-        return math.inf if tau is None else (tau - task.measured["tau"]).abs().mean().item()
+    def courses(self, racer: Racer) -> list[Course]:
+        """The courses of a racer, one per start; it runs once, however often it is compared."""
+        if racer.label not in self._courses:
+            entrant = racer.enter(self.data)
+            self._run(entrant, 0, limit_steps=2)  # a warm-up: code is generated here
+            self._courses[racer.label] = [self._run(entrant, start) for start in range(self.data.members)]
+        return self._courses[racer.label]
+
+    def _run(self, entrant: Entrant, start: int, limit_steps: int = ENDLESS) -> Course:
+        def measure(weights: Weights) -> np.ndarray:
+            return self.errors(start, *entrant.predict(start, weights))
+
+        course = Course(measure, min(self.goals), self.limit_s, self.clock, limit_steps)
+        with suppress(OverError):
+            entrant.train(start, course)
+        return course
+
+    def errors(self, start: int, qdd: np.ndarray, energy: np.ndarray) -> np.ndarray:
+        """Errors (metric,) of predictions on the test part of a start."""
+        test = self.data.test
+        true = evaluate(dynamics_of(load(PENDULUM)).hamiltonian, test.q[start], test.qd[start])[:, 0]
+        wrong = energy - true
+        of_energy = np.abs(wrong - wrong.mean()).mean() / np.abs(true - true.mean()).mean()
+        return np.array([np.abs(qdd - test.qdd[start]).mean() / np.abs(test.qdd[start]).mean(), of_energy])
+
+
+def of_model(make: ModelOf, equation: Equation, optimiser: str) -> Callable[[Dataset], Entrant]:
+    """A model under one of this project's optimisers, at the default settings but for one start and no end."""
+
+    def enter(data: Dataset) -> Entrant:
+        case = started(make(data), data.train)
+        problem = case.problem(equation)
+
+        def train(start: int, course: Course) -> None:
+            watched = replace(problem.member(start), watches=[course])
+            fitted = OPTIMISERS[optimiser].fit(watched, case.parameters[start : start + 1], silent, NoCheckpoint())
+            course.end(torch.as_tensor(fitted.parameters))
+
+        return Entrant(train, partial(_predicted, case.model, data.test))
+
+    return enter
+
+
+def in_naive_torch(make: ModelOf, loss_of: Callable[[TrainingCase], Loss], data: Dataset) -> Entrant:
+    """A model with a loss of its own under torch's Adam, with the steps and batches of this project's."""
+    case, options = started(make(data), data.train), AdamOptions()
+    loss = loss_of(case)
+
+    def train(start: int, course: Course) -> None:
+        weights = case.parameters[start].clone().requires_grad_()
+        adam = torch.optim.Adam([weights], lr=options.learning_rate, eps=options.epsilon)
+        for epoch in itertools.count():
+            course(weights.detach()[None])
+            for batch in torch.from_numpy(shuffled(start, data.n_train, epoch)).long().split(options.batch_size):
+                adam.zero_grad()
+                loss(weights, start, batch).backward()
+                adam.step()
+
+    return Entrant(train, partial(_predicted, case.model, data.test))
+
+
+def _predicted(model: Model, test: Dataset, start: int, weights: Weights) -> Predictions:
+    q, qd, qdd, tau = (array[start : start + 1] for array in (test.q, test.qd, test.qdd, test.tau))
+    terms = predict(model, weights[None], q, qd, qdd, tau)
+    return terms.acceleration[0], terms.hamiltonian(qd)[0]

@@ -5,7 +5,6 @@ prepared beforehand, as in this project's own engine. Only the gradient with res
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,18 +13,6 @@ import torch
 from repro.bench.jax_peer import single_threaded_jax
 from repro.bench.naive import network_on_basis
 from repro.bench.training_case import Precision, Step, TrainingCase, differentiated
-
-
-@dataclass(frozen=True)
-class _Prepared:
-    """Arrays of one member, (sample, ...): z, zdot (n_z,); u, w (n_q, n_z); force (n_q, n_V); tau (n_q,)."""
-
-    z: Any
-    zdot: Any
-    u: Any
-    w: Any
-    force: Any
-    tau: Any
 
 
 def jax_batched_step(case: TrainingCase, precision: Precision) -> Step:
@@ -57,17 +44,22 @@ def _loss(
     sigmoid: Callable[[Any], Any],
 ) -> Callable[[Any], Any]:
     model, network = network_on_basis(case)
-    data, shapes = _prepared(case, array), network.shapes
+    (task,), n_q, shapes = case.problem("inverse").tasks, case.model.n_q, network.shapes
+    # per sample: z, zdot (n_z,); u, w (n_q, n_z); force (n_q, n_V); tau (n_q,)
+    rows = task.prepared["kinetic"][0].numpy()
+    parts = rows[:, 0], rows[:, 1], rows[:, 2 : 2 + n_q], rows[:, 2 + n_q : 2 + 2 * n_q]
+    measured = task.prepared["potential"][0, :, 1:].numpy(), task.measured["tau"][0].numpy()
+    z, zdot, u, w, slopes, tau = (array(np.ascontiguousarray(part)) for part in (*parts, *measured))
     ends = np.cumsum([np.prod(shape) for shape in shapes]).tolist()
     potential = model.potential_slice
 
     def loss(weights: Any) -> Any:
         starts = [0, *ends]
         arrays = [weights[a:b].reshape(shape) for a, b, shape in zip(starts, ends, shapes, strict=False)]
-        gradient, rate = _lie_gradient(arrays, data.z, data.zdot, softplus, sigmoid)
-        force = (data.u * rate[:, None]).sum(-1) + (data.w * gradient[:, None]).sum(-1)
-        error = force - data.force @ weights[potential] - data.tau
-        return (error * error).sum() / len(data.tau)
+        gradient, rate = _lie_gradient(arrays, z, zdot, softplus, sigmoid)
+        force = (u * rate[:, None]).sum(-1) + (w * gradient[:, None]).sum(-1)
+        error = force - slopes @ weights[potential] - tau
+        return (error * error).sum() / len(tau)
 
     return loss
 
@@ -87,11 +79,3 @@ def _lie_gradient(
         gradient_rate = (first * gradient_rate + first_rate * gradient) @ weight
         gradient = (first * gradient) @ weight
     return gradient, gradient_rate
-
-
-def _prepared(case: TrainingCase, array: Callable[[np.ndarray], Any]) -> _Prepared:
-    (task,) = case.problem("inverse").tasks
-    n_q, kinetic = case.model.n_q, task.prepared["kinetic"][0].numpy()
-    u, w = kinetic[:, 2 : 2 + n_q], kinetic[:, 2 + n_q : 2 + 2 * n_q]
-    force, tau = task.prepared["potential"][0, :, 1:].numpy(), task.measured["tau"][0].numpy()
-    return _Prepared(*map(array, map(np.ascontiguousarray, (kinetic[:, 0], kinetic[:, 1], u, w, force, tau))))

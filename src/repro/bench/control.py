@@ -1,17 +1,17 @@
 """Our controller against do-mpc: the processor time of a control step."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
 from repro.bench.control_case import CASES, EQUAL, FAST, ControlCase, SolverChoice
-from repro.bench.do_mpc_peer import Collocation, DoMpc
+from repro.bench.do_mpc_peer import Collocation
 from repro.bench.pairing import PairedComparison, Pairs
 from repro.bench.scale import BenchScale
 from repro.control.interval import DEGREE, ELEMENTS
-from repro.control.predictive_controller import PredictiveController
 from repro.control.solver_process import GuardedSolver
 
 PROTOCOL = (
@@ -22,6 +22,7 @@ PROTOCOL = (
     "steps: {{found}}"
 )
 CHECKED = 4  # every CHECKED steps the plans are compared with the exact motion, which takes longer than a step
+Result = TypeVar("Result")
 SAME_DISCRETISATION = ", as ours; both by the same collocation with the accelerations implicit"
 
 
@@ -47,7 +48,10 @@ def steps_in_turn(case: ControlCase, way: SolverChoice, collocation: Collocation
         theirs.force(first)
         ours.decide(first)
         for number, state in enumerate(others):
-            seconds.append((_our_seconds(ours, state), _their_seconds(theirs, state)))
+            decision, spent = _timed(ours.decide, state)
+            # a guarded solver runs in a process of its own, whose time is not part of this one's
+            spent += decision.seconds if isinstance(ours.solver, GuardedSolver) else 0.0
+            seconds.append((spent, _timed(theirs.force, state)[1]))
             if number % CHECKED:
                 continue
             assert ours.plan is not None
@@ -59,15 +63,6 @@ def steps_in_turn(case: ControlCase, way: SolverChoice, collocation: Collocation
     return Pairs(mine_s, other_s, found=f"ours {mine:.1e}, do-mpc {other:.1e}")
 
 
-def _our_seconds(controller: PredictiveController, state: np.ndarray) -> float:
+def _timed(call: Callable[[np.ndarray], Result], state: np.ndarray) -> tuple[Result, float]:
     started = time.process_time()
-    decision = controller.decide(state)
-    seconds = time.process_time() - started
-    # a guarded solver runs in a process of its own, whose time is not part of this one's
-    return seconds + decision.seconds if isinstance(controller.solver, GuardedSolver) else seconds
-
-
-def _their_seconds(peer: DoMpc, state: np.ndarray) -> float:
-    started = time.process_time()
-    peer.force(state)
-    return time.process_time() - started
+    return call(state), time.process_time() - started

@@ -13,7 +13,7 @@ from torch import Tensor
 from torch.func import grad, hessian, vmap
 from torch.nn.functional import softplus
 
-from repro.bench.training_case import Equation, Step, TrainingCase, differentiated
+from repro.bench.training_case import Equation, Loss, Step, TrainingCase, step_of_each
 from repro.models.lagrangian import Lagrangian
 from repro.models.network import Network
 
@@ -47,13 +47,14 @@ def feed_forward(layers: Sequence[Any], inputs: Any, activation: Callable[[Any],
     return (layers[-2] @ output + layers[-1])[0]
 
 
-def naive_step(case: TrainingCase, equation: Equation, features: Features) -> Step:
-    """Loss and gradient of an ensemble of networks, one member after another."""
+def naive_loss(case: TrainingCase, equation: Equation, features: Features) -> Loss:
+    """The loss of one of an ensemble of networks."""
     model, network = network_on_basis(case)
     x = torch.cat([case.measured("q"), case.measured("qd")], dim=-1)
     qdd, tau = case.measured("qdd"), case.measured("tau")
+    n_q, forward = model.n_q, equation == "forward"
 
-    def member_loss(weights: Tensor, member: int) -> Tensor:
+    def loss(weights: Tensor, member: int, samples: Tensor | slice) -> Tensor:
         layers = [array[0] for array in network.unpack(weights[None, model.kinetic_slice])]
         beta = weights[model.potential_slice]
 
@@ -62,25 +63,20 @@ def naive_step(case: TrainingCase, equation: Equation, features: Features) -> St
             kinetic: Tensor = feed_forward(layers, inputs, partial(softplus, threshold=40.0))
             return kinetic - beta @ potential
 
-        residual = partial(_residual, lagrangian, equation)
-        rows = vmap(residual)(x[member], qdd[member], tau[member])
+        def residual(x: Tensor, qdd: Tensor, tau: Tensor) -> Tensor:
+            """Eq. (2), or its solution for qdd, from the Hessian in x = [q; qd] (2 n_q,)."""
+            curvature, slope = hessian(lagrangian)(x), grad(lagrangian)(x)
+            mass, coupling = curvature[n_q:, n_q:], curvature[n_q:, :n_q]
+            rest = coupling @ x[n_q:] - slope[:n_q]
+            error: Tensor = torch.linalg.solve(mass, tau - rest) - qdd if forward else mass @ qdd + rest - tau
+            return error
+
+        rows = vmap(residual)(x[member, samples], qdd[member, samples], tau[member, samples])
         return rows.square().sum() / len(rows)
 
-    def loss(parameters: Tensor) -> Tensor:
-        return torch.stack([member_loss(weights, member) for member, weights in enumerate(parameters)])
-
-    return differentiated(loss, case.parameters)
+    return loss
 
 
-def _residual(
-    lagrangian: Callable[[Tensor], Tensor], equation: Equation, x: Tensor, qdd: Tensor, tau: Tensor
-) -> Tensor:
-    """Eq. (2) and its solution for qdd, from the Hessian in x = [q; qd] (2 n_q,)."""
-    n_q = len(qdd)
-    curvature = hessian(lagrangian)(x)
-    slope = grad(lagrangian)(x)
-    mass, coupling = curvature[n_q:, n_q:], curvature[n_q:, :n_q]
-    rest = coupling @ x[n_q:] - slope[:n_q]
-    forward = equation == "forward"
-    residual: Tensor = torch.linalg.solve(mass, tau - rest) - qdd if forward else mass @ qdd + rest - tau
-    return residual
+def naive_step(case: TrainingCase, equation: Equation, features: Features) -> Step:
+    """Loss and gradient of an ensemble of networks, one member after another."""
+    return step_of_each(naive_loss(case, equation, features), case.parameters)

@@ -15,6 +15,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from repro.bench.accuracy import METRICS
 from repro.bench.pairing import PairedComparison, Pairs
 from repro.bench.scale import BenchScale
 from repro.bench.training_case import PENDULUM
@@ -161,5 +162,5 @@ def paths(scale: BenchScale) -> Iterator[PairedComparison]:
         f"Hz; roll-outs of {HORIZON} steps, {BATCH} at a time, from recorded states; {{pairs}} starts, one per pair; "
         f"Adam has 1, 2, 4, ... times the seconds of ours; infinite: not reached in {size.patience:g} times"
     )
-    measure = partial(race, range(size.members), samples, size.patience)
-    yield PairedComparison("path", "path fit", "neural ODE, Adam", "8", 1, protocol, measure)
+    measure = partial(race, range(size.starts), samples, size.patience)
+    yield PairedComparison("path", "path fit", "neural ODE, Adam", "8", 1, protocol, measure, METRICS[0])

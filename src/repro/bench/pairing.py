@@ -55,12 +55,14 @@ class Pairs:
         return np.asarray(self.other[finished] / self.ours[finished])
 
     def summary(self) -> dict[str, float]:
-        """Median and quartiles of the ratio, medians of both times in ms (each an observed value), memory in MiB."""
-        low, median, high = _quantiles(self.ratios, [0.25, 0.5, 0.75])
+        """Ratio: median, quartiles, ends; medians of both times in ms (each an observed value); memory in MiB."""
+        least, low, median, high, greatest = _quantiles(self.ratios, [0, 0.25, 0.5, 0.75, 1])
         return {
             "ratio_median": median,
             "ratio_q25": low,
             "ratio_q75": high,
+            "ratio_least": least,
+            "ratio_greatest": greatest,
             "ours_ms": 1e3 * _quantiles(self.ours, [0.5])[0],
             "other_ms": 1e3 * _quantiles(self.other, [0.5])[0],
             "ours_mib": self.ours_mib,
@@ -74,6 +76,7 @@ class PairedComparison:
 
     members   networks trained side by side in one timing, whose time is that of all of them together
     protocol  how it is measured; {pairs} stands for their number, {found} for the remark of the measurement
+    metric    the error that is to fall to `goal`, by a training from each of several starts; "" for one step
     """
 
     name: str
@@ -83,11 +86,13 @@ class PairedComparison:
     members: int
     protocol: str
     measure: Callable[[], Pairs]
+    metric: str = ""
+    goal: float = math.nan
 
     @property
     def label(self) -> str:
-        """A label for the progress."""
-        return f"{self.name} {self.size}: {self.ours} / {self.other}"
+        """A label for the progress, different for each comparison."""
+        return f"{self.name} {self.size}, {self.members}: {self.ours} / {self.other} {self.metric} {self.goal:g}"
 
     def row(self, pairs: Pairs) -> dict[str, object]:
         """The row of the results, its columns in the order of the stored table."""
@@ -97,6 +102,11 @@ class PairedComparison:
             "other": self.other,
             "size": self.size,
             "members": self.members,
+            "metric": self.metric,
+            "goal": self.goal,
+            "starts": len(pairs) if self.metric else 1,
+            "ours_reached": int(np.isfinite(pairs.ours).sum()) if self.metric else 1,
+            "other_reached": int(np.isfinite(pairs.other).sum()) if self.metric else 1,
             **pairs.summary(),
             "threads": THREADS,
             "protocol": self.protocol.format(pairs=len(pairs), found=pairs.found),

@@ -1,26 +1,35 @@
 """The rivals of claim C11, each compared naive with naive, best with best, and by the time to equal accuracy."""
 
 from collections.abc import Iterator
-from functools import cache, partial
+from functools import partial
+from itertools import product
 
-from repro.bench.accuracy import GROWTH, Race, Racer
-from repro.bench.contender import STEP, Contender, by_hessian, compared, fastest, size_text, t2_case
-from repro.bench.delan import delan_step
-from repro.bench.naive import engineered_features, naive_step
+from repro.bench.accuracy import METRICS, RESOLUTION, ModelOf, Race, Racer, in_naive_torch, of_model
+from repro.bench.contender import STEP, Contender, by_hessian, compared, fastest, in_torch, size_text, t2_case
+from repro.bench.delan import automatic_loss, automatic_step
+from repro.bench.naive import engineered_features, naive_loss, naive_step, t2_features
 from repro.bench.pairing import PairedComparison
 from repro.bench.scale import PAPER_HIDDEN, BenchScale
-from repro.bench.training_case import lagrangian_case, triangular_case
+from repro.bench.training_case import (
+    EPISODE_STEPS,
+    Equation,
+    lagrangian_case,
+    pendulum,
+    triangular,
+    triangular_case,
+)
+from repro.data.dataset import Dataset
 from repro.models.bases import engineered, t2
-
-FASTEST_OPTIMISER = "Levenberg-Marquardt"
+from repro.models.lagrangian import Lagrangian
+from repro.models.structured import Structured
 
 RIVALS = {"lnn": "LNN (Cranmer et al. 2020)", "delan": "DeLaN (Lutter et al. 2019)", "linn": "LINN (Bao et al. 2021)"}
 PROTOCOLS = {
     "lnn_naive": "; the same network, weights, samples and way of computing",
     "lnn_best": "; the same network, weights and samples; the derivatives of the features prepared for both",
-    "delan_naive": "; DeLaN written anew from its paper in torch (softplus layers of q)",
-    "delan_automatic": "; DeLaN written anew, the derivatives of M by jacfwd for every sample",
-    "delan_best": "; DeLaN: a triangular factor of M from a network of cos and sin, both in our engine",
+    "delan_naive": "; DeLaN: a triangular factor of M from a network of cos and sin, in torch, by the chain rule",
+    "delan_automatic": "; DeLaN: the same factor, the derivatives of M and V by jacfwd for every sample",
+    "delan_best": "; DeLaN: the same factor, both in our engine",
     "linn_naive": "; LINN has no public code, so taken as one network of [q; qd; cos q; sin q], vmap(hessian), inverse "
     "loss",
     "linn_best": "; LINN: one network of [q; qd; cos q; sin q], both in our engine",
@@ -40,8 +49,8 @@ def steps_of_rivals(scale: BenchScale) -> Iterator[PairedComparison]:
         pairs = {
             "lnn_naive": (naive, Contender(lnn, by_hessian("forward").step)),
             "lnn_best": (best, Contender(lnn, fastest("forward").step)),
-            "delan_naive": (naive, Contender(delan, partial(delan_step, hidden=hidden))),
-            "delan_automatic": (naive, Contender(delan, partial(delan_step, hidden=hidden, automatic=True))),
+            "delan_naive": (naive, Contender(delan, in_torch("inverse").step, triangular)),
+            "delan_automatic": (naive, Contender(delan, automatic_step, triangular)),
             "delan_best": (best, Contender(delan, best.step, triangular)),
             "linn_naive": (naive, Contender(linn, linn_step, one_network)),
             "linn_best": (best, Contender(linn, best.step, one_network)),
@@ -51,31 +60,60 @@ def steps_of_rivals(scale: BenchScale) -> Iterator[PairedComparison]:
 
 
 def time_to_accuracy(scale: BenchScale) -> Iterator[PairedComparison]:
-    """Training from a random start to one error of tau: each rival with the fastest optimiser, and every optimiser."""
-    size = scale.race
-    shape = (PAPER_HIDDEN, size.members, size.samples)
-    models = {
-        "PLNN": cache(partial(lagrangian_case, t2, *shape)),
-        RIVALS["delan"]: cache(partial(triangular_case, *shape)),
-        RIVALS["linn"]: cache(partial(lagrangian_case, engineered, *shape)),
-    }
-    race = Race(models, size)
+    """Training from random starts to several errors on held-out samples.
+
+    The paper's model against each rival, both under one optimiser and in one way of computing; then its optimisers, and
+    this project's own model against the paper's and against DeLaN.
+    """
+    size, best = scale.race, scale.race.optimisers[-1]
+    held_out = size.samples // 4
+    race = Race(partial(pendulum, range(size.starts), size.samples + held_out), size.goals, size.limit_s)
     protocol = (
-        f"processor time of training from a random start to a training MAE_tau of {size.threshold:g}; one thread, "
-        f"{size.samples} samples in episodes of 100 steps; budgets grow by {GROWTH:g}; {{pairs}} starts, one per pair; "
-        f"infinite: not reached in {size.patience:g} times the seconds of ours, or in {size.limit_s:g} s"
+        f"processor time of training from a random start until {{metric}} on {held_out} held-out samples is {{goal:g}} "
+        "of that of a model without motion or energy (of H after one constant), known to a factor of "
+        f"{RESOLUTION:g}; one thread, {size.samples} samples in episodes of {EPISODE_STEPS} steps; {{{{pairs}}}} "
+        f"starts, one per pair; infinite: not reached in the {size.limit_s:g} s that each training has"
     )
 
-    def one(name: str, ours: Racer, other: Racer) -> PairedComparison:
-        measure = partial(race.pairs, ours, other)
-        return PairedComparison(name, ours.label, other.label, size_text(PAPER_HIDDEN), 1, protocol, measure)
+    def plnn(optimiser: str) -> Racer:
+        return Racer(f"PLNN, inverse, {optimiser}", of_model(_plnn, "inverse", optimiser))
 
-    for optimiser in size.optimisers:
-        ours = Racer("PLNN", "inverse", optimiser)
-        yield one("lnn_accuracy", ours, Racer("PLNN", "forward", optimiser))
-    best = Racer("PLNN", "inverse", FASTEST_OPTIMISER)
-    for rival in ("delan", "linn"):
-        yield one(f"{rival}_accuracy", best, Racer(RIVALS[rival], "inverse", FASTEST_OPTIMISER))
-    for optimiser in size.optimisers:
-        if optimiser != FASTEST_OPTIMISER:
-            yield one("optimisers", best, Racer("PLNN", "inverse", optimiser))
+    def rival(key: str, make: ModelOf, optimiser: str, how: str = "", equation: Equation = "inverse") -> Racer:
+        return Racer(f"{RIVALS[key]}, {how}{optimiser}", of_model(make, equation, optimiser))
+
+    compiled, analytic = (rival("delan", _triangular, *way) for way in ((best,), ("Adam, torch", "analytic, ")))
+    automatic = Racer(
+        f"{RIVALS['delan']}, automatic, Adam, torch", partial(in_naive_torch, _triangular, automatic_loss)
+    )
+    naive_loss_of = partial(naive_loss, equation="inverse", features=t2_features)
+    naive = Racer("PLNN, inverse, vmap(hessian), Adam, torch", partial(in_naive_torch, _plnn, naive_loss_of))
+    own = Racer(f"structured, {best}", of_model(_wide, "inverse", best))
+    contests = [
+        *(("lnn_accuracy", plnn(each), rival("lnn", _plnn, each, equation="forward")) for each in size.optimisers),
+        ("delan_accuracy", plnn(best), compiled),
+        ("delan_analytic_accuracy", plnn("Adam, torch"), analytic),
+        ("delan_automatic_accuracy", naive, automatic),
+        ("linn_accuracy", plnn(best), rival("linn", _one_network, best)),
+        *(("optimisers", plnn(best), plnn(each)) for each in size.optimisers[:-1]),
+        *(("structured_accuracy", own, other) for other in (plnn("Adam"), plnn(best), compiled, analytic, automatic)),
+    ]
+    for (name, ours, other), metric, goal in product(contests, METRICS, size.goals):
+        measure, text = partial(race.pairs, ours, other, metric, goal), protocol.format(metric=metric, goal=goal)
+        labels = ours.label, other.label, size_text(PAPER_HIDDEN)
+        yield PairedComparison(name, *labels, 1, text, measure, metric, goal)
+
+
+def _plnn(data: Dataset) -> Lagrangian:
+    return Lagrangian(t2, data.n_q, hidden=PAPER_HIDDEN)
+
+
+def _one_network(data: Dataset) -> Lagrangian:
+    return Lagrangian(engineered, data.n_q, hidden=PAPER_HIDDEN)
+
+
+def _triangular(data: Dataset) -> Structured:
+    return triangular(data.n_q, PAPER_HIDDEN)
+
+
+def _wide(data: Dataset) -> Structured:
+    return Structured(data.n_q, data.train.qd[0].std(0), hidden=PAPER_HIDDEN)

@@ -15,6 +15,7 @@ from repro.bench.training_case import PENDULUM
 from repro.codegen.c_library import compiler, has_compiler
 from repro.tracking import progress
 from repro.tracking.experiment_list import ExperimentList, ListedJob
+from repro.tracking.files import write_json
 from repro.tracking.paths import Paths
 from repro.tracking.plain_data import Json
 from repro.tracking.provenance import processor_name
@@ -23,7 +24,7 @@ from repro.tracking.store import Store
 
 EXPERIMENT = "timing"
 FILE = "bench.parquet"
-CHECKPOINT = "checkpoint.jsonl"  # a file of this name stays in the working folder of a stage until it is finished
+CHECKPOINT = "checkpoint.json"  # a file of this name stays in the working folder of a stage until it is finished
 NOTICE_S = 2.0  # between two lines about the progress
 
 
@@ -83,26 +84,15 @@ def _measure(folder: Path, scale: str) -> Json:
 
 
 class MeasuredRows:
-    """The rows of a bench that may be interrupted: one per line, written as soon as they are measured."""
+    """The rows of a bench that may be interrupted, by label; each is stored as soon as it is measured."""
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / CHECKPOINT
-        lines = self.path.read_text().splitlines() if self.path.exists() else []
-        self._rows = dict(entry for line in lines if (entry := _parsed(line)) is not None)
+        self._rows = json.loads(self.path.read_text()) if self.path.exists() else {}
 
     def row(self, comparison: PairedComparison) -> dict[str, object]:
         """The row of a comparison: the stored one, or a new measurement."""
-        key = f"{comparison.label}, {comparison.members}"
-        if key not in self._rows:
-            self._rows[key] = comparison.row(comparison.measure())
-            with self.path.open("a") as file:
-                file.write("\n" + json.dumps([key, self._rows[key]]))
-        return self._rows[key]
-
-
-def _parsed(line: str) -> tuple[str, dict[str, object]] | None:
-    try:
-        key, row = json.loads(line)
-    except json.JSONDecodeError:  # empty, or cut off when the process was killed
-        return None
-    return key, row
+        if comparison.label not in self._rows:
+            self._rows[comparison.label] = comparison.row(comparison.measure())
+            write_json(self.path, self._rows)
+        return dict(self._rows[comparison.label])

@@ -25,6 +25,7 @@ from repro.models.structured import Structured
 from repro.plugins.plugin import plugin
 
 Step = Callable[[], tuple[np.ndarray, np.ndarray]]  # loss (member,), gradient (member, n_parameters)
+Loss = Callable[[Tensor, int, Tensor | slice], Tensor]  # of weights (n_parameters,), for samples of a member
 Equation = Literal["inverse", "forward"]
 Precision = Literal["float64", "float32"]
 PENDULUM = "sip"
@@ -57,17 +58,21 @@ class TrainingCase:
 def lagrangian_case(basis: ModuleType, hidden: Sequence[int], members: int, samples: int) -> TrainingCase:
     """A network for T (or L) of a basis, on the single pendulum."""
     dataset = pendulum(range(members), samples)
-    return _started(Lagrangian(basis, dataset.n_q, hidden=hidden), dataset)
+    return started(Lagrangian(basis, dataset.n_q, hidden=hidden), dataset)
+
+
+def triangular(n_q: int, hidden: Sequence[int]) -> Structured:
+    """The mass matrix by its triangular factor from a network without a linear path, as in DeLaN."""
+    return Structured(
+        n_q, np.ones(n_q), hidden=hidden, activation="softplus", skip=False, factor="triangular",
+        initialisation="glorot",
+    )  # fmt: skip
 
 
 def triangular_case(hidden: Sequence[int], members: int, samples: int) -> TrainingCase:
-    """The mass matrix by its triangular factor from a network without a linear path, as in DeLaN."""
+    """Such a model on the single pendulum."""
     dataset = pendulum(range(members), samples)
-    model = Structured(
-        dataset.n_q, np.ones(dataset.n_q), hidden=hidden, activation="softplus", skip=False, factor="triangular",
-        initialisation="glorot",
-    )  # fmt: skip
-    return _started(model, dataset)
+    return started(triangular(dataset.n_q, hidden), dataset)
 
 
 def random_case(n_q: int, hidden: Sequence[int], samples: int) -> TrainingCase:
@@ -77,7 +82,7 @@ def random_case(n_q: int, hidden: Sequence[int], samples: int) -> TrainingCase:
         q=q, qd=qd, qdd=qdd, tau=tau, time=np.arange(samples, dtype=float), episode=np.zeros(samples, dtype=int),
         n_train=samples, coordinates=load("cart_rods", n=max(1, n_q - 1)).coordinates[:n_q], time_step=1.0,
     )  # fmt: skip
-    return _started(Lagrangian(raw, n_q, hidden=hidden), dataset)
+    return started(Lagrangian(raw, n_q, hidden=hidden), dataset)
 
 
 def pendulum(seeds: Sequence[int], samples: int) -> Dataset:
@@ -85,7 +90,8 @@ def pendulum(seeds: Sequence[int], samples: int) -> Dataset:
     return random_force(load(PENDULUM), seeds=seeds, samples=samples, episode_steps=EPISODE_STEPS)
 
 
-def _started(model: Model, dataset: Dataset) -> TrainingCase:
+def started(model: Model, dataset: Dataset) -> TrainingCase:
+    """A model with random weights, one draw per member."""
     generators = [np.random.default_rng([seed, 1]) for seed in range(dataset.members)]
     return TrainingCase(model, torch.from_numpy(model.initial(generators)), dataset)
 
@@ -119,3 +125,11 @@ def differentiated(loss: Callable[[Tensor], Tensor], parameters: Tensor) -> Step
         return value.detach().numpy(), gradient.numpy()
 
     return step
+
+
+def step_of_each(loss: Loss, parameters: Tensor) -> Step:
+    """A step that goes through the members (member, n_parameters) one by one, on all their samples."""
+    everything = slice(None)
+    return differentiated(
+        lambda rows: torch.stack([loss(weights, member, everything) for member, weights in enumerate(rows)]), parameters
+    )

@@ -1,7 +1,8 @@
 """Statements that compare two settings, or the paired timings of a benchmark."""
 
 import math
-from typing import Annotated, Literal
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
@@ -9,8 +10,11 @@ from repro.claims.decision import MARGIN, Decision
 from repro.claims.evidence import BenchSelector, CardSelector, Evidence, Finding, StatementPredicate
 from repro.claims.yaml_rows import Number, Text
 from repro.results.selectors import NotRunError, in_words, like_for_like, paired_values
-from repro.results.statistics import Estimate, paired_ratio
+from repro.results.statistics import FEWEST, Estimate, paired_ratio
 from repro.results.table_schema import records
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 class PairedRatioBelow(StatementPredicate):
@@ -76,9 +80,11 @@ class RatioAtLeast(StatementPredicate):
 
 
 class BenchRatioAbove(StatementPredicate):
-    """The paired timings that `bench` selects, one per problem size, have other / ours above `ratio` by the margin.
+    """The paired timings that `bench` selects have other / ours above `ratio` by the practical margin, all of them.
 
-    Their interval goes from the least lower to the greatest upper quartile: all sizes have to agree.
+    Of single steps, one per problem size, the interval goes from the least lower to the greatest upper quartile. Of
+    trainings to an accuracy it goes over all starts of every accuracy; one that is reached from fewer starts than an
+    interval needs, by either contender, is left out where another remains.
     """
 
     name: Literal["bench_ratio_above"]
@@ -92,16 +98,31 @@ class BenchRatioAbove(StatementPredicate):
             rows = rows[rows[column] == value]
         if rows.empty:
             raise NotRunError(f"no timing with {in_words(self.bench)}")
-        medians = rows["ratio_median"]
-        low, high = float(rows["ratio_q25"].min()), float(rows["ratio_q75"].max())
-        estimate = Estimate(float(medians.min()), low, high, rows["size"].nunique())
+        of_steps = rows["metric"] == ""
+        starts = rows[["ours_reached", "other_reached"]].max(axis=1).where(~of_steps, 1).astype(int)
+        enough = of_steps | (starts >= FEWEST)
+        judged, starts = (rows[enough], starts[enough]) if enough.any() else (rows, starts)
+        low = judged["ratio_q25"].where(of_steps, judged["ratio_least"]).min(skipna=False)
+        high = judged["ratio_q75"].where(of_steps, judged["ratio_greatest"]).max(skipna=False)
+        medians, n = judged["ratio_median"], judged["size"].nunique() * int(starts.min())
+        estimate = Estimate(float(medians.min()), float(low), float(high), n)
         bound = self.ratio * MARGIN
+        place, ends = "problem size", "the least lower and the greatest upper quartile"
+        if not of_steps.any():
+            place, ends = "accuracy", "; ".join(["the least and the greatest of all starts", *_accuracies(rows)])
         note = (
-            f"criterion: above {bound:.3g} at every problem size; medians {medians.min():.3g} to {medians.max():.3g}; "
+            f"criterion: above {bound:.3g} at every {place}; medians {medians.min():.3g} to {medians.max():.3g}; "
+            f"in brackets {ends}"
         )
-        note += "in brackets the least lower and the greatest upper quartile"
         decision = Decision.above(estimate, bound)
         return Finding("time ratio (other / ours)", "1", estimate, note, records(rows), decision=decision)
+
+
+def _accuracies(rows: "pd.DataFrame") -> Iterator[str]:
+    for row in rows.to_dict("records"):
+        ratio = "no ratio" if math.isnan(row["ratio_median"]) else f"{row['ratio_median']:.3g}"
+        reached = f"{row['ours_reached']} and {row['other_reached']} of {row['starts']} starts"
+        yield f"{row['metric']} {row['goal']:g} {ratio}, reached from {reached}"
 
 
 def _quotient(numerator: float, denominator: float) -> float:

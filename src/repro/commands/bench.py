@@ -1,5 +1,6 @@
 """`repro bench`: paired timings, stored like any other result."""
 
+import math
 import sys
 from collections.abc import Sequence
 
@@ -45,8 +46,12 @@ def main(argv: Sequence[str]) -> int:
             low, median, high = (row[f"ratio_{key}"] for key in ("q25", "median", "q75"))
             colour = "green" if low > 1 else "dark_orange" if high < 1 else ""
             size = row["size"] if row["members"] == 1 else f"{row['size']}, {row['members']} members"
+            if row["metric"]:
+                size += f", {row['metric']}" + ("" if math.isnan(row["goal"]) else f" {row['goal']:g}")
             ratio = Text(f"{median:.3g} ({low:.3g} to {high:.3g})", style=colour)
-            table.add_row(size, row["ours"], row["other"], ratio, *(f"{row[t.replace(' ', '_')]:.3g}" for t in times))
+            spent = (row[title.replace(" ", "_")] for title in times)
+            ms = ("not reached" if math.isinf(each) else f"{each:.3g}" for each in spent)
+            table.add_row(size, row["ours"], row["other"], ratio, *ms)
         console.print(table)
     console.print(f"protocols and machine: {folder}", highlight=False, soft_wrap=True)
     return 0

@@ -28,7 +28,8 @@ TEST_SET = ("system", "reading", "regime", "episode_steps", "reset", "damping")
 PLACE = _of(str, "run experiment scale setting")
 # Of `runs`: `config` holds the settings of the run by dotted key, as JSON; `changed` the keys of those that are not the
 # usual ones, with blanks between them. `control` has one row per closed loop; `stages` one per stage of a run, upstream
-# first, with `libraries` and `config` as JSON.
+# first, with `libraries` and `config` as JSON. `bench`: with a metric, trainings until it falls to `goal`, which was
+# reached from so many of the starts; without one, single steps.
 TABLES: Mapping[str, Columns] = {
     "metrics": {**PLACE, **CARD, "member": int, **_of(str, "split metric"), "value": float, "unit": str},
     "runs": {
@@ -44,7 +45,10 @@ TABLES: Mapping[str, Columns] = {
     "bench": {
         **_of(str, "run name ours other size"),
         "members": int,
-        **_of(float, "ratio_median ratio_q25 ratio_q75 ours_ms other_ms ours_mib other_mib"),
+        "metric": str,
+        "goal": float,
+        **_of(int, "starts ours_reached other_reached"),
+        **_of(float, "ratio_median ratio_q25 ratio_q75 ratio_least ratio_greatest ours_ms other_ms ours_mib other_mib"),
         "threads": int,
         **_of(str, "protocol command"),
     },

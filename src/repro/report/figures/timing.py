@@ -66,6 +66,8 @@ def _label(names: Any) -> str:
 
 
 def _size(row: Any) -> str:
+    if row["metric"]:
+        return f"{row['size']}, {row['metric']}" + ("" if np.isnan(row["goal"]) else f" {row['goal']:g}")
     members = int(row["members"])
     return str(row["size"]) if members == 1 else f"{row['size']}, {members} members"
 
@@ -73,7 +75,8 @@ def _size(row: Any) -> str:
 TIMING = Figure(
     "timing",
     "Paired timings",
-    "Each marker is the median of paired, interleaved timings of one size, its line the quartiles; right of the "
+    "Each marker is the median of paired, interleaved timings of one size, or of trainings until an error falls to a "
+    "share of the trivial one, its line the quartiles; right of the "
     "dashed line ours is faster. What is timed, and how, stands in the table of timings.",
     "One row per comparison: ratio of times and its quartiles on a logarithmic axis; a dashed line at one.",
     draw,
