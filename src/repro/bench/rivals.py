@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from functools import partial
 from itertools import product
+from types import ModuleType
 
 from repro.bench.accuracy import METRICS, RESOLUTION, ModelOf, Race, Racer, in_naive_torch, of_model
 from repro.bench.contender import STEP, Contender, by_hessian, compared, fastest, in_torch, size_text, t2_case
@@ -75,8 +76,10 @@ def time_to_accuracy(scale: BenchScale) -> Iterator[PairedComparison]:
         f"starts, one per pair; infinite: not reached in the {size.limit_s:g} s that each training has"
     )
 
+    paper, one_network = partial(_network, t2), partial(_network, engineered)
+
     def plnn(optimiser: str) -> Racer:
-        return Racer(f"PLNN, inverse, {optimiser}", of_model(_plnn, "inverse", optimiser))
+        return Racer(f"PLNN, inverse, {optimiser}", of_model(paper, "inverse", optimiser))
 
     def rival(key: str, make: ModelOf, optimiser: str, how: str = "", equation: Equation = "inverse") -> Racer:
         return Racer(f"{RIVALS[key]}, {how}{optimiser}", of_model(make, equation, optimiser))
@@ -86,14 +89,14 @@ def time_to_accuracy(scale: BenchScale) -> Iterator[PairedComparison]:
         f"{RIVALS['delan']}, automatic, Adam, torch", partial(in_naive_torch, _triangular, automatic_loss)
     )
     naive_loss_of = partial(naive_loss, equation="inverse", features=t2_features)
-    naive = Racer("PLNN, inverse, vmap(hessian), Adam, torch", partial(in_naive_torch, _plnn, naive_loss_of))
+    naive = Racer("PLNN, inverse, vmap(hessian), Adam, torch", partial(in_naive_torch, paper, naive_loss_of))
     own = Racer(f"structured, {best}", of_model(_wide, "inverse", best))
     contests = [
-        *(("lnn_accuracy", plnn(each), rival("lnn", _plnn, each, equation="forward")) for each in size.optimisers),
+        *(("lnn_accuracy", plnn(each), rival("lnn", paper, each, equation="forward")) for each in size.optimisers),
         ("delan_accuracy", plnn(best), compiled),
         ("delan_analytic_accuracy", plnn("Adam, torch"), analytic),
         ("delan_automatic_accuracy", naive, automatic),
-        ("linn_accuracy", plnn(best), rival("linn", _one_network, best)),
+        ("linn_accuracy", plnn(best), rival("linn", one_network, best)),
         *(("optimisers", plnn(best), plnn(each)) for each in size.optimisers[:-1]),
         *(("structured_accuracy", own, other) for other in (plnn("Adam"), plnn(best), compiled, analytic, automatic)),
     ]
@@ -103,12 +106,8 @@ def time_to_accuracy(scale: BenchScale) -> Iterator[PairedComparison]:
         yield PairedComparison(name, *labels, 1, text, measure, metric, goal)
 
 
-def _plnn(data: Dataset) -> Lagrangian:
-    return Lagrangian(t2, data.n_q, hidden=PAPER_HIDDEN)
-
-
-def _one_network(data: Dataset) -> Lagrangian:
-    return Lagrangian(engineered, data.n_q, hidden=PAPER_HIDDEN)
+def _network(basis: ModuleType, data: Dataset) -> Lagrangian:
+    return Lagrangian(basis, data.n_q, hidden=PAPER_HIDDEN)
 
 
 def _triangular(data: Dataset) -> Structured:
