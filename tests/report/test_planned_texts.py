@@ -31,7 +31,7 @@ ONE_LOOP = {"member": 0, "success": True, "solve_ms_median": 1.0, "iterations_me
 def metrics_in(value):
     """Every metric that a claim names, in its predicates too."""
     if isinstance(value, dict):
-        named = {value["metric"]} if isinstance(value.get("metric"), str) else set(value.get("metrics") or ())
+        named = {value["metric"]} if value.get("metric") else set(value.get("metrics") or ())
         return named.union(*map(metrics_in, value.values()))
     return set()
 
