@@ -92,7 +92,8 @@ class PairedComparison:
     @property
     def label(self) -> str:
         """A label for the progress, different for each comparison."""
-        return f"{self.name} {self.size}, {self.members}: {self.ours} / {self.other} {self.metric} {self.goal:g}"
+        until = "" if math.isnan(self.goal) else f", {self.metric} {self.goal:g}"
+        return f"{self.name} {self.size}, {self.members}: {self.ours} / {self.other}{until}"
 
     def row(self, pairs: Pairs) -> dict[str, object]:
         """The row of the results, its columns in the order of the stored table."""

@@ -16,7 +16,7 @@ from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.store import StageFailed
 
 EXAMPLES = """examples:
-  repro bench                  half a minute; nothing else should run on the machine
+  repro bench                  about a minute; nothing else should run on the machine
   repro bench --scale paper    larger networks, more pairs
 A finished bench of this machine and code is shown again, not repeated; `repro report` uses it for its verdicts."""
 
