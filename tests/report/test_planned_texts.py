@@ -25,7 +25,7 @@ PAPER = paper_folder()
 TEXTS = PAPER / "report"
 MEMBERS = 5
 NAMED = re.compile(r'(?:metric|ratio)\("(\w+)", "([\w@\[\]]+)"')
-ONE_LOOP = {"member": 0, "success": True, "solve_ms_median": 1.0, "iterations_median": 1.0}
+ONE_LOOP = {"member": 0, "success": True, "contact": False, "solve_ms_median": 1.0, "iterations_median": 1.0}
 
 
 def metrics_in(value):
