@@ -144,6 +144,9 @@ def fill_ports(store: SyntheticStore, rng: np.random.Generator) -> None:
             store.run("composition", learned(rng, tau / samples**0.5), **place, **card)
     chain = {f"chain_{name}_{n}": errors(rng, 0.01) for name in ("error", "seconds") for n in (2, 1000)}
     store.run("chains", chain, system="link", basis="spring", tau_noise=0.1, n_train=8000, as_printed=False)
+    apart = np.random.default_rng(1)  # so that the numbers of other experiments stay
+    for experiment in ("ph_interconnection", "ph_regularisation"):
+        store.run(experiment, learned(apart, 0.1), system="dip", as_printed=False, model="port_hamiltonian", basis="")
 
 
 def swing_up(links: int, starts: int = 6) -> tuple[pd.DataFrame, pd.DataFrame]:

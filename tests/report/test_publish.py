@@ -65,7 +65,8 @@ def test_publishing_writes_what_the_drift_check_accepts(published):
     text = (published / "README.md").read_text(encoding="utf-8")
     assert text.startswith("# Title\n<!-- count:begin -->\n**")
     assert text.endswith("<!-- headlines:end -->\nbelow\n") and len(text.splitlines()) == 1 + 3 + 2 + 12 + 1
-    assert "| C4a | PLNN" in text and "| C4a | PLNN" in (published / "docs" / "verdicts.md").read_text(encoding="utf-8")
+    assert "| C4a | PLNN" in text
+    assert "| C4a | V-A.2 | PLNN" in (published / "docs" / "verdicts.md").read_text(encoding="utf-8")
     assert (published / "paper" / "tables" / "verdicts.csv").is_file()
     assert (published / "paper" / "figures" / "validation.pdf").is_file()
     assert (published / "paper" / "report.pdf").read_bytes().startswith(b"%PDF")

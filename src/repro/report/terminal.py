@@ -85,7 +85,7 @@ def _verdict_table(lines: Sequence[VerdictLine], scale: str, *, wide: bool) -> "
     from rich.text import Text
 
     ours = (">ours \\[95 %]", ">members") if wide else (">ours",)
-    titles = ("claim", "*what the paper says", ">printed", *ours, "verdict")
+    titles = ("claim", "*what the paper says", ">printed", *ours, "verdict" if wide else "*verdict")
     table = _table(f"Verdicts, scale {scale or 'unknown'}", titles, wide=wide)
     for line in lines:
         values = [Text(line.ours), line.members] if wide else [Text(line.ours.partition(" [")[0])]
