@@ -80,7 +80,7 @@ def test_assumptions_are_run_listed_and_compared_and_kept_beside_others(tmp_path
     monkeypatch.setattr(sensitivity, "SCALE", "smoke")
     monkeypatch.setattr(sensitivity, "MEMBERS", 2)
     assert cli.main(["sensitivity", "gravity", "--workers", "1"]) == 0
-    assert "of 1 assumptions move a verdict" in capsys.readouterr().out
+    assert "of 1 assumptions move an answer" in capsys.readouterr().out
     assert cli.main(["sensitivity", "data_start", "--workers", "1"]) == 0
     listed = [json.loads(path.read_text()) for path in (tmp_path / "experiments" / "sensitivity").glob("*.json")]
     assert {case["assumption"] for each in listed for case in each["cases"]} == {"gravity", "data_start"}

@@ -129,8 +129,9 @@ def _answering(experiment: str, where: Where, paths: Paths) -> list[PlannedJob]:
     """A job of an experiment that a selector means; the likely ones are composed first, which takes longest."""
     jobs = sorted(_jobs(experiment), key=lambda job: -sum(f"={value}" in " ".join(job) for value in where.values()))
     for some in (jobs[:LIKELY], jobs[LIKELY:]):
-        if found := [job for job in plan_jobs(some, paths) if job.agrees(where)]:
-            return found[:1]
+        for job, composed in zip(some, plan(some, paths.composed), strict=True):
+            if PlannedJob.of(composed).agrees(where):
+                return plan_jobs([job], paths)
     return []
 
 
