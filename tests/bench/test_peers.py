@@ -16,9 +16,17 @@ from repro.models.bases import library, t2
 from repro.models.lagrangian import Lagrangian
 
 
-@pytest.mark.extras
-@pytest.mark.filterwarnings("ignore")
-@pytest.mark.skipif(find_spec("jax") is None, reason="needs the extra `peers`")
+def needs(package):
+    """Mark a test that compares with a package of the extra `peers`, which the project works without."""
+    marks = (
+        pytest.mark.extras,
+        pytest.mark.filterwarnings("ignore"),
+        pytest.mark.skipif(find_spec(package) is None, reason="needs the extra `peers`"),
+    )
+    return lambda test: [test := mark(test) for mark in marks][-1]
+
+
+@needs("jax")
 @pytest.mark.parametrize("equation", ["inverse", "forward"])
 def test_jax_agrees_with_our_engine(equation):
     case = lagrangian_case(t2, (6, 5), 2, 40)
@@ -26,9 +34,7 @@ def test_jax_agrees_with_our_engine(equation):
         np.testing.assert_allclose(other, ours, rtol=0, atol=1e-9 * np.abs(ours).max())
 
 
-@pytest.mark.extras
-@pytest.mark.filterwarnings("ignore")
-@pytest.mark.skipif(find_spec("jax") is None, reason="needs the extra `peers`")
+@needs("jax")
 @pytest.mark.parametrize(("precision", "close"), [("float64", 1e-9), ("float32", 1e-4)])
 def test_the_batched_form_in_jax_agrees_with_our_engine(precision, close):
     case = lagrangian_case(t2, (6, 5), 1, 40)
@@ -36,9 +42,7 @@ def test_the_batched_form_in_jax_agrees_with_our_engine(precision, close):
         np.testing.assert_allclose(other, ours, rtol=0, atol=close * np.abs(ours).max())
 
 
-@pytest.mark.extras
-@pytest.mark.filterwarnings("ignore")
-@pytest.mark.skipif(find_spec("pysindy") is None, reason="needs the extra `peers`")
+@needs("pysindy")
 def test_sindy_pi_finds_the_accelerations_that_we_find():
     candidates, (cart, pole) = implicit_candidates(2048), sindy_pi_fit(2048)()
     for column, row in enumerate((cart, pole)):
@@ -52,9 +56,7 @@ def test_our_selection_finds_the_terms_of_the_lagrangian():
     assert kept == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.extras
-@pytest.mark.filterwarnings("ignore")
-@pytest.mark.skipif(find_spec("phlearn") is None, reason="needs the extra `peers`")
+@needs("phlearn")
 def test_phlearn_gives_a_gradient_of_every_weight_that_matters():
     loss, gradient = phlearn_step(lagrangian_case(t2, (4,), 1, 30))()
     assert loss > 0 and gradient[-1] == 0 and np.abs(gradient[:-1]).max() > 0
