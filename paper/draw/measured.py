@@ -49,6 +49,9 @@ def draw(results: Results) -> "Canvas | None":
         panel.set_xscale("log")
         panel.set_yscale("log")
         panel.set_xlabel(text)
+    counts = sorted({_samples(setting) for group in noisy.values() for setting in group})
+    samples.set_xticks(counts, [f"{count:g}" for count in counts])
+    samples.set_xticks([], minor=True)  # their labels would overlap, since the axis spans one decade
     samples.set_title("MAE q̈ [m/s², rad/s²]")
     _rollout(motion, results.trajectories)
     canvas.legend(handles=samples.lines, loc="outside lower center", ncols=4)
@@ -74,7 +77,7 @@ def _rollout(panel: Any, trajectories: "pd.DataFrame") -> None:
     band, error = BAND * first[ERROR], first[f"model.{ANGLE}"] - first[f"plant.{ANGLE}"]
     panel.fill_between(first.index, -band, band, color=style.SERIES[2].colour, alpha=0.3, linewidth=0)
     panel.plot(first.index, error, color=style.SERIES[2].colour)
-    panel.set_title("error of θ in a roll-out [rad]")
+    panel.set_title("roll-out: error of θ [rad]")
     panel.set_xlabel("time [s]")
 
 

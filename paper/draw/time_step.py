@@ -17,6 +17,11 @@ if TYPE_CHECKING:
 
 EXPERIMENT, STEP = "mpc_time_step", "control.time_step"
 APART = 0.0012  # s between the markers of two models at one time step
+TITLES = {
+    "sip_printed": "single pendulum, N_p = 10",
+    "sip_printed_setup": "single pendulum, N_p = 20",
+    "dip_printed": "double pendulum, N_p = 10",
+}
 DRAWN = {"truth": ["run", "start", "x_des"]}  # the unit of replication; of a learned model the member
 
 
@@ -40,7 +45,7 @@ def draw(results: Results) -> "Canvas | None":
         for name, of_model in group.groupby("name", sort=False):
             points = [(step, _share(at_step)) for step, at_step in of_model.groupby("step")]
             _line(panel, points, roles[name], APART * names.index(name))
-        panel.set_title(written("setting", str(setting)))
+        panel.set_title(TITLES.get(str(setting), str(setting)))
         panel.set_xlabel("time step of the controller [s]")
         panel.set_ylim(-0.05, 1.05)
     panels[0].set_ylabel("share of loops that succeed")

@@ -94,7 +94,8 @@ def _intervals(settings: Settings) -> int:
 
 def _horizon(settings: Settings) -> float:
     fine = _number(settings, "control.intervals") * _number(settings, "control.time_step")
-    return fine + _number(settings, "control.coarse_intervals") * _number(settings, "control.coarse_step")
+    coarse = _number(settings, "control.coarse_intervals") * _number(settings, "control.coarse_step")
+    return round(fine + coarse, 9)  # a sum of decimal steps, without the rounding of binary fractions
 
 
 # The values of `n_train` and `epochs` are measured by the run (see `run_card`).
