@@ -83,8 +83,8 @@ class BenchRatioAbove(StatementPredicate):
     """The paired timings that `bench` selects have other / ours above `ratio` by the practical margin, all of them.
 
     Of single steps, one per problem size, the interval goes from the least lower to the greatest upper quartile. Of
-    trainings to an accuracy it goes over all starts of every accuracy; one that is reached from fewer starts than an
-    interval needs, by either contender, is left out where another remains.
+    trainings to an accuracy it goes over all starts of every accuracy that the better contender reached from as many
+    starts as an interval needs; where there is none, of those that it reached from most starts.
     """
 
     name: Literal["bench_ratio_above"]
@@ -100,8 +100,8 @@ class BenchRatioAbove(StatementPredicate):
             raise NotRunError(f"no timing with {in_words(self.bench)}")
         of_steps = rows["metric"] == ""
         starts = rows[["ours_reached", "other_reached"]].max(axis=1).where(~of_steps, 1).astype(int)
-        enough = of_steps | (starts >= FEWEST)
-        judged, starts = (rows[enough], starts[enough]) if enough.any() else (rows, starts)
+        enough = of_steps | (starts >= min(FEWEST, starts.max()))
+        judged, starts = rows[enough], starts[enough]
         low = judged["ratio_q25"].where(of_steps, judged["ratio_least"]).min(skipna=False)
         high = judged["ratio_q75"].where(of_steps, judged["ratio_greatest"]).max(skipna=False)
         medians, n = judged["ratio_median"], judged["size"].nunique() * int(starts.min())

@@ -71,7 +71,7 @@ def load_figures(folder: Path) -> tuple[Figure, ...]:
         if "FIGURES" not in content:
             raise UserError(f"{path} defines no FIGURES, a tuple of repro.report.figures.figure.Figure")
         figures += content["FIGURES"]
-    figures.append(TIMING)
+    figures += TIMING
     names = [figure.name for figure in figures]
     if repeated := {name for name in names if names.count(name) > 1}:
         raise UserError(f"{folder / 'draw'}: several figures are named {', '.join(sorted(repeated))}")

@@ -8,7 +8,7 @@ from repro.claims.assumption_effects import AssumptionEffect
 from repro.claims.verdict_kind import VerdictKind
 from repro.report.summary import Summary, VerdictLine
 from repro.report.tables.sensitivity import change
-from repro.report.writing import ABSENT, number
+from repro.report.writing import number
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -34,12 +34,12 @@ def show(summary: Summary, console: "Console | None" = None) -> None:
     from rich.console import Console
 
     console = console or Console()
-    answered = [line for line in summary.verdicts if line.members != ABSENT]
+    answered = [line for line in summary.verdicts if line.verdict != VerdictKind.NOT_RUN]
     console.print(_verdict_table(answered, summary.scale, wide=console.width >= WIDE))
     flagged = [line.claim for line in answered if line.flag]
     if flagged:
         console.print(f"† a trivial, degenerate or oracle row satisfies it too: {', '.join(flagged)}", highlight=False)
-    unanswered = [line.claim for line in summary.verdicts if line.members == ABSENT]
+    unanswered = [line.claim for line in summary.verdicts if line.verdict == VerdictKind.NOT_RUN]
     if unanswered:
         console.print(f"not run: {', '.join(unanswered)}", style="dim", highlight=False)
     console.print(summary.headline, highlight=False)

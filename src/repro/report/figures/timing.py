@@ -21,9 +21,18 @@ GROWTH = ("coordinates", "members", "samples")  # benches of how a step grows: t
 NEVER = 1.6  # times the greatest finite ratio: where a rival is drawn that did not reach the accuracy
 
 
-def draw(results: Results) -> "Canvas | None":
-    """Draw one row per pair of contenders and one marker per size; None without timings."""
-    bench = results.bench
+def draw_steps(results: Results) -> "Canvas | None":
+    """Draw the timings of equal work."""
+    return draw_pairs(results.bench[results.bench["metric"] == ""])
+
+
+def draw_races(results: Results) -> "Canvas | None":
+    """Draw the times to equal accuracy."""
+    return draw_pairs(results.bench[results.bench["metric"] != ""])
+
+
+def draw_pairs(bench: "pd.DataFrame") -> "Canvas | None":
+    """Draw one row per pair of contenders and one marker per size, or accuracy; None without timings."""
     # A rival of unbounded time did not reach the accuracy; where ours did not, or neither, the table has it.
     bench = bench[(bench["ratio_median"] > 0) & ~bench["name"].isin(GROWTH)]
     if bench.empty:
@@ -33,16 +42,22 @@ def draw(results: Results) -> "Canvas | None":
     roles = {size: style.SERIES[number % len(style.SERIES)] for number, size in enumerate(sizes)}
     finite = bench["ratio_median"][np.isfinite(bench["ratio_median"])]
     greatest = float(finite.max()) * NEVER if len(finite) else 10.0
+    from matplotlib.ticker import LogLocator, NullFormatter
+
     canvas = new_canvas(TEXT_WIDTH, 0.9 + 0.2 * (-(-len(sizes) // COLUMNS)) + ROW * len(pairs))
     panel = canvas.subplots()
     for height, (_, rows) in enumerate(pairs):
         _row(panel, height, rows, roles, greatest)
     panel.axvline(1, linewidth=1.2, zorder=0.5, **style.PAPER.line_style)
     panel.set_xscale("log")
+    panel.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    panel.xaxis.set_major_formatter("{x:g}")
+    panel.xaxis.set_minor_formatter(NullFormatter())
     panel.set_yticks(range(len(pairs)), [_label(names) for names, _ in pairs], fontsize=6)
     panel.set_ylim(len(pairs) - 0.5, -0.5)
     panel.grid(visible=False, axis="y")
-    panel.set_xlabel("processor time, other / ours (right edge: the other did not reach the accuracy)")
+    never = " (right edge: never reached by the other)" if np.isinf(bench["ratio_median"]).any() else ""
+    panel.set_xlabel(f"processor time, other / ours{never}")
     legend(canvas, panel, roles, columns=COLUMNS)
     return canvas
 
@@ -72,12 +87,22 @@ def _size(row: Any) -> str:
     return str(row["size"]) if members == 1 else f"{row['size']}, {members} members"
 
 
-TIMING = Figure(
-    "timing",
-    "Paired timings",
-    "Each marker is the median of paired, interleaved timings of one size, or of trainings until an error falls to a "
-    "share of the trivial one, its line the quartiles; right of the "
-    "dashed line ours is faster. What is timed, and how, stands in the table of timings.",
-    "One row per comparison: ratio of times and its quartiles on a logarithmic axis; a dashed line at one.",
-    draw,
+TIMING = (
+    Figure(
+        "timing",
+        "Paired timings of equal work",
+        "Each marker is the median of paired, interleaved timings of one size, its line the quartiles; right of the "
+        "dashed line ours is faster. What is timed, and how, stands in the table of timings.",
+        "One row per comparison: ratio of times and its quartiles on a logarithmic axis; a dashed line at one.",
+        draw_steps,
+    ),
+    Figure(
+        "timing_accuracy",
+        "Paired timings to equal accuracy",
+        "Each marker is the median over starts of the ratio of the times until an error falls to a share of the "
+        "trivial one, its line the quartiles; right of the dashed line ours is faster.",
+        "One row per pair of trainings: ratio of times on a logarithmic axis, one marker per accuracy; a dashed line "
+        "at one.",
+        draw_races,
+    ),
 )
