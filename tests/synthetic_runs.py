@@ -295,11 +295,13 @@ def fill(store: SyntheticStore) -> None:
         store.run("sip_selection", support, optimiser=optimiser, tau_noise=0.1, qdd_noise=0.5, as_printed=False)
     row = {"name": "forward_vs_inverse", "ours": "inverse", "other": "forward", "threads": 1, "protocol": "paired, 30"}
     sizes = {"1x10": 1.07, "2x32": 1.6}
-    store.bench(
-        [
-            {**row, "size": s, "members": 5, "ratio_median": r, "ratio_q25": 0.98 * r, "ratio_q75": 1.02 * r}
-            | {"ours_ms": 1.4, "other_ms": 1.4 * r}
-            for s, r in sizes.items()
-        ]
-    )
+    steps = [
+        {**row, "size": s, "members": 5, "ratio_median": r, "ratio_q25": 0.98 * r, "ratio_q75": 1.02 * r}
+        | {"ours_ms": 1.4, "other_ms": 1.4 * r, "metric": ""}
+        for s, r in sizes.items()
+    ]
+    race = {"metric": "MAE_qdd", "goal": 0.1, "starts": 5, "ours_reached": 5, "other_reached": 4}
+    race |= {"ratio_least": 0.9, "ratio_greatest": 2.0}
+    rivals = [{**steps[0], "name": "lnn_naive"}, {**steps[0], "name": "lnn_accuracy", **race}]
+    store.bench([*steps, *rivals])
     store.run("sip_basis", {}, seeds=[0, 1], outcome="failed", basis="t2", hidden="2x500", objective="forward")

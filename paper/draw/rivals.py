@@ -24,8 +24,8 @@ FIGURES = (
         "A training step beside those of LNN, DeLaN and LINN",
         "Medians and quartiles of paired, interleaved timings of one thread, one marker per size of the network; right "
         "of the dashed line the inverse model is faster. Naive: the same automatic differentiation on both sides; "
-        "best: the fastest engine for both; automatic: DeLaN by automatic differentiation instead of its analytic form.",
-        "One row per comparison: ratio of times and its quartiles on a logarithmic axis; a dashed line at one.",
+        "best: the fastest engine for both; automatic: DeLaN without its analytic derivatives.",
+        "One row per rival and way of writing it: ratio of times on a logarithmic axis; a dashed line at one.",
         draw,
     ),
 )

@@ -58,12 +58,13 @@ def test_without_runs_the_error_says_what_there_is_and_how_to_start(store):
 
 
 def test_the_terminal_shows_every_answered_claim_and_the_places(built, capsys):
+    from rich.cells import cell_len
     from rich.console import Console
 
     for width in (80, 160):
         show(built, Console(width=width))
         text = capsys.readouterr().out
-        assert all(len(line) <= width for line in text.splitlines()[:-8])
+        assert all(cell_len(line) <= width for line in text.splitlines()[:-8])
         for line in built.verdicts:
             assert line.claim in text
         assert str(built.page) in text or "index.html" in text
