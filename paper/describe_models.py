@@ -13,9 +13,9 @@ import casadi
 import numpy as np
 
 from repro.models.bases import t2
+from repro.models.kinds.port_hamiltonian import PortHamiltonian
 from repro.models.lagrangian import Lagrangian
 from repro.models.network import Network
-from repro.models.port_hamiltonian import PortHamiltonian
 from repro.models.port_matrices import Factored, Skew
 
 FILE = Path(__file__).parent / "draw" / "architecture.json"

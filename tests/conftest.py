@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 
 
 # What the jobs of any test need and takes long to load.
-HEAVY = ("repro.pipeline.run", "repro.learning.adam", "repro.recording.layout", "rerun.blueprint", "pyarrow.dataset")
+HEAVY = ("repro.pipeline.run", "repro.learning.optimisers.adam", "repro.recording.layout", "rerun.blueprint")
+HEAVY += ("pyarrow.dataset",)
 HEAVY += ("torch", "repro.report.drawing", "matplotlib.backends.backend_agg", "matplotlib.backends.backend_pdf")
 
 

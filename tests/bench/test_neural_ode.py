@@ -7,7 +7,7 @@ import torch
 from repro.bench.neural_ode import NeuralODE, race, recorded
 from repro.evaluation.predictions import predict
 from repro.mechanics.system import load
-from repro.models.structured import Structured
+from repro.models.kinds.structured import Structured
 
 
 def _rival(system: str, samples: int) -> NeuralODE:

@@ -7,7 +7,7 @@ from repro.control.optimal_control_problem import NodeWeights, Obstacle, Optimal
 from repro.control.predictive_model import PredictiveModel
 from repro.control.transcription import Transcription
 from repro.mechanics.system import load
-from repro.models.truth import Truth
+from repro.models.kinds.truth import Truth
 
 
 @pytest.fixture(scope="session")

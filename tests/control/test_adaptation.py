@@ -14,8 +14,8 @@ from repro.data.random_force import random_force
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
 from repro.mechanics.system import load
-from repro.models.structured import Structured
-from repro.models.truth import DampedTruth, Truth
+from repro.models.kinds.structured import Structured
+from repro.models.kinds.truth import DampedTruth, Truth
 
 DT = 0.005
 

@@ -7,9 +7,9 @@ import torch
 
 from repro.control.predictive_model import PredictiveModel
 from repro.models.bases import engineered, library, raw, t1, t2
+from repro.models.kinds.structured import Structured
+from repro.models.kinds.truth import Truth
 from repro.models.lagrangian import Lagrangian
-from repro.models.structured import Structured
-from repro.models.truth import Truth
 
 SCALE = np.array([0.9, 5.0])
 MODELS = {

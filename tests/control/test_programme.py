@@ -11,7 +11,7 @@ from repro.control.predictive_model import PredictiveModel
 from repro.control.programme import programme
 from repro.control.transcription import Transcription
 from repro.mechanics.system import load
-from repro.models.neural_potential import NeuralPotential
+from repro.models.kinds.neural_potential import NeuralPotential
 
 VARIANTS = {
     "soft": {},

@@ -8,11 +8,11 @@ from repro.control.predictive_model import PredictiveModel
 from repro.control.rate import Rate
 from repro.mechanics.system import load
 from repro.models.bases import fxf, library, t1, t2
+from repro.models.kinds.neural_potential import NeuralPotential
+from repro.models.kinds.port_hamiltonian import PortHamiltonian
+from repro.models.kinds.structured import Structured
+from repro.models.kinds.truth import DampedTruth, Truth
 from repro.models.lagrangian import Lagrangian
-from repro.models.neural_potential import NeuralPotential
-from repro.models.port_hamiltonian import PortHamiltonian
-from repro.models.structured import Structured
-from repro.models.truth import DampedTruth, Truth
 
 SIP, DIP = np.array([0.9, 5.0]), np.array([0.9, 5.0, 6.0])
 MODELS = {

@@ -14,10 +14,10 @@ from repro.control.solver import Limits, compiled_programme
 from repro.control.transcription import Transcription
 from repro.mechanics.system import load
 from repro.models.bases import fxf
+from repro.models.kinds.neural_potential import NeuralPotential
+from repro.models.kinds.structured import Structured
+from repro.models.kinds.truth import Truth
 from repro.models.lagrangian import Lagrangian
-from repro.models.neural_potential import NeuralPotential
-from repro.models.structured import Structured
-from repro.models.truth import Truth
 
 pytestmark = pytest.mark.skipif(not has_compiler(), reason="the programme is compiled")
 

@@ -12,7 +12,7 @@ from repro.control.predictive_model import PredictiveModel
 from repro.control.task import Task
 from repro.mechanics.inputs import input_limits
 from repro.mechanics.system import load
-from repro.models.truth import true_model
+from repro.models.kinds.truth import true_model
 from repro.plugins.checked import checked
 from repro.plugins.plugin import plugin
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from repro.evaluation.metrics import none, quantiles
-from repro.models.anchors import Trivial
-from repro.models.blackbox import BlackBox
+from repro.models.kinds.blackbox import BlackBox
+from repro.models.kinds.trivial import Trivial
 
 
 def test_no_metric_is_no_number(data):

@@ -6,8 +6,8 @@ import torch
 
 from repro.data.random_force import random_force
 from repro.evaluation.damping import damping_errors
-from repro.learning.least_squares import LeastSquares
 from repro.learning.objective import Objective
+from repro.learning.optimisers.least_squares import LeastSquares
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
@@ -16,8 +16,8 @@ from repro.models.bases import rigid_body, t1
 from repro.models.context import Context
 from repro.models.damped import Damped
 from repro.models.kinds.lagrangian import Options, build
+from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
-from repro.models.structured import Structured
 
 DAMPING = (0.3, 0.01)
 

@@ -9,9 +9,9 @@ from repro.evaluation import discrete_gradient
 from repro.evaluation.discrete_gradient import integrate, phase_space
 from repro.mechanics.simulate import simulate
 from repro.models.bases import t1
+from repro.models.kinds.port_hamiltonian import PortHamiltonian
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import acceleration
-from repro.models.port_hamiltonian import PortHamiltonian
 
 TRUE_T1 = np.array([0.4, 0.025, 0.1, 0.98])
 START = np.array([[0.0, 1.0, 0.3, 2.0], [0.1, -2.5, -0.5, 1.0]])

@@ -6,8 +6,8 @@ import pytest
 from repro.data.free_motion import free_motion
 from repro.data.random_force import random_force
 from repro.evaluation.identifiability import identifiability
-from repro.learning.least_squares import regression
 from repro.learning.objective import Objective
+from repro.learning.optimisers.least_squares import regression
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load

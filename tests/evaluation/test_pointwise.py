@@ -10,9 +10,10 @@ from repro.data.random_force import random_force
 from repro.evaluation.pointwise import pointwise
 from repro.evaluation.predictions import truth
 from repro.mechanics.system import load
-from repro.models.anchors import Degenerate, Trivial
 from repro.models.bases import fxf, t1, t2
 from repro.models.gauge import Gauge
+from repro.models.kinds.degenerate import Degenerate
+from repro.models.kinds.trivial import Trivial
 from repro.models.lagrangian import Lagrangian
 
 

@@ -12,11 +12,11 @@ from repro.evaluation import predictions
 from repro.evaluation.predictions import predict, truth
 from repro.mechanics.system import load
 from repro.models.bases import t1, t2
-from repro.models.blackbox import BlackBox
 from repro.models.damped import Damped
+from repro.models.kinds.blackbox import BlackBox
+from repro.models.kinds.port_hamiltonian import PortHamiltonian
+from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
-from repro.models.port_hamiltonian import PortHamiltonian
-from repro.models.structured import Structured
 
 STRUCTURED = Structured(2, np.array([0.9, 5.0]), hidden=(2,))
 MODELS = {

@@ -21,9 +21,9 @@ from repro.evaluation.rollouts import (
 from repro.evaluation.uncertainty import motion_errors
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
-from repro.models.anchors import Trivial
 from repro.models.bases import t1, t2
-from repro.models.blackbox import BlackBox
+from repro.models.kinds.blackbox import BlackBox
+from repro.models.kinds.trivial import Trivial
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import acceleration
 

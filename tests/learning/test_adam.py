@@ -9,8 +9,8 @@ import torch
 from tensors import assert_close
 
 from repro.learning import adam
-from repro.learning.adam import Adam
 from repro.learning.objective import Objective
+from repro.learning.optimisers.adam import Adam
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem

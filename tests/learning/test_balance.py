@@ -8,17 +8,17 @@ from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
 from repro.errors import UserError
 from repro.learning.balance import balance_task
-from repro.learning.least_squares import LeastSquares
 from repro.learning.members import MemberProblem
 from repro.learning.objective import Objective
 from repro.learning.objectives import balance
+from repro.learning.optimisers.least_squares import LeastSquares
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
 from repro.models.bases import t1
+from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
-from repro.models.structured import Structured
 
 SYSTEM = load("sip")
 TRUE = np.array([0.4, 0.025, 0.1, 0.98])  # (m0 + m1) / 2, m1 L1^2 / 2, m1 L1, m1 g L1

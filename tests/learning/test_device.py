@@ -8,21 +8,21 @@ import torch
 
 from repro.errors import UserError
 from repro.learning import adam
-from repro.learning.adam import Adam
 from repro.learning.device import device_adam
 from repro.learning.device.cuda import captured, check_device
 from repro.learning.device.device_adam import DeviceAdam, device_order
 from repro.learning.device.device_problem import DeviceProblem, KeptIndices
 from repro.learning.objective import Objective
 from repro.learning.objective_options import OBJECTIVES
+from repro.learning.optimisers.adam import Adam
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import Phase, make_task, train
 from repro.learning.training_problem import TrainingProblem
 from repro.models.bases import t1, t2
-from repro.models.blackbox import BlackBox
 from repro.models.damped import Damped
+from repro.models.kinds.blackbox import BlackBox
+from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
-from repro.models.structured import Structured
 from repro.plugins.plugin import plugin
 
 CPU = torch.device("cpu")

@@ -6,8 +6,8 @@ import torch
 
 from repro.codegen import c_library
 from repro.learning.full_batch import merge_curves
-from repro.learning.lbfgs import LBFGS
-from repro.learning.levenberg_marquardt import LevenbergMarquardt
+from repro.learning.optimisers.lbfgs import LBFGS
+from repro.learning.optimisers.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.result import NoCheckpoint, silent
 from repro.models.bases import t2
 from repro.models.lagrangian import Lagrangian

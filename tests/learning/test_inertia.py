@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import torch
 
-from repro.learning.adam import Adam
-from repro.learning.lbfgs import LBFGS
-from repro.learning.levenberg_marquardt import LevenbergMarquardt
+from repro.learning.optimisers.adam import Adam
+from repro.learning.optimisers.lbfgs import LBFGS
+from repro.learning.optimisers.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import Phase, train
 from repro.learning.watch import InertiaWatch

@@ -7,8 +7,8 @@ import pytest
 import torch
 
 from repro.data.random_force import random_force
-from repro.learning.least_squares import LeastSquares, regression, solve
 from repro.learning.objective import Objective
+from repro.learning.optimisers.least_squares import LeastSquares, regression, solve
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem

@@ -6,15 +6,15 @@ import torch
 
 from repro.data.random_force import random_force
 from repro.evaluation.pointwise import pointwise
-from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.objective import Objective
+from repro.learning.optimisers.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.models.bases import t1, t2
 from repro.models.gauge import Gauge
+from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
-from repro.models.structured import Structured
 
 
 def test_with_little_damping_a_linear_problem_takes_a_few_steps(t1_problem, start, true_t1):

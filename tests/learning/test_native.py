@@ -9,22 +9,22 @@ from repro.codegen import lanes
 from repro.codegen.c_library import CompilerError
 from repro.codegen.lanes import LANES, can_compile
 from repro.learning import native as module
-from repro.learning.adam import Adam
 from repro.learning.kernels.generated import generated_kernel
 from repro.learning.kernels.network_kernel import network_kernel
 from repro.learning.kernels.positions import position_kernel
-from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.members import MemberProblem
 from repro.learning.native import NativeProblem, native
 from repro.learning.objective import Objective
 from repro.learning.objectives import forward, inverse
+from repro.learning.optimisers.adam import Adam
+from repro.learning.optimisers.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.models.bases import raw, t1, t2
-from repro.models.blackbox import BlackBox
+from repro.models.kinds.blackbox import BlackBox
+from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
-from repro.models.structured import Structured
 
 pytestmark = pytest.mark.skipif(not can_compile(), reason="generated code needs a C compiler")
 

@@ -17,12 +17,12 @@ from repro.learning.symbolic import residual, symbols
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.models.bases import t1, t2
-from repro.models.blackbox import BlackBox
 from repro.models.damped import Damped
+from repro.models.kinds.blackbox import BlackBox
+from repro.models.kinds.neural_potential import NeuralPotential
+from repro.models.kinds.port_hamiltonian import PortHamiltonian
+from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
-from repro.models.neural_potential import NeuralPotential
-from repro.models.port_hamiltonian import PortHamiltonian
-from repro.models.structured import Structured
 
 SCALE = np.array([0.9, 5.0])
 MODELS = {

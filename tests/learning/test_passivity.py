@@ -5,23 +5,23 @@ import pytest
 import torch
 
 from repro.codegen.array_evaluation import evaluate
-from repro.learning.adam import Adam
-from repro.learning.lbfgs import LBFGS
-from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.objective import Objective
 from repro.learning.objectives import port
+from repro.learning.optimisers.adam import Adam
+from repro.learning.optimisers.lbfgs import LBFGS
+from repro.learning.optimisers.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.learning.watch import PassivityWatch
 from repro.mechanics.derive import dynamics_of
 from repro.models.bases import t1
-from repro.models.blackbox import BlackBox
 from repro.models.damped import Damped
+from repro.models.kinds.blackbox import BlackBox
+from repro.models.kinds.port_hamiltonian import PortHamiltonian
+from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
 from repro.models.passivity_margin import States, margins, worst_margin
-from repro.models.port_hamiltonian import PortHamiltonian
-from repro.models.structured import Structured
 
 SCALE = np.array([0.9, 5.0])
 VARIANTS = [

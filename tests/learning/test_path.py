@@ -16,10 +16,10 @@ from repro.learning.result import silent
 from repro.mechanics.system import load
 from repro.models.bases import t1
 from repro.models.damped import Damped
+from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
 from repro.models.step_model import StepModel
-from repro.models.structured import Structured
 
 SYSTEM = load("sip")
 TRUE = np.array([0.4, 0.025, 0.1, 0.98])

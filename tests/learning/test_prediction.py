@@ -10,19 +10,19 @@ from tensors import assert_close
 
 from repro.data.random_force import random_force
 from repro.evaluation.model_motion import model_motion
-from repro.learning.adam import Adam
-from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.objective import Objective
 from repro.learning.objectives import mixed, prediction
+from repro.learning.optimisers.adam import Adam
+from repro.learning.optimisers.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.prediction import prediction_task
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
-from repro.models.blackbox import BlackBox
+from repro.models.kinds.blackbox import BlackBox
+from repro.models.kinds.structured import Structured
+from repro.models.kinds.symoden import SymODEN
 from repro.models.position import cart_with_links
-from repro.models.structured import Structured
-from repro.models.symoden import SymODEN
 
 SIP = load("sip")
 

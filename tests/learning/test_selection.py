@@ -9,8 +9,8 @@ import yaml
 
 from repro.data.random_force import random_force
 from repro.evaluation.coefficients import coefficient_errors
-from repro.learning.basis_selection import Selection, thresholded_least_squares
 from repro.learning.objective import Objective
+from repro.learning.optimisers.basis_selection import Selection, thresholded_least_squares
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem

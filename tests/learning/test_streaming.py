@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from repro.learning.least_squares import solve, streamed_solve
+from repro.learning.optimisers.least_squares import solve, streamed_solve
 
 
 def blocks(matrix, right, sizes):

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import torch
 
-from repro.learning.adam import Adam
 from repro.learning.objective import Objective
 from repro.learning.optimiser import Optimiser
+from repro.learning.optimisers.adam import Adam
 from repro.learning.result import Fitted
 from repro.learning.training import Phase, make_task, train
 from repro.models.bases import t2

@@ -6,15 +6,15 @@ import torch
 
 from repro.data.random_force import random_force
 from repro.evaluation.pointwise import pointwise
-from repro.learning.lbfgs import LBFGS
-from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.objective import Objective
+from repro.learning.optimisers.lbfgs import LBFGS
+from repro.learning.optimisers.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
 from repro.models.gauge import Gauge
-from repro.models.structured import Structured
+from repro.models.kinds.structured import Structured
 
 pytestmark = pytest.mark.slow
 SEEDS = [20, 21]

@@ -5,13 +5,13 @@ import pytest
 import torch
 
 from repro.models.bases import engineered, library, raw, t1, t2
-from repro.models.blackbox import BlackBox
 from repro.models.damped import Damped
+from repro.models.kinds.blackbox import BlackBox
+from repro.models.kinds.neural_potential import NeuralPotential
+from repro.models.kinds.port_hamiltonian import PortHamiltonian
+from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
-from repro.models.neural_potential import NeuralPotential
-from repro.models.port_hamiltonian import PortHamiltonian
 from repro.models.position import PositionFeatures
-from repro.models.structured import Structured
 
 N_Q = 2
 LAGRANGIANS = {

@@ -15,17 +15,16 @@ from repro.errors import UserError
 from repro.library.ensemble import build_model
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import load
-from repro.models import anchors
 from repro.models.bases import t1, t2
 from repro.models.context import Context
 from repro.models.kinds import lagrangian, structured, trivial
-from repro.models.kinds.degenerate import Options, build
+from repro.models.kinds.degenerate import Degenerate, Options, build
 from repro.models.model_options import MODELS
 from repro.plugins.checked import checked
 
 CONF = Path(__file__).parents[2] / "conf" / "model"
 SYSTEM = load("sip")
-SHARED = {"trivial": "anchors", "degenerate": "anchors"}  # models whose module has another name
+ELSEWHERE = {"lagrangian": "repro.models.lagrangian"}  # models whose class other kinds share
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +45,7 @@ def context(data):
 def test_every_choice_of_conf_builds_and_predicts(path, data):
     options = yaml.safe_load(path.read_text())
     model = build_model(checked("model", MODELS, options), "t2", [data], SYSTEM)
-    assert type(model).__module__ == f"repro.models.{SHARED.get(options['kind'], options['kind'])}"
+    assert type(model).__module__ == ELSEWHERE.get(options["kind"], f"repro.models.kinds.{options['kind']}")
     weights = model.initial([np.random.default_rng(k) for k in range(3)])
     assert weights.shape == (3, model.n_parameters) and np.isfinite(weights).all()
     prepared = {name: torch.from_numpy(a) for name, a in model.prepare(data.q, data.qd, data.qdd, data.tau).items()}
@@ -120,7 +119,7 @@ def test_the_trivial_model_says_nothing(context, data):
 def test_the_degenerate_model_is_the_cart_momentum_alone(name, data):
     """T = p_x^2 / 2 m with the true p_x; its momentum is (p_x, p_x dp_x/dthetad / m); its mass matrix has rank one."""
     system = load(name)
-    model = anchors.Degenerate(system)
+    model = Degenerate(system)
     prepared = {name: torch.from_numpy(a) for name, a in model.prepare(data.q, data.qd, data.qdd, data.tau).items()}
     terms = model.evaluate(torch.zeros(3, 0, dtype=torch.float64), prepared)
     p = evaluate(dynamics_of(system).momentum, data.q, data.qd)[..., 0]

@@ -8,16 +8,15 @@ from repro.codegen.array_evaluation import evaluate
 from repro.errors import UserError
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import load
-from repro.models import interconnection
 from repro.models.bases import fxf, rigid_body, t1
 from repro.models.context import Context, SubModel
 from repro.models.damped import Damped
-from repro.models.hinged import Hinged, RodOfUnknownMass
 from repro.models.interconnection import Interconnection, Joined
 from repro.models.kinds import extended, hinged
+from repro.models.kinds.hinged import Hinged, RodOfUnknownMass
+from repro.models.kinds.port_hamiltonian import PortHamiltonian
+from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
-from repro.models.port_hamiltonian import PortHamiltonian
-from repro.models.structured import Structured
 
 # of sip_rod and of the second rod: halves of masses and inertias, first moments, weights
 CART = np.array([0.4, 0.2 * 0.25 / 6, 0.05, 0.49])
@@ -161,7 +160,7 @@ def test_what_is_joined_must_fit():
 def test_the_rest_starts_as_what_the_part_leaves_of_the_inertia():
     """The data suggest M = diag(velocity_scale^-2); a part that is more than that leaves a tenth of it."""
     cart = SubModel(Lagrangian(t1, 2), CART[None])
-    inertia = interconnection.mean_inertia(cart, np.random.default_rng(0).normal(size=(2, 50, 3)))
+    inertia = extended.mean_inertia(cart, np.random.default_rng(0).normal(size=(2, 50, 3)))
     np.testing.assert_allclose(inertia, [0.8, 0.2 * 0.25 / 3], rtol=1e-12)
-    scale = interconnection.remaining_scale(np.array([1.0, 10.0, 5.0]), inertia)
+    scale = extended.remaining_scale(np.array([1.0, 10.0, 5.0]), inertia)
     np.testing.assert_allclose(scale**-2.0, [0.2, 0.001, 0.04], rtol=1e-12)

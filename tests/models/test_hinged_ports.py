@@ -11,9 +11,9 @@ from repro.codegen.array_evaluation import evaluate
 from repro.data.random_force import random_force
 from repro.errors import UserError
 from repro.evaluation.pointwise import pointwise
-from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.objective import Objective
 from repro.learning.objectives import port
+from repro.learning.optimisers.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem

@@ -107,7 +107,7 @@ def test_per_sample_gradients_agree_with_autograd(any_model, samples, mass, star
 
 
 def test_structured_mass_matrix_is_positive_semidefinite_for_any_weights(samples, start, prepare):
-    from repro.models.structured import Structured
+    from repro.models.kinds.structured import Structured
 
     model = Structured(2, np.array([1.0, 5.0]))
     parameters = start(model) * 30

@@ -6,9 +6,9 @@ import torch
 from tensors import assert_close
 
 from repro.data.random_force import random_force
-from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.objective import Objective
 from repro.learning.objectives import inverse
+from repro.learning.optimisers.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
@@ -16,7 +16,7 @@ from repro.mechanics.system import load
 from repro.models.bases import t1
 from repro.models.context import Context
 from repro.models.kinds import neural_potential
-from repro.models.neural_potential import NeuralPotential
+from repro.models.kinds.neural_potential import NeuralPotential
 from repro.models.ports import ChainLink
 
 LINK = load("link", damping=[0.3])

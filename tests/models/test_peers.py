@@ -8,17 +8,17 @@ from tensors import assert_close
 from repro.data.random_force import random_force
 from repro.evaluation.model_motion import model_motion
 from repro.evaluation.predictions import predict
-from repro.learning.basis_selection import Selection
 from repro.learning.objective import Objective
 from repro.learning.objectives import implicit
+from repro.learning.optimisers.basis_selection import Selection
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
-from repro.models.hamiltonian import Hamiltonian, momentum_spread
+from repro.models.kinds.hamiltonian import Hamiltonian, momentum_spread
+from repro.models.kinds.sparse import Sparse
+from repro.models.kinds.symoden import SymODEN
 from repro.models.position import position_features
-from repro.models.sparse import Sparse
-from repro.models.symoden import SymODEN
 
 DIP = load("dip")
 DATA = random_force(DIP, seeds=(0, 1), samples=40, reset="random", episode_steps=10, train_fraction=0.5)

@@ -6,9 +6,9 @@ import torch
 
 from repro.data.random_force import random_force
 from repro.evaluation.predictions import predict
-from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.objective import Objective
 from repro.learning.objectives import inverse
+from repro.learning.optimisers.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
@@ -16,8 +16,8 @@ from repro.mechanics.chain import Chain
 from repro.mechanics.system import load, names
 from repro.models.bases import raw
 from repro.models.context import Context
+from repro.models.kinds.structured import Structured
 from repro.models.position import cart_with_links, position_features
-from repro.models.structured import Structured
 
 ROD = load("rod")
 

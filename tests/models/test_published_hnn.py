@@ -15,7 +15,7 @@ from torch import Tensor
 
 from repro.mechanics.runge_kutta import rk4_step
 from repro.mechanics.system import load
-from repro.models.hamiltonian import Hamiltonian
+from repro.models.kinds.hamiltonian import Hamiltonian
 from repro.models.network import Network
 from repro.models.position import PositionFeatures
 

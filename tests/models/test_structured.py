@@ -15,7 +15,7 @@ from repro.mechanics.system import load
 from repro.models.bases import t2
 from repro.models.context import Context
 from repro.models.kinds import structured
-from repro.models.structured import Structured
+from repro.models.kinds.structured import Structured
 
 SYSTEMS = {
     "one link": lambda: load("sip_rod"),

@@ -7,11 +7,10 @@ import pytest
 from repro.errors import UserError
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import load, names
-from repro.models.anchors import Degenerate, driven_cyclic
 from repro.models.bases import t1
 from repro.models.context import Context
-from repro.models.kinds.truth import Options, build
-from repro.models.truth import Truth, true_model
+from repro.models.kinds.degenerate import Degenerate, driven_cyclic
+from repro.models.kinds.truth import Options, Truth, build, true_model
 
 SYSTEMS = [
     ("sip", "physical"),

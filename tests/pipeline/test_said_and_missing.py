@@ -15,7 +15,7 @@ from repro.config.compose import compose
 from repro.config.schema import scaled
 from repro.library.signals import learned_energies, true_energies
 from repro.mechanics.system import load
-from repro.models.truth import Truth
+from repro.models.kinds.truth import Truth
 from repro.pipeline.stages import evaluate
 
 

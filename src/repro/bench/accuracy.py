@@ -17,11 +17,10 @@ from repro.bench.training_case import PENDULUM, Equation, Loss, TrainingCase, st
 from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
 from repro.evaluation.predictions import predict
-from repro.learning.adam import Adam
-from repro.learning.lbfgs import LBFGS
-from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.native import shuffled
-from repro.learning.optimiser_options import AdamOptions
+from repro.learning.optimisers.adam import Adam
+from repro.learning.optimisers.lbfgs import LBFGS
+from repro.learning.optimisers.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.result import NoCheckpoint, silent
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import load
@@ -187,7 +186,7 @@ def of_model(make: ModelOf, equation: Equation, optimiser: str) -> Callable[[Dat
 
 def in_naive_torch(make: ModelOf, loss_of: Callable[[TrainingCase], Loss], data: Dataset) -> Entrant:
     """A model with a loss of its own under torch's Adam, with the steps and batches of this project's."""
-    case, options = started(make(data), data.train), AdamOptions()
+    case, options = started(make(data), data.train), Adam()
     loss = loss_of(case)
 
     def train(start: int, course: Course) -> None:

@@ -23,7 +23,7 @@ from repro.control.solver import Limits, make_solver
 from repro.control.task import Task
 from repro.control.transcription import Transcription
 from repro.mechanics.system import load
-from repro.models.truth import Truth
+from repro.models.kinds.truth import Truth
 
 SolverChoice = tuple[Discretisation, SolverName]
 FAST: SolverChoice = ("shooting", "fatrop")

@@ -8,8 +8,8 @@ from torch import Tensor
 from torch.func import jacfwd, vmap
 
 from repro.bench.training_case import Loss, Step, TrainingCase, step_of_each
+from repro.models.kinds.structured import Structured
 from repro.models.position import cart_with_links
-from repro.models.structured import Structured
 
 
 def automatic_loss(case: TrainingCase) -> Loss:

@@ -12,7 +12,7 @@ from repro.bench.pairing import PairedComparison, Rounds, with_memory
 from repro.bench.scale import PAPER_HIDDEN, BenchScale
 from repro.bench.training_case import EPISODE_STEPS, TrainingCase, pendulum, random_case
 from repro.codegen.c_library import has_compiler
-from repro.learning.least_squares import regression, streamed_solve
+from repro.learning.optimisers.least_squares import regression, streamed_solve
 from repro.models.bases import t1
 from repro.models.lagrangian import Lagrangian
 

@@ -22,15 +22,15 @@ from repro.bench.training_case import PENDULUM
 from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
 from repro.learning.balance import balance_task
-from repro.learning.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.objective import Objective
 from repro.learning.objectives import balance
+from repro.learning.optimisers.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.path.path_fit import fit_path
 from repro.learning.path.path_options import PathOptions
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
-from repro.models.structured import Structured
+from repro.models.kinds.structured import Structured
 
 HORIZON = 5  # steps of a roll-out
 BATCH = 512  # roll-outs

@@ -8,7 +8,7 @@ import numpy as np
 import torch
 
 from repro.bench.training_case import Step, TrainingCase, pendulum
-from repro.learning.basis_selection import Selection
+from repro.learning.optimisers.basis_selection import Selection
 from repro.learning.result import NoCheckpoint, silent
 from repro.models.bases import library
 from repro.models.lagrangian import Lagrangian

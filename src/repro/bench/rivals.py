@@ -21,8 +21,8 @@ from repro.bench.training_case import (
 )
 from repro.data.dataset import Dataset
 from repro.models.bases import engineered, t2
+from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
-from repro.models.structured import Structured
 
 RIVALS = {"lnn": "LNN (Cranmer et al. 2020)", "delan": "DeLaN (Lutter et al. 2019)", "linn": "LINN (Bao et al. 2021)"}
 PROTOCOLS = {

@@ -19,9 +19,9 @@ from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
 from repro.models.bases import raw
+from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
-from repro.models.structured import Structured
 from repro.plugins.plugin import plugin
 
 Step = Callable[[], tuple[np.ndarray, np.ndarray]]  # loss (member,), gradient (member, n_parameters)

@@ -11,8 +11,8 @@ from repro.codegen.array_evaluation import evaluate
 from repro.codegen.c_library import has_compiler, load_library
 from repro.codegen.c_source import c_source
 from repro.mechanics.derive import solve_symmetric
+from repro.models.kinds.port_hamiltonian import PortHamiltonian
 from repro.models.model import Model
-from repro.models.port_hamiltonian import PortHamiltonian
 
 INPUTS = ("x", "guess", "parameters", "h")  # of a step
 TOLERANCE = 1e-13  # of a step, relative to the state

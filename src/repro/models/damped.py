@@ -9,7 +9,7 @@ import numpy as np
 from repro.codegen.lazy_torch import Tensor, torch
 from repro.mechanics.coordinate import joint_rates
 from repro.mechanics.system import SLIDING
-from repro.models.model import EnergyExpressions, Model, Prepared
+from repro.models.model import EnergyExpressions, Model, Prepared, consecutive
 from repro.models.model_options import Damping
 from repro.models.position import PositionFeatures, cart_with_links
 from repro.models.terms import Terms
@@ -39,13 +39,8 @@ class Damped(Model):
         self.names = tuple(f"{name}{index}" for name, count in counts.items() for index in range(count))
         self.linear_in_weights = model.linear_in_weights
         self.inverse, self.energetic, self.transforms = model.inverse, model.energetic, model.transforms
-        self.model_slice = slice(0, model.n_parameters)
-        self.damping_slice = slice(model.n_parameters, model.n_parameters + len(self.names))
-
-    @property
-    def n_parameters(self) -> int:
-        """Number of weights of one member."""
-        return self.damping_slice.stop
+        self.model_slice, self.damping_slice = consecutive(model.n_parameters, len(self.names))
+        self.n_parameters = self.damping_slice.stop
 
     @property
     def coefficient_names(self) -> tuple[str, ...]:

@@ -1,5 +1,6 @@
 """A model that is written as CasADi expressions alone: what the engines need of it follows by differentiation."""
 
+from collections.abc import Sequence
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
@@ -87,6 +88,19 @@ class ExpressionModel(Model):
             *transformed, self.port_error(q, qd, qdd, tau, parameters),
         )  # fmt: skip
         return casadi.vertcat(q, qd, qdd, tau), parameters, stack
+
+
+class Weightless(ExpressionModel):
+    """A model that has nothing to fit."""
+
+    n_parameters = 0
+
+    def __init__(self, n_q: int) -> None:
+        self.n_q = n_q
+
+    def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
+        """No weights, (member, 0)."""
+        return np.zeros((len(generators), 0))
 
 
 def arrays_of(*tensors: Tensor) -> list[np.ndarray]:

@@ -2,18 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import accumulate, pairwise
 
 import casadi
 import numpy as np
 
-from repro.codegen.array_evaluation import evaluate
-from repro.models.context import SubModel
 from repro.models.expression import ExpressionModel
-from repro.models.model import EnergyExpressions, Model
-
-LEAST_SHARE = 0.1  # of the inertia that the data suggest, for the start of the rest
-PLACES = 500  # samples at which the inertia of a part is looked at
+from repro.models.model import EnergyExpressions, Model, consecutive
 
 Place = Callable[[casadi.SX], casadi.SX]
 
@@ -46,13 +40,8 @@ class Interconnection(ExpressionModel):
         if trained is not None:
             self.upstream = slice(0, trained.shape[1])
             self.fixed = self.upstream if frozen else slice(0, 0)
-        ends = [0, *accumulate(part.model.n_parameters for part in self.parts)]
-        self.slices = [slice(start, stop) for start, stop in pairwise(ends)]
-
-    @property
-    def n_parameters(self) -> int:
-        """Number of weights of one member."""
-        return self.slices[-1].stop
+        self.slices = consecutive(*(part.model.n_parameters for part in self.parts))
+        self.n_parameters = self.slices[-1].stop
 
     @property
     def coefficient_names(self) -> tuple[str, ...]:
@@ -92,28 +81,3 @@ class Interconnection(ExpressionModel):
             force = part.model.friction(own, rates, parameters[weights])
             total += below.T @ casadi.substitute([force], [own, rates], [place, below @ qd])[0]
         return total
-
-
-def mean_inertia(part: SubModel, q: np.ndarray) -> np.ndarray:
-    """Diagonal of the part's mass matrix (n_i,), the mean over its members and over places q (member, sample, n_q)."""
-    model = part.model
-    place, rates = casadi.SX.sym("q", model.n_q), casadi.SX.sym("qd", model.n_q)
-    weights = casadi.SX.sym("weights", model.n_parameters)
-    mass = casadi.jacobian(model.momentum(place, rates, weights), rates)
-    diagonal = casadi.Function("inertia", [place, rates, weights], [casadi.densify(casadi.diag(mass))])
-    places = q.reshape(-1, q.shape[-1])[:PLACES, : model.n_q]
-    inertia = [evaluate(diagonal, places, 0 * places, member) for member in part.parameters]
-    mean: np.ndarray = np.mean(inertia, axis=(0, 1))
-    return mean
-
-
-def remaining_scale(velocity_scale: np.ndarray, inertia: np.ndarray) -> np.ndarray:
-    """Scale of the velocities (n_q,) of a rest that starts as what is left of the inertia, M = diag(scale^-2).
-
-    The data suggest diag(velocity_scale^-2), as much energy for every coordinate; `inertia` (n_i,) of the first
-    coordinates is there already.
-    """
-    suggested = velocity_scale**-2.0
-    left = suggested - np.pad(inertia, (0, len(suggested) - len(inertia)))
-    scale: np.ndarray = np.maximum(left, LEAST_SHARE * suggested) ** -0.5
-    return scale

@@ -9,15 +9,12 @@ import numpy as np
 
 from repro.codegen.lazy_torch import Tensor, torch
 from repro.models.features import FeatureMap
-from repro.models.model import EnergyExpressions, Model, Prepared
+from repro.models.model import EnergyExpressions, Model, Prepared, consecutive
 from repro.models.model_options import Activation
 from repro.models.momentum import MomentumTransform
 from repro.models.network import Network
 from repro.models.position import PositionFeatures, cart_with_links
 from repro.models.terms import Terms, symmetric
-
-WIDE = 16.0  # spreads of the data within a unit's quadratic range
-
 
 CoefficientStart = Literal["glorot", "positive", "ones"]
 
@@ -50,21 +47,14 @@ class Lagrangian(Model):
         self.input_scale = input_scale
         self.coefficient_start = coefficient_start
         shown = positions or cart_with_links(n_q)
-        self.transform = None if momentum_hidden is None else MomentumTransform(n_q, tuple(momentum_hidden), shown)
+        self.transform = None if momentum_hidden is None else MomentumTransform(n_q, momentum_hidden, shown)
         self.transforms = self.transform is not None
         n_kinetic = len(self.kinetic_features) if self.network is None else self.network.n_parameters
-        n_potential = len(self.potential_features)
-        self.kinetic_slice = slice(0, n_kinetic)
-        self.potential_slice = slice(n_kinetic, n_kinetic + n_potential)
-        self.transform_slice = slice(n_kinetic + n_potential, self.n_parameters)
+        sizes = n_kinetic, len(self.potential_features), self.transform.n_parameters if self.transform else 0
+        self.kinetic_slice, self.potential_slice, self.transform_slice = consecutive(*sizes)
+        self.n_parameters = sum(sizes)
         self._tangent_pairs = [(0, 1 + c) for c in range(n_q)]
         self._mass_pairs = [(1 + c, 1 + d) for c, d in self.kinetic_features.mass_pairs]
-
-    @property
-    def n_parameters(self) -> int:
-        """Number of weights of one member."""
-        transform = 0 if self.transform is None else self.transform.network.n_parameters
-        return self.potential_slice.stop + transform
 
     @property
     def coefficient_names(self) -> tuple[str, ...]:

@@ -4,6 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import accumulate, pairwise
 
 import casadi
 import numpy as np
@@ -14,6 +15,11 @@ from repro.mechanics.derive import euler_lagrange, solve_symmetric
 from repro.models.terms import Terms
 
 Prepared = dict[str, Tensor]
+
+
+def consecutive(*sizes: int) -> list[slice]:
+    """Where parts of these sizes lie that follow each other."""
+    return [slice(*ends) for ends in pairwise(accumulate(sizes, initial=0))]
 
 
 def tensors(arrays: Mapping[str, np.ndarray]) -> Prepared:
@@ -45,6 +51,7 @@ class Model(ABC):
     """
 
     n_q: int
+    n_parameters: int  # weights of one member
     inverse = True  # predicts tau: the inverse objective applies
     energetic = True  # has a Lagrangian
     transforms = False  # has a momentum of its own, eq. (8)
@@ -52,11 +59,6 @@ class Model(ABC):
     linear_in_weights = False  # tau is linear in the weights
     fixed = slice(0, 0)  # weights that a fit does not change
     upstream = slice(0, 0)  # weights that come from trained sub-models, the same for every random start
-
-    @property
-    @abstractmethod
-    def n_parameters(self) -> int:
-        """Number of weights of one member."""
 
     @property
     def coefficient_names(self) -> tuple[str, ...]:
@@ -83,9 +85,12 @@ class Model(ABC):
     def vjp(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
         """Gradients (member, row, sample, n_parameters) from cotangents (member, row, sample, ...) of the outputs."""
 
-    @abstractmethod
     def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
-        """The learned T and V as CasADi expressions of columns q, qd (n_q,) and one member's parameters."""
+        """The learned T and V as CasADi expressions of columns q, qd (n_q,) and one member's parameters.
+
+        NotImplementedError for a model without a Lagrangian, or without expressions.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no T and V as expressions")
 
     def part_energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> list[EnergyExpressions]:
         """T and V of each sub-system of an interconnection, at q and qd of the whole; [] unless said."""
@@ -103,14 +108,17 @@ class Model(ABC):
 
     def acceleration(self, q: casadi.SX, qd: casadi.SX, tau: casadi.SX, parameters: casadi.SX) -> casadi.SX:
         """qdd as a CasADi expression: the forward dynamics; not finite where the mass matrix is singular."""
-        qdd = casadi.SX.zeros(self.n_q)
-        mass = casadi.jacobian(self.momentum(q, qd, parameters), qd)
-        return solve_symmetric(mass, tau - self.inverse_dynamics(q, qd, qdd, parameters))
+        rest = self.inverse_dynamics(q, qd, casadi.SX.zeros(self.n_q), parameters)
+        return solve_symmetric(self.mass_matrix(q, qd, parameters), tau - rest)
 
     def momentum(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
         """p = dL/dqd as a CasADi expression."""
         energies = self.energies(q, qd, parameters)
         return casadi.gradient(energies.kinetic - energies.potential, qd)
+
+    def mass_matrix(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
+        """M = dp/dqd (n_q, n_q) as a CasADi expression."""
+        return casadi.jacobian(self.momentum(q, qd, parameters), qd)
 
     def port_form(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> PortForm:
         """Eq. (5) with the canonical J, at p = dL/dqd: dH/dq = -dL/dq and dH/dp = qd, whatever L is."""

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from enum import StrEnum
 from functools import cached_property
-from itertools import pairwise
 from typing import Any
 
 import casadi
@@ -13,7 +12,7 @@ from torch import Tensor, nn
 from torch.func import functional_call, grad, jacrev, vjp, vmap
 
 from repro.errors import UserError
-from repro.models.model import EnergyExpressions, Model, Prepared
+from repro.models.model import EnergyExpressions, Model, Prepared, consecutive
 from repro.models.module_graph import NotSymbolicError, symbolic
 from repro.models.terms import Terms, symmetric
 
@@ -51,14 +50,10 @@ class ModuleModel(Model):
         self.form = form_of(self.module, n_q) if form is None else form
         self.energetic = self.inverse = self.form != Form.ACCELERATION
         self.shapes = {name: weight.shape for name, weight in self.module.named_parameters()}
-        ends = np.cumsum([shape.numel() for shape in self.shapes.values()]).tolist()
-        self.places = {name: slice(*edges) for name, edges in zip(self.shapes, pairwise([0, *ends]), strict=True)}
+        sizes = [shape.numel() for shape in self.shapes.values()]
+        self.places = dict(zip(self.shapes, consecutive(*sizes), strict=True))
+        self.n_parameters = sum(sizes)
         self.not_symbolic = self._not_symbolic()
-
-    @property
-    def n_parameters(self) -> int:
-        """Number of weights of one member."""
-        return sum(shape.numel() for shape in self.shapes.values())
 
     def _not_symbolic(self) -> str | None:
         """Why the module has no CasADi form, or None where it has one."""

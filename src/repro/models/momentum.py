@@ -1,7 +1,6 @@
 """The transformation from velocities to momenta as a network of its own: p_tran = M_hat(q) qd, eq. (8)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import casadi
 import numpy as np
@@ -13,25 +12,13 @@ from repro.models.position import PositionFeatures
 from repro.models.terms import symmetric
 
 
-@dataclass(frozen=True)
 class MomentumTransform:
     """M_hat(q): a network on the position features whose outputs are the entries of a symmetric matrix."""
 
-    n_q: int
-    hidden: tuple[int, ...]
-    positions: PositionFeatures
-    features: FeatureMap = field(init=False)
-    network: Network = field(init=False)
-
-    def __post_init__(self) -> None:
-        features = FeatureMap(self.positions.inertia, self.n_q)
-        object.__setattr__(self, "features", features)
-        n_out = self.n_q * (self.n_q + 1) // 2
-        object.__setattr__(self, "network", Network(len(features), self.hidden, n_out))
-
-    def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
-        """Starting weights (member, n_parameters)."""
-        return self.network.initial(generators)
+    def __init__(self, n_q: int, hidden: Sequence[int], positions: PositionFeatures) -> None:
+        self.n_q, self.features = n_q, FeatureMap(positions.inertia, n_q)
+        self.network = Network(len(self.features), tuple(hidden), n_q * (n_q + 1) // 2)
+        self.n_parameters, self.initial = self.network.n_parameters, self.network.initial
 
     def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
         """The position features as one-row jets, (..., 1, n_features)."""

@@ -84,7 +84,7 @@ class ChainLink:
             raise ValueError(f"a link has one coordinate, not {model.n_q}")
         fixed = casadi.SX(casadi.DM(weights))
         q, qd = casadi.SX.sym("q"), casadi.SX.sym("qd")
-        mass = casadi.jacobian(model.momentum(q, qd, fixed), qd)
+        mass = model.mass_matrix(q, qd, fixed)
         damping = casadi.jacobian(model.friction(q, qd, fixed), qd)
         return cls(
             _constant(mass, q, qd),

@@ -133,7 +133,7 @@ def _functions(model: Model) -> tuple[casadi.Function, casadi.Function]:
     x, weights = casadi.SX.sym("x", 3 * n), casadi.SX.sym("parameters", model.n_parameters)
     q, qd, qdd = casadi.vertsplit(x, n)
     rest = model.inverse_dynamics(q, qd, casadi.SX.zeros(n), weights)
-    mass = casadi.jacobian(model.momentum(q, qd, weights), qd)
+    mass = model.mass_matrix(q, qd, weights)
     tau = model.inverse_dynamics(q, qd, qdd, weights)
     jacobian = casadi.horzcat(casadi.jacobian(tau, casadi.vertcat(q, qd)), casadi.jacobian(tau, weights))
 

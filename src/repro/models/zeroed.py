@@ -17,12 +17,8 @@ class Zeroed(ExpressionModel):
 
     def __init__(self, model: Model, angles: Sequence[int]) -> None:
         self.model, self.n_q, self.angles = model, model.n_q, tuple(angles)
+        self.n_parameters = model.n_parameters + len(self.angles)
         self.fixed, self.linear_in_weights = model.fixed, model.linear_in_weights
-
-    @property
-    def n_parameters(self) -> int:
-        """Number of weights of one member."""
-        return self.model.n_parameters + len(self.angles)
 
     @property
     def coefficient_names(self) -> tuple[str, ...]:

@@ -31,7 +31,7 @@ def preload(jobs: Iterable[Sequence[str]]) -> tuple[str, ...]:
 
     torch, the longest of all, only where a job may need it.
     """
-    return _PRELOAD if all(map(_is_closed_form, jobs)) else (*_PRELOAD, "torch", "repro.learning.adam")
+    return _PRELOAD if all(map(_is_closed_form, jobs)) else (*_PRELOAD, "torch", "repro.learning.optimisers.adam")
 
 
 def _is_closed_form(job: Sequence[str]) -> bool:

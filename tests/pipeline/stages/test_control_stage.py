@@ -12,7 +12,7 @@ from repro.control.task import Task
 from repro.data.random_force import random_force
 from repro.errors import UserError
 from repro.mechanics.system import load
-from repro.models.truth import Truth, true_model
+from repro.models.kinds.truth import Truth, true_model
 from repro.pipeline.stages import close_loops as control
 from repro.pipeline.stages import record_loop as loop_recording
 from repro.plugins.checked import checked

@@ -6,10 +6,11 @@ import pytest
 import torch
 
 from repro.evaluation.pointwise import MetricValues
-from repro.models.anchors import Degenerate, Trivial
 from repro.models.bases import t1
-from repro.models.blackbox import BlackBox
 from repro.models.gauge import Gauge
+from repro.models.kinds.blackbox import BlackBox
+from repro.models.kinds.degenerate import Degenerate
+from repro.models.kinds.trivial import Trivial
 from repro.models.lagrangian import Lagrangian
 from repro.pipeline.stages.evaluate import METRICS, TRAJECTORIES, Fit, measure
 

@@ -12,9 +12,9 @@ from repro.learning.phases import TrainingData, phases_of
 from repro.learning.result import Fitted, NoCheckpoint
 from repro.learning.training_options import Training
 from repro.library.ensemble import build_model, fit_ensemble
-from repro.models.anchors import Trivial
 from repro.models.bases import t1, t2
 from repro.models.kinds import structured
+from repro.models.kinds.trivial import Trivial
 from repro.models.lagrangian import Lagrangian
 from repro.pipeline.stages.fit import keep
 from repro.pipeline.stages.stored_fit import CURVES, load_parameters

@@ -6,7 +6,7 @@ import pytest
 from repro.learning.objectives import forward, inverse
 from repro.learning.phases import TrainingData, phases_of
 from repro.models.bases import t1, t2
-from repro.models.blackbox import BlackBox
+from repro.models.kinds.blackbox import BlackBox
 from repro.models.lagrangian import Lagrangian
 from repro.pipeline.stages.examine import FILE, applies, examine, keep, metrics, shortened
 

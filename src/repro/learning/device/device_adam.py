@@ -7,9 +7,9 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from repro.learning.adam import Adam, AdamState
 from repro.learning.device.cuda import check_device
 from repro.learning.device.device_problem import DeviceProblem
+from repro.learning.optimisers.adam import Adam, AdamState
 from repro.learning.result import Checkpoint, Fitted, Notes, Progress
 from repro.learning.training_problem import TrainingProblem
 

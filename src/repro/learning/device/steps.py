@@ -6,8 +6,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from repro.learning.adam import AdamState, Constants, adam_step
 from repro.learning.device.cuda import Replay, captured
+from repro.learning.optimisers.adam import AdamState, Constants, adam_step
 from repro.learning.training_problem import TrainingProblem
 
 

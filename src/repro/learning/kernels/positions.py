@@ -19,8 +19,8 @@ from repro.learning.kernels.kernel import Kernel, defines, listed
 from repro.learning.objective import Objective
 from repro.learning.symbolic import COLUMNS, residual, symbols
 from repro.learning.training_problem import TrainingProblem, TrainingTask
-from repro.models.blackbox import BlackBox
-from repro.models.structured import Structured
+from repro.models.kinds.blackbox import BlackBox
+from repro.models.kinds.structured import Structured
 
 
 def position_kernel(problem: TrainingProblem) -> Kernel | None:

@@ -31,12 +31,9 @@ class Options(ObjectiveOptions):
 
     def expression(self, model: Model, s: Symbols) -> casadi.SX:
         """qdd_hat - qdd, (n_q,)."""
-        import casadi
-
         from repro.mechanics.derive import solve_symmetric
 
         if not model.energetic:
             return model.acceleration(s.q, s.qd, s.tau, s.parameters) - s.qdd
         error = model.inverse_dynamics(s.q, s.qd, s.qdd, s.parameters) - s.tau
-        mass = casadi.jacobian(model.momentum(s.q, s.qd, s.parameters), s.qd)
-        return -solve_symmetric(mass, error)
+        return -solve_symmetric(model.mass_matrix(s.q, s.qd, s.parameters), error)

@@ -12,7 +12,7 @@ import numpy as np
 
 from repro.data.dataset import Dataset
 from repro.learning.full_batch import merge_curves
-from repro.learning.levenberg_marquardt import damped_step
+from repro.learning.optimisers.levenberg_marquardt import damped_step
 from repro.learning.path.kalman import Linearised, smoothed, whitened
 from repro.learning.path.path_options import PathOptions
 from repro.learning.path.windows import Windows

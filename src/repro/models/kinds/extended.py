@@ -1,18 +1,24 @@
 """A trained sub-model inside a larger one: H_I = H_S + H_R, H_R of all coordinates (section IV, Proposition 1)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
+import casadi
+import numpy as np
+
+from repro.codegen.array_evaluation import evaluate
 from repro.errors import UserError
+from repro.models.context import Context, SubModel
+from repro.models.interconnection import Interconnection, Joined
+from repro.models.kinds.structured import Structured
+from repro.models.lagrangian import Lagrangian
+from repro.models.model import Model
 from repro.models.model_options import Activation, ModelOptions
 from repro.plugins.options import Count
 
-if TYPE_CHECKING:
-    from repro.models.context import Context
-    from repro.models.model import Model
+LEAST_SHARE = 0.1  # of the inertia that the data suggest, for the start of the rest
+PLACES = 500  # samples at which the inertia of a part is looked at
 
 
 @dataclass(frozen=True)
@@ -54,10 +60,6 @@ class Options(ModelOptions):
 
 def build(context: Context, options: Options) -> Model:
     """The joined model; UserError unless the one part is of the first coordinates, as a cart with one rod is."""
-    from repro.models.interconnection import Interconnection, Joined, mean_inertia, remaining_scale
-    from repro.models.lagrangian import Lagrangian
-    from repro.models.structured import Structured
-
     if problem := options.parts_problem(context.n_q, [part.model.n_q for part in context.parts]):
         raise UserError(problem)
     (part,) = context.parts
@@ -78,3 +80,28 @@ def build(context: Context, options: Options) -> Model:
         )
     joined = [Joined(part.model, lambda q: q[:own]), Joined(rest, lambda q: q)]
     return Interconnection(joined, context.n_q, part.parameters, options.frozen)
+
+
+def mean_inertia(part: SubModel, q: np.ndarray) -> np.ndarray:
+    """Diagonal of the part's mass matrix (n_i,), the mean over its members and over places q (member, sample, n_q)."""
+    model = part.model
+    place, rates = casadi.SX.sym("q", model.n_q), casadi.SX.sym("qd", model.n_q)
+    weights = casadi.SX.sym("weights", model.n_parameters)
+    mass = model.mass_matrix(place, rates, weights)
+    diagonal = casadi.Function("inertia", [place, rates, weights], [casadi.densify(casadi.diag(mass))])
+    places = q.reshape(-1, q.shape[-1])[:PLACES, : model.n_q]
+    inertia = [evaluate(diagonal, places, 0 * places, member) for member in part.parameters]
+    mean: np.ndarray = np.mean(inertia, axis=(0, 1))
+    return mean
+
+
+def remaining_scale(velocity_scale: np.ndarray, inertia: np.ndarray) -> np.ndarray:
+    """Scale of the velocities (n_q,) of a rest that starts as what is left of the inertia, M = diag(scale^-2).
+
+    The data suggest diag(velocity_scale^-2), as much energy for every coordinate; `inertia` (n_i,) of the first
+    coordinates is there already.
+    """
+    suggested = velocity_scale**-2.0
+    left = suggested - np.pad(inertia, (0, len(suggested) - len(inertia)))
+    scale: np.ndarray = np.maximum(left, LEAST_SHARE * suggested) ** -0.5
+    return scale

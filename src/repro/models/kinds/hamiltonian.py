@@ -1,16 +1,26 @@
-"""A Hamiltonian neural network (Greydanus et al. 2019): H(q, p) on momenta that the true system gives."""
+"""A Hamiltonian neural network: H(q, p) as one network, on momenta that are given."""
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Literal
+from functools import lru_cache
+from typing import Any, ClassVar, Literal
 
+import casadi
+import numpy as np
+
+from repro.codegen.array_evaluation import evaluate
+from repro.codegen.lazy_torch import Tensor, torch
+from repro.mechanics.derive import dynamics_of
+from repro.mechanics.system import System
+from repro.models.context import Context
+from repro.models.features import FeatureMap
+from repro.models.model import Model, Prepared, consecutive
 from repro.models.model_options import Activation, ModelOptions
+from repro.models.network import Network
+from repro.models.position import PositionFeatures
+from repro.models.products import Features
+from repro.models.terms import Terms, symmetric
 from repro.plugins.options import Count
-
-if TYPE_CHECKING:
-    from repro.models.context import Context
-    from repro.models.model import Model
 
 
 @dataclass(frozen=True)
@@ -27,10 +37,131 @@ class Options(ModelOptions):
     dissipation: Literal["none", "constant"] = "none"
 
 
+class Hamiltonian(Model):
+    """qdot = dH/dp, pdot = -dH/dq - D dH/dp + tau (Greydanus et al. 2019; D as in Desai et al. 2021).
+
+    The network sees what others see of positions, and p divided by `momentum_scale` (n_q,). p and its rate come from
+    the true system at the recorded q, qd, qdd. With `damped`, D is diagonal and constant, of squared weights.
+    parameters: [weights of H | d]. Its motion is integrated in (q, p), and its velocities are its own dH/dp.
+    """
+
+    inverse = False
+    energetic = False
+    not_symbolic = "it is a function of momenta that the true system gives"
+
+    def __init__(
+        self,
+        system: System,
+        positions: PositionFeatures,
+        momentum_scale: np.ndarray,
+        *,
+        hidden: Sequence[int] = (200, 200),
+        activation: Activation = "tanh",
+        damped: bool = False,
+    ) -> None:
+        self.n_q, self.system = system.n_q, system
+        scale = momentum_scale.tolist()
+
+        def features(q: Sequence[Any], p: Sequence[Any], m: Any) -> Features:
+            return positions.inertia(q, p, m) | {f"p{i}": p[i] / scale[i] for i in range(system.n_q)}
+
+        self.features = FeatureMap(features, self.n_q)
+        self.network = Network(len(self.features), tuple(hidden), 1, activation)
+        self.network_slice, self.damping_slice = consecutive(self.network.n_parameters, self.n_q * int(damped))
+        self.n_parameters = self.damping_slice.stop
+        n = self.n_q
+        upper = [(n + i, n + j) for i in range(n) for j in range(i, n)]
+        self._pairs = [(n + i, j) for i in range(n) for j in range(n)] + upper
+
+    def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
+        """Glorot-uniform weights, zero biases, a small friction."""
+        network = self.network.initial(generators)
+        return np.pad(network, ((0, 0), (0, self.n_parameters - network.shape[1])), constant_values=0.1)
+
+    def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
+        """Jets [z, dz/dq, dz/dp, 0 ..] (..., 1 + 2 n_q + n_pairs, n_z), and the rates that they are compared with."""
+        momentum, rate = np.split(evaluate(_momentum(self.system), q, qd, qdd), 2, axis=-1)
+        return {"jets": self._jets(q, momentum), "qd": qd, "tau": tau, "rate": rate}
+
+    def outputs(self, parameters: Tensor, prepared: Prepared, mass: bool) -> list[Tensor]:
+        """[H, dH/dq, dH/dp, with `mass` d2H/dp dq and d2H/dp2] (..., n_rows), and d (..., n_q) where there is one."""
+        jets, weights = prepared["jets"], parameters[:, self.network_slice]
+        if mass:
+            stack = self.network.propagate(weights, jets, self._pairs)[..., 0]
+        else:
+            value, gradient = self.network.gradient(weights, jets[:, :, 0])
+            slopes = jets[:, :, 1 : 1 + 2 * self.n_q] @ gradient.unsqueeze(-1)
+            stack = torch.cat([value.unsqueeze(-1), slopes.squeeze(-1)], dim=-1)
+        friction = parameters[:, self.damping_slice]
+        return [stack, friction.unsqueeze(1).expand(-1, stack.shape[1], -1)] if friction.shape[1] else [stack]
+
+    def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:
+        """H, the error of both rates, and with the second derivatives qdd = d/dt dH/dp."""
+        n, stack = self.n_q, outputs[0]
+        energy, by_q, by_p = torch.split(stack[..., : 1 + 2 * n], [1, n, n], dim=-1)
+        push = prepared["tau"] - by_q
+        if len(outputs) > 1:
+            push = push - outputs[1] ** 2 * by_p
+        acceleration = None
+        if stack.shape[-1] > 1 + 2 * n:
+            mixed, bend = torch.split(stack[..., 1 + 2 * n :], [n * n, n * (n + 1) // 2], dim=-1)
+            along = mixed.unflatten(-1, (n, n)) @ by_p.unsqueeze(-1)
+            acceleration = (along + symmetric(bend, n) @ push.unsqueeze(-1)).squeeze(-1)
+        error = torch.cat([by_p - prepared["qd"], push - prepared["rate"]], dim=-1)
+        return Terms(acceleration=acceleration, port_error=error, energy=energy[..., 0])
+
+    def vjp(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
+        """Gradients with respect to all weights, (member, row, sample, n_parameters)."""
+        rows = cotangents[0].shape[-1]
+        pairs = self._pairs if rows > 1 + 2 * self.n_q else []
+        jets, weights = prepared["jets"][:, :, :rows], parameters[:, self.network_slice]
+        network = self.network.jacobian(weights, jets, cotangents[0].unsqueeze(-1), pairs)
+        return torch.cat([network, *cotangents[1:]], dim=-1)
+
+    def state(self, motion: np.ndarray) -> np.ndarray:
+        """[q, p] with the true momentum of [q, qd] (..., 2 n_q)."""
+        q, qd = np.split(motion, 2, axis=-1)
+        return np.concatenate([q, evaluate(_momentum(self.system), q, qd, np.zeros_like(q))[..., : self.n_q]], axis=-1)
+
+    def motion_of(self, parameters: Tensor, state: np.ndarray) -> np.ndarray:
+        """[q, dH/dp] of [q, p] (member, sample, 2 n_q)."""
+        rates = self.state_rate(parameters, state, np.zeros_like(state[..., : self.n_q]))
+        return np.concatenate([state[..., : self.n_q], rates[..., : self.n_q]], axis=-1)
+
+    def state_rate(self, parameters: Tensor, state: np.ndarray, tau: np.ndarray) -> np.ndarray:
+        """[dH/dp, -dH/dq - D dH/dp + tau] (member, sample, 2 n_q)."""
+        zero = torch.zeros(tau.shape, dtype=torch.float64)
+        jets = torch.from_numpy(self._jets(*np.split(state, 2, axis=-1)))
+        prepared = {"jets": jets, "qd": zero, "tau": torch.from_numpy(tau), "rate": zero}
+        with torch.no_grad():
+            rates: np.ndarray = self.evaluate(parameters, prepared).port_error.numpy()
+        return rates
+
+    def _jets(self, q: np.ndarray, p: np.ndarray) -> np.ndarray:
+        n = self.n_q
+        jets = self.features.jets(q, p, np.zeros_like(q))
+        second = np.zeros((*q.shape[:-1], len(self._pairs), len(self.features)))  # q and p enter different features
+        parts = [jets[..., :1, :], -jets[..., 2 + n : 2 + 2 * n, :], jets[..., 2 : 2 + n, :], second]
+        return np.concatenate(parts, axis=-2)
+
+
+@lru_cache(maxsize=16)
+def _momentum(system: System) -> casadi.Function:
+    """(q, qd, qdd) -> [p; dp/dt] of the true system."""
+    q, qd, qdd = (casadi.SX.sym(name, system.n_q) for name in ("q", "qd", "qdd"))
+    momentum = dynamics_of(system).momentum(q, qd, casadi.SX(0, 1))
+    rate = casadi.jtimes(momentum, q, qd) + casadi.jtimes(momentum, qd, qdd)
+    return casadi.Function("momentum", [q, qd, qdd], [casadi.densify(casadi.vertcat(momentum, rate))], {"cse": True})
+
+
+def momentum_spread(system: System, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
+    """Standard deviation of the true momenta at samples (..., n_q), 1 where they do not change."""
+    spread = evaluate(_momentum(system), q, qd, np.zeros_like(q))[..., : system.n_q].reshape(-1, system.n_q).std(0)
+    return np.where(spread > 0, spread, 1.0)
+
+
 def build(context: Context, options: Options) -> Model:
     """The model; UserError without the true system."""
-    from repro.models.hamiltonian import Hamiltonian, momentum_spread
-
     system = context.true_system
     return Hamiltonian(
         system,

@@ -1,16 +1,14 @@
 """L = T - V with T linear in a basis or a network of it, and V linear in cosines."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import ClassVar, Literal
 
+from repro.models.context import Context
+from repro.models.damped import with_damping
+from repro.models.lagrangian import Lagrangian
+from repro.models.model import Model
 from repro.models.model_options import Activation, Damping, ModelOptions
 from repro.plugins.options import Count
-
-if TYPE_CHECKING:
-    from repro.models.context import Context
-    from repro.models.model import Model
 
 WIDE = 16.0  # spreads of the data within a unit's quadratic range
 
@@ -57,9 +55,6 @@ class Options(ModelOptions):
 
 def build(context: Context, options: Options) -> Model:
     """The model, beside friction where chosen."""
-    from repro.models.damped import with_damping
-    from repro.models.lagrangian import Lagrangian
-
     model = Lagrangian(
         context.basis,
         context.n_q,

@@ -1,17 +1,22 @@
-"""T = qd' M(q) qd / 2 with M(q) = C C' positive semi-definite by construction, V in cosines or a network."""
+"""T = qd' M(q) qd / 2 with M(q) = C(q) C(q)' positive semi-definite by construction, V in cosines or a network."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import ClassVar, Literal
 
+import casadi
+import numpy as np
+
+from repro.codegen.lazy_torch import Tensor, torch
+from repro.models.context import Context
+from repro.models.damped import with_damping
+from repro.models.features import FeatureMap
+from repro.models.model import EnergyExpressions, Model, Prepared, consecutive
 from repro.models.model_options import Activation, Damping, Factor, Initialisation, ModelOptions
+from repro.models.network import Network
+from repro.models.position import PositionFeatures, cart_with_links
+from repro.models.terms import Terms
 from repro.plugins.options import Count, NotNegative
-
-if TYPE_CHECKING:
-    from repro.models.context import Context
-    from repro.models.model import Model
 
 
 @dataclass(frozen=True)
@@ -53,12 +58,194 @@ class Options(ModelOptions):
         return "model.factor=triangular" if self.factor == "triangular" else None
 
 
+class Structured(Model):
+    """A wide factor C (n_q, rank), rank > n_q, from a network of {cos, sin} with a linear path; T(q, 0) = 0 is exact.
+
+    With a square factor the rank-deficient matrices are walls that a fit cannot cross; with rank >= n_q + 2 the path
+    goes round them. Velocities are divided by `velocity_scale` (n_q,), so that the start M = diag(scale^-2) has the
+    inertia scale of the data. parameters: [weights of C | beta, or those of V].
+
+    factor `triangular`: C is lower triangular, the Cholesky factor of M as in DeLaN (Lutter et al., 2019).
+    initialisation `glorot`: weights as Keras draws them, with no thought for the inertia. potential_hidden: hidden
+    layers of a network for V of the same inputs as C, in the place of the linear V. potential_shared: V is one more
+    output of the network of C, as in the published code of DeLaN. floor: added to the diagonal of C C'.
+    """
+
+    def __init__(
+        self,
+        n_q: int,
+        velocity_scale: np.ndarray,
+        *,
+        hidden: Sequence[int] = (8,),
+        rank: int | None = None,
+        activation: Activation = "tanh",
+        skip: bool = True,
+        factor: Factor = "wide",
+        initialisation: Initialisation = "inertia",
+        potential_hidden: Sequence[int] | None = None,
+        potential_shared: bool = False,
+        floor: float = 0.0,
+        positions: PositionFeatures | None = None,
+    ) -> None:
+        positions = positions or cart_with_links(n_q)
+        self.n_q = n_q
+        self.rank = n_q if factor == "triangular" else n_q + 2 if rank is None else rank
+        self.initialisation = initialisation
+        shape = (n_q, self.rank)
+        self._entries = np.flatnonzero(np.tril(np.ones(shape)) if factor == "triangular" else np.ones(shape))
+        self.velocity_scale = np.asarray(velocity_scale, dtype=float)
+        self.features = FeatureMap(positions.inertia, n_q)
+        self.potential_features = FeatureMap(positions.potential, n_q)
+        self.potential_shared, self.floor = potential_shared, floor
+        n_out = len(self._entries) + int(potential_shared)
+        self.network = Network(len(self.features), tuple(hidden), n_out, activation, skip)
+        self.potential: Network | None = None
+        if potential_hidden is not None:
+            self.potential = Network(len(self.features), tuple(potential_hidden), 1, activation, True)
+        n_potential = len(self.potential_features) if self.potential is None else self.potential.n_parameters
+        n_potential = 0 if potential_shared else n_potential
+        self.network_slice, self.potential_slice = consecutive(self.network.n_parameters, n_potential)
+        self.n_parameters = self.potential_slice.stop
+        self._slopes = [0, *range(2, 2 + n_q)]
+
+    def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
+        """Small random output weights around C = [I 0], so that M starts as diag(velocity_scale^-2).
+
+        A linear V starts at 0, a network at random.
+        """
+        if self.initialisation == "glorot":
+            networks = self.network.initial(generators)
+        else:
+            networks = np.stack([self._network_start(generator) for generator in generators])
+        if self.potential is None:
+            return np.pad(networks, ((0, 0), (0, self.n_parameters - networks.shape[1])))
+        return np.concatenate([networks, self.potential.initial(generators)], axis=1)
+
+    def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
+        """Position jets [z, zdot, dz/dq_c] (..., 2 + n_q, n_z), potential rows [z, w_c], scaled velocities."""
+        n_q = self.n_q
+        jets = self.features.jets(q, qd, qdd)
+        rows = [0, *range(2 + n_q, 2 + 2 * n_q)]
+        position_rows = np.concatenate([jets[..., :2, :], -jets[..., 2 + n_q : 2 + 2 * n_q, :]], axis=-2)
+        linear = (
+            {}
+            if self.potential or self.potential_shared
+            else {"potential": self.potential_features.jets(q, qd, qdd)[..., rows, :]}
+        )
+        return linear | {
+            "position": position_rows,
+            "velocity": qd / self.velocity_scale,
+            "acceleration": qdd / self.velocity_scale,
+            "scale": np.broadcast_to(self.velocity_scale, qd.shape).copy(),
+        }
+
+    def outputs(self, parameters: Tensor, prepared: Prepared, mass: bool) -> list[Tensor]:
+        """C and its derivatives along the motion and each coordinate (..., 2 + n_q, n_entries), and [V, w]."""
+        factor = self.network.propagate(parameters[:, self.network_slice], prepared["position"])
+        weights = parameters[:, self.potential_slice]
+        if self.potential_shared:
+            value = factor[:, :, self._slopes, -1]
+            return [factor[..., :-1], value * self._signs(value)]
+        if self.potential is None:
+            return [factor, torch.einsum("mnji,mi->mnj", prepared["potential"], weights)]
+        value = self.potential.propagate(weights, prepared["position"][:, :, self._slopes])[..., 0]
+        return [factor, value * self._signs(value)]
+
+    def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:
+        """tau = M qdd + Mdot qd - d/dq (qd' M qd) / 2 + dV/dq."""
+        factor = self._floored(self._factor(outputs[0]))
+        potential = outputs[1]
+        c, rate, slopes = factor[:, :, 0], factor[:, :, 1], factor[:, :, 2:]
+        velocity, acceleration, scale = prepared["velocity"], prepared["acceleration"], prepared["scale"]
+        u = torch.einsum("mnir,mni->mnr", c, velocity)
+        u_rate = torch.einsum("mnir,mni->mnr", rate, velocity)
+        u_push = torch.einsum("mnir,mni->mnr", c, acceleration)
+        momentum = torch.einsum("mnir,mnr->mni", c, u) / scale
+        inertial = torch.einsum("mnir,mnr->mni", c, u_push + u_rate) + torch.einsum("mnir,mnr->mni", rate, u)
+        slope_power = torch.einsum("mnkir,mni,mnr->mnk", slopes, velocity, u)
+        return Terms(
+            tau=inertial / scale - slope_power - potential[..., 1:],
+            momentum=momentum,
+            kinetic=0.5 * (u * u).sum(-1),
+            potential=potential[..., 0],
+            mass=torch.einsum("mnir,mnjr->mnij", c, c) / (scale.unsqueeze(-1) * scale.unsqueeze(-2)),
+        )
+
+    def vjp(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
+        """Gradients with respect to all weights, (member, row, sample, n_parameters)."""
+        weights = parameters[:, self.network_slice]
+        if self.potential_shared:
+            whole = torch.nn.functional.pad(cotangents[0], (0, 1))
+            whole[:, :, :, self._slopes, -1] = cotangents[1] * self._signs(cotangents[1])
+            return self.network.jacobian(weights, prepared["position"], whole)
+        network = self.network.jacobian(weights, prepared["position"], cotangents[0])
+        if self.potential is None:
+            potential = torch.einsum("mrnj,mnji->mrni", cotangents[1], prepared["potential"])
+        else:
+            rows, own = prepared["position"][:, :, self._slopes], parameters[:, self.potential_slice]
+            slopes = (cotangents[1] * self._signs(cotangents[1])).unsqueeze(-1)
+            potential = self.potential.jacobian(own, rows, slopes)
+        return torch.cat([network, potential], dim=-1)
+
+    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
+        """T and V as CasADi expressions."""
+        output = self.network.expression(parameters[self.network_slice], self.features.expression(q, qd))
+        entries = casadi.SX(self.n_q * self.rank, 1)
+        entries[self._entries.tolist()] = output[: len(self._entries)]
+        factor = casadi.reshape(entries, self.rank, self.n_q)
+        u = factor @ (qd / casadi.DM(self.velocity_scale))
+        if self.floor:
+            u = casadi.vertcat(u, self.floor**0.5 * qd / casadi.DM(self.velocity_scale))
+        weights = parameters[self.potential_slice]
+        if self.potential_shared:
+            potential = output[-1]
+        elif self.potential is None:
+            potential = casadi.dot(weights, self.potential_features.expression(q, qd))
+        else:
+            potential = self.potential.expression(weights, self.features.expression(q, qd))
+        return EnergyExpressions(0.5 * casadi.dot(u, u), potential)
+
+    @staticmethod
+    def _signs(rows: Tensor) -> Tensor:
+        """1 for V, -1 for its slopes, as w = -dV/dq of a linear V has it."""
+        signs = rows.new_full((rows.shape[-1],), -1.0)
+        signs[0] = 1.0
+        return signs
+
+    def _factor(self, entries: Tensor) -> Tensor:
+        """Return C and its derivatives (..., n_q, rank) from the network's outputs (..., n_entries)."""
+        size = self.n_q * self.rank
+        if len(self._entries) < size:
+            whole = entries.new_zeros((*entries.shape[:-1], size))
+            entries = whole.index_copy(-1, torch.from_numpy(self._entries), entries)
+        return entries.reshape(*entries.shape[:-1], self.n_q, self.rank)
+
+    def _floored(self, factor: Tensor) -> Tensor:
+        """[C, sqrt(floor) I] and its derivatives, so that M = C C' + floor in the scale of the velocities."""
+        if not self.floor:
+            return factor
+        constant = factor.new_zeros((*factor.shape[:-1], self.n_q))
+        constant[:, :, 0] = self.floor**0.5 * torch.eye(self.n_q, dtype=factor.dtype)
+        return torch.cat([factor, constant], dim=-1)
+
+    def _network_start(self, generator: np.random.Generator) -> np.ndarray:
+        n_hidden_layers = len(self.network.hidden)
+        arrays = []
+        for index, shape in enumerate(self.network.shapes):
+            output_layer = index // 2 == n_hidden_layers
+            if len(shape) == 2:
+                draw = generator.normal(0, 1 / np.sqrt(shape[1]), shape)
+                arrays.append(0.1 * draw if output_layer or index == 2 * n_hidden_layers + 2 else draw)
+            elif output_layer:
+                start = np.eye(self.n_q, self.rank).ravel()[self._entries]
+                arrays.append(np.append(start, 0.0) if self.potential_shared else start)
+            else:
+                arrays.append(generator.normal(0, 0.5, shape))
+        return np.concatenate([array.ravel() for array in arrays])
+
+
 def build(context: Context, options: Options) -> Model:
     """The model, beside friction where chosen."""
-    import numpy as np
-
-    from repro.models.damped import with_damping
-    from repro.models.structured import Structured
 
     cosines = options.potential == "cosines" or (options.potential == "auto" and context.positions.upright_angles)
     model = Structured(

@@ -1,15 +1,16 @@
 """The trivial anchor row: tau = 0, qdd = 0, no energy."""
 
-from __future__ import annotations
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+import casadi
 
+from repro.codegen.lazy_torch import Tensor
+from repro.models.context import Context
+from repro.models.expression import Weightless
+from repro.models.model import EnergyExpressions, Model, Prepared
 from repro.models.model_options import ModelOptions
-
-if TYPE_CHECKING:
-    from repro.models.context import Context
-    from repro.models.model import Model
+from repro.models.terms import Terms
 
 
 @dataclass(frozen=True)
@@ -20,8 +21,19 @@ class Options(ModelOptions):
     controllable: ClassVar[bool] = False
 
 
+class Trivial(Weightless):
+    """tau = 0, qdd = 0, no energy: what predicting nothing scores; a result that does not beat it is none."""
+
+    def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:
+        """Zero, the acceleration like the force."""
+        terms = super().terms(outputs, prepared)
+        return replace(terms, mass=None, acceleration=terms.tau)
+
+    def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
+        """No energy."""
+        return EnergyExpressions(casadi.SX(0), casadi.SX(0))
+
+
 def build(context: Context, options: Options) -> Model:
     """The model that predicts zeros."""
-    from repro.models.anchors import Trivial
-
     return Trivial(context.n_q)

@@ -9,8 +9,8 @@ import numpy as np
 from repro.data.dataset import Dataset
 from repro.evaluation.identifiability import Identifiability, identifiability
 from repro.evaluation.pointwise import MetricValues
-from repro.learning.least_squares import regression
 from repro.learning.objective_options import ObjectiveOptions
+from repro.learning.optimisers.least_squares import regression
 from repro.learning.phases import TrainingData, phases_of
 from repro.learning.sequence_options import SequenceOptions
 from repro.learning.training import Phase
