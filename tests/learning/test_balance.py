@@ -7,10 +7,10 @@ import torch
 from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
 from repro.errors import UserError
-from repro.learning.balance import balance_task
 from repro.learning.members import MemberProblem
 from repro.learning.objective import Objective
 from repro.learning.objectives import balance
+from repro.learning.objectives.balance import balance_task
 from repro.learning.optimisers.least_squares import LeastSquares
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training_problem import TrainingProblem

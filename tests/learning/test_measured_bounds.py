@@ -7,12 +7,11 @@ from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
 from repro.evaluation.predictions import predict
 from repro.evaluation.uncertainty import Uncertainty, expected_errors
-from repro.learning.balance import balance_task
 from repro.learning.objective import Objective
 from repro.learning.objectives import balance
+from repro.learning.objectives.balance import balance_task
 from repro.learning.optimisers.least_squares import LeastSquares
-from repro.learning.path.path_fit import PathFit, fit_path
-from repro.learning.path.path_options import PathOptions
+from repro.learning.path.path_fit import PathFit, PathOptions, fit_path
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load

@@ -13,7 +13,7 @@ from repro.codegen.array_evaluation import evaluate
 from repro.learning.native import native
 from repro.learning.objective import Objective
 from repro.learning.objectives import forward, inverse, mixed, port
-from repro.learning.symbolic import residual, symbols
+from repro.learning.symbolic import symbols
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.models.bases import t1, t2
@@ -67,7 +67,7 @@ def test_all_ways_to_write_a_loss_agree(name, objective, free, weights):
     by_torch = chosen.rows(terms, task.measured)[0].numpy()
 
     s = symbols(model)
-    rows = ca.Function("rows", s.inputs, [ca.densify(residual(model, chosen, s))])
+    rows = ca.Function("rows", s.inputs, [ca.densify(chosen.expression(model, s))])
     samples = [task.measured[key][0].numpy() for key in ("q", "qd", "qdd", "tau")]
     energy = task.measured["energy"][0].numpy()[:, None]
     by_casadi = evaluate(rows, *samples, energy, np.ones(1), parameters[0])
@@ -102,4 +102,4 @@ def test_rows_without_an_expression_are_computed_by_torch_alone(name, free, weig
 def test_rows_that_a_model_does_not_have_are_refused():
     model = MODELS["black box"]
     with pytest.raises(ValueError, match="accelerations only"):
-        residual(model, OBJECTIVES["inverse"], symbols(model))
+        OBJECTIVES["inverse"].expression(model, symbols(model))

@@ -9,8 +9,7 @@ from repro.codegen.lanes import can_compile
 from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
 from repro.learning.path.kalman import Linearised, smoothed, whitened
-from repro.learning.path.path_fit import MemberPath, fit_path
-from repro.learning.path.path_options import PathOptions
+from repro.learning.path.path_fit import MemberPath, PathOptions, fit_path
 from repro.learning.path.windows import Windows
 from repro.learning.result import silent
 from repro.mechanics.system import load

@@ -12,9 +12,9 @@ from repro.data.random_force import random_force
 from repro.evaluation.model_motion import model_motion
 from repro.learning.objective import Objective
 from repro.learning.objectives import mixed, prediction
+from repro.learning.objectives.prediction import prediction_task
 from repro.learning.optimisers.adam import Adam
 from repro.learning.optimisers.levenberg_marquardt import LevenbergMarquardt
-from repro.learning.prediction import prediction_task
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem

@@ -21,12 +21,11 @@ from repro.bench.scale import BenchScale
 from repro.bench.training_case import PENDULUM
 from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
-from repro.learning.balance import balance_task
 from repro.learning.objective import Objective
 from repro.learning.objectives import balance
+from repro.learning.objectives.balance import balance_task
 from repro.learning.optimisers.levenberg_marquardt import LevenbergMarquardt
-from repro.learning.path.path_fit import fit_path
-from repro.learning.path.path_options import PathOptions
+from repro.learning.path.path_fit import PathOptions, fit_path
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load

@@ -2,9 +2,13 @@
 
 from dataclasses import dataclass
 
+import casadi
+
 from repro.codegen.lazy_torch import Tensor, torch
 from repro.learning.objective_options import EnergyForm, ObjectiveOptions
 from repro.learning.objectives import inverse
+from repro.learning.symbolic import Symbols
+from repro.models.model import Model
 from repro.models.terms import Terms
 
 INVERSE = inverse.Options()
@@ -46,3 +50,22 @@ class Objective:
             energy = terms.energy_sum if self.energy_form == EnergyForm.SUM else terms.hamiltonian(measured["qd"])
             rows.append(self.energy_weight**0.5 * (energy - measured["energy"]).unsqueeze(-1))
         return torch.cat(rows, dim=-1)
+
+    def expression(self, model: Model, s: Symbols) -> casadi.SX:
+        """The same rows (row,) of one sample in CasADi; ValueError for rows that a model without energies has not."""
+        equation = self.equation
+        if not model.energetic:
+            if equation is None or equation.needs_energies or self.energy_weight or self.momentum_weight:
+                raise ValueError(f"{type(model).__name__} predicts accelerations only, not the rows of {self}")
+            return casadi.sqrt(s.weight) * equation.expression(model, s)
+        rows = [] if equation is None else [equation.expression(model, s)]
+        momentum = model.momentum(s.q, s.qd, s.parameters)
+        if self.momentum_weight:
+            transformed = model.transformed_momentum(s.q, s.qd, s.parameters)
+            rows.append(self.momentum_weight**0.5 * (transformed - momentum))
+        if self.energy_weight:
+            energies = model.energies(s.q, s.qd, s.parameters)
+            legendre = casadi.dot(momentum, s.qd) - (energies.kinetic - energies.potential)
+            energy = energies.kinetic + energies.potential if self.energy_form == EnergyForm.SUM else legendre
+            rows.append(self.energy_weight**0.5 * (energy - s.energy))
+        return casadi.sqrt(s.weight) * casadi.vertcat(*rows)

@@ -6,21 +6,20 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
+import casadi
 from annotated_types import Ge, Le
 
+from repro.codegen.lazy_torch import Tensor
+from repro.learning.symbolic import Symbols
+from repro.models.model import Model
+from repro.models.terms import Terms
 from repro.plugins.options import Natural, NotNegative, PluginOptions, Positive
 
 if TYPE_CHECKING:
-    import casadi
-    from torch import Tensor
-
     from repro.data.dataset import Dataset
     from repro.learning.objective import Objective
     from repro.learning.result import Fitted, Progress
-    from repro.learning.symbolic import Symbols
     from repro.learning.training_problem import TrainingTask
-    from repro.models.model import Model
-    from repro.models.terms import Terms
 
 OBJECTIVES = "learning.objectives"  # the folder of these choices
 

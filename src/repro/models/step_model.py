@@ -7,7 +7,7 @@ has da = M^-1 (dtau - tau_q dq - tau_v dv - tau_w dw): no derivative of M^-1 is 
 import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import casadi
 import numpy as np
@@ -17,6 +17,7 @@ from repro.codegen.c_library import load_library
 from repro.codegen.c_source import c_source
 from repro.codegen.lanes import FAST, FUNCTIONS, TYPE, can_compile, vector_function
 from repro.codegen.point_function import LONG
+from repro.mechanics.runge_kutta import rk4_step
 from repro.models.model import Model
 
 TURN = 0.08  # rad that an angle turns within a sub-step
@@ -88,11 +89,7 @@ class StepModel:
         joined[..., :n_x] = np.eye(n_x)
         joined[..., n_x] = points[:, :n_x]
         for _ in range(substeps):
-            k1 = self._rate(joined, tau, weights)
-            k2 = self._rate(joined + h / 2 * k1, tau, weights)
-            k3 = self._rate(joined + h / 2 * k2, tau, weights)
-            k4 = self._rate(joined + h * k3, tau, weights)
-            joined = joined + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+            joined = rk4_step(partial(self._rate, tau=tau, weights=weights), joined, h)
         return joined
 
     def _rate(self, joined: np.ndarray, tau: np.ndarray, weights: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ from repro.codegen.c_source import c_source
 from repro.codegen.lanes import FAST, FUNCTIONS, LANES, TYPE, vectorised
 from repro.learning.kernels.kernel import ENDLESS, Evaluations, Kernel, address, aligned, defines
 from repro.learning.objective import Objective
-from repro.learning.symbolic import COLUMNS, residual, symbols
+from repro.learning.symbolic import COLUMNS, symbols
 from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.models.model import Model
 
@@ -93,7 +93,7 @@ def _small(problem: TrainingProblem) -> bool:
 @lru_cache(maxsize=32)
 def _gradient_statements(model: Model, objective: Objective) -> tuple[list[str], int]:
     s = symbols(model)
-    loss = casadi.sumsqr(residual(model, objective, s))
+    loss = casadi.sumsqr(objective.expression(model, s))
     outputs = casadi.vertcat(loss, casadi.gradient(loss, s.parameters))
     return vectorised(casadi.Function("gradient", s.inputs, [casadi.densify(outputs)], {"cse": True}), "sum", INPUTS)
 
@@ -101,7 +101,7 @@ def _gradient_statements(model: Model, objective: Objective) -> tuple[list[str],
 @lru_cache(maxsize=32)
 def _normal_library(model: Model, objective: Objective) -> ctypes.CDLL:
     s = symbols(model)
-    rows = residual(model, objective, s)
+    rows = objective.expression(model, s)
     linearised = casadi.vec(casadi.horzcat(rows, casadi.jacobian(rows, s.parameters)).T)
     both, alone = (
         vectorised(casadi.Function("rows", s.inputs, [casadi.densify(each)], {"cse": True}), output, INPUTS)

@@ -17,7 +17,7 @@ from repro.codegen.lanes import FUNCTIONS, vectorised
 from repro.learning.kernels.generated import MOST_PARAMETERS, entries, pack, widths
 from repro.learning.kernels.kernel import Kernel, defines, listed
 from repro.learning.objective import Objective
-from repro.learning.symbolic import COLUMNS, residual, symbols
+from repro.learning.symbolic import COLUMNS, symbols
 from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.models.kinds.blackbox import BlackBox
 from repro.models.kinds.structured import Structured
@@ -90,7 +90,7 @@ def _statements(model: Structured | BlackBox, objective: Objective, moving: tupl
         values += outputs[number, :].T * step[coordinate]
     stand_in = copy.copy(model)
     stand_in.network = _Outputs(values)  # type: ignore[assignment]
-    rows = casadi.substitute(residual(stand_in, objective, s), here, s.q)
+    rows = casadi.substitute(objective.expression(stand_in, s), here, s.q)
     loss = casadi.sumsqr(rows)
     own = casadi.gradient(loss, s.parameters)[_own(model)]
     found = casadi.vertcat(loss, casadi.gradient(loss, casadi.vec(outputs)), own)

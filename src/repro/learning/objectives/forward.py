@@ -1,19 +1,16 @@
 """The error of qdd: the forward model (LNN)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
+import casadi
+
+from repro.codegen.lazy_torch import Tensor
 from repro.learning.objective_options import ObjectiveOptions
-
-if TYPE_CHECKING:
-    import casadi
-    from torch import Tensor
-
-    from repro.learning.symbolic import Symbols
-    from repro.models.model import Model
-    from repro.models.terms import Terms
+from repro.learning.symbolic import Symbols
+from repro.mechanics.derive import solve_symmetric
+from repro.models.model import Model
+from repro.models.terms import Terms
 
 
 @dataclass(frozen=True)
@@ -31,8 +28,6 @@ class Options(ObjectiveOptions):
 
     def expression(self, model: Model, s: Symbols) -> casadi.SX:
         """qdd_hat - qdd, (n_q,)."""
-        from repro.mechanics.derive import solve_symmetric
-
         if not model.energetic:
             return model.acceleration(s.q, s.qd, s.tau, s.parameters) - s.qdd
         error = model.inverse_dynamics(s.q, s.qd, s.qdd, s.parameters) - s.tau

@@ -1,19 +1,15 @@
 """The error of a model's own implicit equation, which is linear in its weights (SINDy, SINDy-PI)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
+import casadi
+
+from repro.codegen.lazy_torch import Tensor
 from repro.learning.objective_options import ObjectiveOptions
-
-if TYPE_CHECKING:
-    import casadi
-    from torch import Tensor
-
-    from repro.learning.symbolic import Symbols
-    from repro.models.model import Model
-    from repro.models.terms import Terms
+from repro.learning.symbolic import Symbols
+from repro.models.model import Model
+from repro.models.terms import Terms
 
 
 @dataclass(frozen=True)

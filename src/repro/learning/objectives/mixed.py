@@ -1,20 +1,16 @@
 """The errors of tau, of qdd and of the power together, as in DeLaN with energy (Lutter and Peters 2023)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
+import casadi
+
+from repro.codegen.lazy_torch import Tensor, torch
 from repro.learning.objectives import forward, inverse
+from repro.learning.symbolic import Symbols
+from repro.models.model import Model
+from repro.models.terms import Terms
 from repro.plugins.options import NotNegative
-
-if TYPE_CHECKING:
-    import casadi
-    from torch import Tensor
-
-    from repro.learning.symbolic import Symbols
-    from repro.models.model import Model
-    from repro.models.terms import Terms
 
 
 @dataclass(frozen=True)
@@ -29,8 +25,6 @@ class Options(inverse.Options):
 
     def rows(self, terms: Terms, measured: dict[str, Tensor]) -> Tensor:
         """[tau_hat - tau, qdd_hat - qdd, (tau_hat - tau) . qd], (member, sample, 2 n_q + 1)."""
-        import torch
-
         force = super().rows(terms, measured)
         acceleration = terms.acceleration_error(measured["qdd"], measured["tau"])
         power = (force * measured["qd"]).sum(-1, keepdim=True)
@@ -38,8 +32,6 @@ class Options(inverse.Options):
 
     def expression(self, model: Model, s: Symbols) -> casadi.SX:
         """The same, (2 n_q + 1,)."""
-        import casadi
-
         force, acceleration = super().expression(model, s), forward.Options().expression(model, s)
         power = casadi.dot(force, s.qd)
         return casadi.vertcat(force, self.forward_weight**0.5 * acceleration, self.power_weight**0.5 * power)

@@ -1,17 +1,12 @@
 """Maximum likelihood of weights and motion together, from what sensors recorded."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
+from repro.data.dataset import Dataset
 from repro.learning.objectives import balance
-from repro.learning.path.path_options import PathOptions
-
-if TYPE_CHECKING:
-    from repro.data.dataset import Dataset
-    from repro.learning.result import Fitted, Progress
-    from repro.models.model import Model
+from repro.learning.path.path_fit import PathOptions, fit_paths
+from repro.learning.result import Fitted, Progress
+from repro.models.model import Model
 
 
 @dataclass(frozen=True)
@@ -32,6 +27,4 @@ class Options(balance.Options):
 
     def finished(self, model: Model, dataset: Dataset, fitted: Fitted, progress: Progress) -> Fitted:
         """Weights of maximum likelihood, and their information."""
-        from repro.learning.path.path_fit import fit_paths
-
         return fit_paths(model, dataset, self.path, fitted, progress)

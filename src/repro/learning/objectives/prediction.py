@@ -1,18 +1,22 @@
 """The error of states that are predicted over several samples, which needs no accelerations (neural ODE, SymODEN)."""
 
-from __future__ import annotations
-
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Literal
+from functools import partial
+from typing import ClassVar, Literal
 
+import numpy as np
+
+from repro.codegen.lazy_torch import Tensor, torch
+from repro.data.dataset import Dataset
+from repro.errors import UserError
+from repro.learning.objective import Objective
 from repro.learning.objective_options import ObjectiveOptions
+from repro.learning.objectives.balance import starts_of_windows
+from repro.learning.training_problem import TrainingTask
+from repro.mechanics.runge_kutta import rk4_step
+from repro.models.model import Model
 from repro.plugins.options import Count
-
-if TYPE_CHECKING:
-    from repro.data.dataset import Dataset
-    from repro.learning.objective import Objective
-    from repro.learning.training_problem import TrainingTask
-    from repro.models.model import Model
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,47 @@ class Options(ObjectiveOptions):
 
     def task(self, model: Model, dataset: Dataset, minimised: Objective) -> TrainingTask:
         """Successive windows of so many intervals."""
-        from repro.learning.prediction import prediction_task
-
         return prediction_task(model, dataset, minimised, self)
+
+
+@dataclass(frozen=True)
+class PredictionTask(TrainingTask):
+    """measured: q, qd, tau (member, window, 1 + intervals, n_q); step: s between two samples, (member, window)."""
+
+    options: Options | None = None
+
+    def residuals(self, model: Model, parameters: Tensor) -> Tensor:
+        """Predicted minus recorded [q, qd] after each interval, (member, window, intervals 2 n_q), scaled as `rows`."""
+        assert self.options is not None
+        states = torch.cat([self.measured["q"], self.measured["qd"]], dim=-1)
+        tau, step = self.measured["tau"], self.measured["step"].unsqueeze(-1)
+
+        def rate(state: Tensor, force: Tensor) -> Tensor:
+            q, qd = state.chunk(2, dim=-1)
+            return torch.cat([qd, model.acceleration_at(parameters, q, qd, force)], dim=-1)
+
+        state, errors = states[:, :, 0], []
+        for interval in range(states.shape[2] - 1):
+            force, after = tau[:, :, interval], states[:, :, interval + 1]
+            if self.options.scheme == "midpoint":
+                before = states[:, :, interval]
+                state = before + step * rate((before + after) / 2, force)
+            else:
+                h = step / self.options.substeps
+                for _ in range(self.options.substeps):
+                    state = rk4_step(partial(rate, force=force), state, h)
+            errors.append(state - after)
+        return torch.cat(errors, dim=-1) / math.sqrt(len(errors) * self.samples)
+
+
+def prediction_task(model: Model, dataset: Dataset, objective: Objective, options: Options) -> PredictionTask:
+    """Successive windows within the episodes of a dataset; UserError where no episode is as long as a window."""
+    first = starts_of_windows(dataset.episode, options.intervals)
+    if not len(first):
+        raise UserError(f"objective.intervals = {options.intervals}: no episode is longer; shorten it")
+    sample = first[:, None] + np.arange(options.intervals + 1)
+    measured = {name: getattr(dataset, name)[:, sample] for name in ("q", "qd", "tau")}
+    step = dataset.time[first + 1] - dataset.time[first]
+    measured["step"] = np.repeat(step[None], dataset.members, axis=0)
+    tensors = {name: torch.from_numpy(np.ascontiguousarray(array)) for name, array in measured.items()}
+    return PredictionTask(model, objective, tensors, known={}, options=options)

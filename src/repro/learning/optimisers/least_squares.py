@@ -16,7 +16,7 @@ from repro.learning.objective import Objective
 from repro.learning.optimiser import Optimiser
 from repro.learning.optimiser_options import OptimiserOptions
 from repro.learning.result import Checkpoint, Fitted, Notes, Progress
-from repro.learning.symbolic import COLUMNS, residual, symbols
+from repro.learning.symbolic import COLUMNS, symbols
 from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.models.model import Model
 from repro.plugins.options import NotNegative
@@ -103,7 +103,7 @@ def _blocks(task: TrainingTask, member: int) -> Iterator[np.ndarray]:
 def linear_rows(model: Model, objective: Objective) -> casadi.Function:
     """[Jacobian, -residual] row by row, at weights of zero, as a function of q, qd, qdd, tau and energy."""
     s = symbols(model)
-    rows = residual(model, objective, s)
+    rows = objective.expression(model, s)
     both = casadi.horzcat(casadi.jacobian(rows, s.parameters), -rows)
     at_zero = casadi.substitute(
         casadi.vec(both.T), casadi.vertcat(s.parameters, s.weight), casadi.vertcat(0 * s.parameters, 1)

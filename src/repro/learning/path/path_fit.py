@@ -7,6 +7,7 @@ most likely one there. The loss at a linearisation is the profile of the whole l
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 
@@ -14,18 +15,39 @@ from repro.data.dataset import Dataset
 from repro.learning.full_batch import merge_curves
 from repro.learning.optimisers.levenberg_marquardt import damped_step
 from repro.learning.path.kalman import Linearised, smoothed, whitened
-from repro.learning.path.path_options import PathOptions
 from repro.learning.path.windows import Windows
 from repro.learning.result import Fitted, Notes, Progress
 from repro.models.model import Model
 from repro.models.step_model import StepModel, substeps_for
 from repro.models.zeroed import Zeroed
+from repro.plugins.options import Count, NotNegative, Options, Positive
 
 LEAVE = 3e-3  # share of the loss below which a gain ends a stage that another one follows
 SETTLED = 1e-4  # and the last one, where the rest is small beside what noise does to the weights
 MOST_GROWTH = 256.0  # of the damping in one step, after which no step gains any more
 ROUNDS = 3  # of the estimates of noise
 LEAST_SPREAD = np.array([1e-16, 1e-14])  # variances of unknown motion in a step, so that no spread is singular
+
+
+@dataclass(frozen=True)
+class PathOptions(Options):
+    """Options of the maximum likelihood of weights and motion together.
+
+    window: s of motion with a start of its own. substeps: of a sampling interval; None: by the fastest rate in the
+    data. noise: of the sensors, `given` with the data or `estimated` from the residuals, which takes several rounds.
+    process: standard deviations of unknown accelerations (m/s^2, rad/s^2) in successive stages; None: 0, after 1 and
+    0.1 where the model is no linear basis. initial: standard deviations of positions (m, rad) and velocities at the
+    start of a window. iterations: of each stage, at most. zeros: whether the encoders of `angles` have an unknown zero
+    each, which is estimated too; the weights are then those of the true angles.
+    """
+
+    window: Positive = 2.0
+    substeps: Count | None = None
+    noise: Literal["given", "estimated"] = "given"
+    process: tuple[NotNegative, ...] | None = None
+    initial: tuple[Positive, Positive] = (1.0, 30.0)
+    iterations: Count = 60
+    zeros: Literal["none", "angles"] = "none"
 
 
 @dataclass(frozen=True)

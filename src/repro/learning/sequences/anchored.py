@@ -1,16 +1,11 @@
 """D and the known energy of one state (III-A.1)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from repro.learning.phases import PhaseMaker
 from repro.learning.sequence_options import SequenceOptions
-
-if TYPE_CHECKING:
-    from repro.learning.phases import PhaseMaker
-    from repro.learning.training import Phase
+from repro.learning.training import Phase
 
 
 @dataclass(frozen=True)

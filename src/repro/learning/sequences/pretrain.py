@@ -1,16 +1,12 @@
 """The paper's: D_H, then fine-tuned on D."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
+from repro.learning.phases import PhaseMaker
 from repro.learning.sequence_options import SequenceOptions
-
-if TYPE_CHECKING:
-    from repro.learning.phases import PhaseMaker
-    from repro.learning.training import Phase
+from repro.learning.training import Phase
 
 
 @dataclass(frozen=True)
