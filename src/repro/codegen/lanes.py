@@ -7,7 +7,7 @@ from functools import lru_cache
 import casadi as ca
 
 from repro.codegen.c_library import CompilerError, load_library
-from repro.codegen.straight_line import statements
+from repro.codegen.straight_line import OF_MATH_H, statements
 
 LANES = 8  # doubles in the widest vector registers; a compiler splits a vector for narrower ones
 CONSTANT = "parameters"  # begins the name of an input that holds scalars, every other one holds vectors
@@ -21,10 +21,7 @@ typedef double vec __attribute__((vector_size(8 * LANES)));
 """
 
 _BINARY = {
-    "pow": "pow(a[l], b[l])",
-    "fmax": "fmax(a[l], b[l])",
-    "fmin": "fmin(a[l], b[l])",
-    "atan2": "atan2(a[l], b[l])",
+    **{name: f"{name}(a[l], b[l])" for name in ("pow", "fmax", "fmin", "atan2")},
     "less": "a[l] < b[l]",
     "less_equal": "a[l] <= b[l]",
     "equal": "a[l] == b[l]",
@@ -33,8 +30,7 @@ _BINARY = {
     "either": "a[l] != 0.0 || b[l] != 0.0",
     "if_else_zero": "a[l] != 0.0 ? b[l] : 0.0",
 }
-_OF_MATH_H = ("sqrt", "exp", "expm1", "log", "log1p", "sin", "cos", "tan", "tanh", "sinh", "cosh", "atan", "fabs")
-_UNARY = {name: f"{name}(a[l])" for name in _OF_MATH_H}
+_UNARY = {name: f"{name}(a[l])" for name in OF_MATH_H}
 _UNARY |= {"sign": "(a[l] > 0.0) - (a[l] < 0.0)", "negation": "a[l] == 0.0"}
 
 

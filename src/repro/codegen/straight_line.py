@@ -10,44 +10,25 @@ PART = 500
 INPUTS = ("q", "qd", "u", "parameters")
 OUTPUT = "qdd"
 
+# of math.h, each with the name of CasADi's operation
+OF_MATH_H = ("sqrt", "exp", "expm1", "log", "log1p", "sin", "cos", "tan", "tanh", "sinh", "cosh", "atan", "fabs")
+_OF_TWO = {"POW": "pow", "CONSTPOW": "pow", "FMAX": "fmax", "FMIN": "fmin", "ATAN2": "atan2", "AND": "both"}
+_OF_TWO |= {"LT": "less", "LE": "less_equal", "EQ": "equal", "NE": "unequal", "OR": "either"}
+_OF_TWO |= {"IF_ELSE_ZERO": "if_else_zero"}
 BINARY = {
+    **{getattr(ca, f"OP_{name}"): f"{called}({{a}}, {{b}})" for name, called in _OF_TWO.items()},
     ca.OP_ADD: "{a} + {b}",
     ca.OP_SUB: "{a} - {b}",
     ca.OP_MUL: "{a} * {b}",
     ca.OP_DIV: "{a} / {b}",
-    ca.OP_POW: "pow({a}, {b})",
-    ca.OP_CONSTPOW: "pow({a}, {b})",
-    ca.OP_FMAX: "fmax({a}, {b})",
-    ca.OP_FMIN: "fmin({a}, {b})",
-    ca.OP_ATAN2: "atan2({a}, {b})",
-    ca.OP_LT: "less({a}, {b})",
-    ca.OP_LE: "less_equal({a}, {b})",
-    ca.OP_EQ: "equal({a}, {b})",
-    ca.OP_NE: "unequal({a}, {b})",
-    ca.OP_AND: "both({a}, {b})",
-    ca.OP_OR: "either({a}, {b})",
-    ca.OP_IF_ELSE_ZERO: "if_else_zero({a}, {b})",
 }
 UNARY = {
+    **{getattr(ca, f"OP_{name.upper()}"): f"{name}({{a}})" for name in (*OF_MATH_H, "sign")},
     ca.OP_ASSIGN: "{a}",
     ca.OP_NEG: "-{a}",
     ca.OP_INV: "1.0 / {a}",
     ca.OP_SQ: "{a} * {a}",
     ca.OP_TWICE: "2.0 * {a}",
-    ca.OP_SQRT: "sqrt({a})",
-    ca.OP_EXP: "exp({a})",
-    ca.OP_EXPM1: "expm1({a})",
-    ca.OP_LOG: "log({a})",
-    ca.OP_LOG1P: "log1p({a})",
-    ca.OP_SIN: "sin({a})",
-    ca.OP_COS: "cos({a})",
-    ca.OP_TAN: "tan({a})",
-    ca.OP_TANH: "tanh({a})",
-    ca.OP_SINH: "sinh({a})",
-    ca.OP_COSH: "cosh({a})",
-    ca.OP_ATAN: "atan({a})",
-    ca.OP_FABS: "fabs({a})",
-    ca.OP_SIGN: "sign({a})",
     ca.OP_NOT: "negation({a})",
 }
 _NAMES = {getattr(ca, name): name[3:].lower() for name in dir(ca) if name.startswith("OP_")}

@@ -13,7 +13,7 @@ from repro.learning.kernels.kernel import Evaluations
 from repro.learning.members import MemberProblem
 from repro.learning.optimiser import Optimiser
 from repro.learning.optimiser_options import FullBatchOptions
-from repro.learning.result import Checkpoint, Curve, Fitted, Notes, Progress
+from repro.learning.result import Checkpoint, Curve, Fitted, Notes, Progress, part
 from repro.learning.training_problem import TrainingProblem
 
 Solution = tuple[np.ndarray, list[float], str]  # weights (n_parameters,), loss after each iteration, status
@@ -49,8 +49,8 @@ class FullBatch(FullBatchOptions, Optimiser):
         for number in range(len(done), problem.members):
             deadline = math.inf if self.budget_s is None else time.process_time() + self.budget_s
             member = MemberProblem(reduced.member(number), evaluations, deadline)
-            share = _share(progress, number, problem.members)
-            solution = self.solve(member, np.asarray(parameters[number], dtype=float), share)
+            own = part(progress, number, problem.members)
+            solution = self.solve(member, np.asarray(parameters[number], dtype=float), own)
             done.append((*solution, member.watched))
             checkpoint.save(done)
         weights, losses, status, watched = zip(*done, strict=True)
@@ -72,7 +72,3 @@ def merge_curves(curves: Sequence[Mapping[int, float]], name: str) -> Curve:
         latest = np.array([curve.get(step, before) for curve, before in zip(curves, latest, strict=True)])
         merged.append((step, name, latest))
     return merged
-
-
-def _share(progress: Progress, number: int, members: int) -> Progress:
-    return lambda fraction, text: progress((number + fraction) / members, text)

@@ -45,14 +45,10 @@ class MemberProblem:
         return native(self.problem, evaluations=self.evaluations)
 
     @cached_property
-    def integrated(self) -> IntegratedRows | None:
-        """Sums over rows that are integrals, where they apply."""
-        return integrated_rows(self.problem)
-
-    @cached_property
-    def compiled_sums(self) -> NormalEquations | None:
-        """Compiled normal equations, where they apply."""
-        return normal_equations(self.problem, self.evaluations) if can_compile() else None
+    def sums(self) -> IntegratedRows | NormalEquations | None:
+        """The loss and normal equations of rows that are integrals, or in compiled code, where they apply."""
+        compiled = normal_equations(self.problem, self.evaluations) if can_compile() else None
+        return integrated_rows(self.problem) or compiled
 
     def loss_and_gradient(self, parameters: np.ndarray) -> tuple[float, np.ndarray]:
         """The loss and its gradient (n_parameters,), 0 at fixed weights; not finite where the model is singular."""
@@ -62,19 +58,15 @@ class MemberProblem:
 
     def loss(self, parameters: np.ndarray) -> float:
         """The loss alone, for a problem without l1 terms."""
-        if self.integrated is not None:
-            return self.integrated.loss(parameters)
-        if self.compiled_sums is not None:
-            return self.compiled_sums.loss(0, parameters)
+        if self.sums is not None:
+            return self.sums.loss(parameters)
         with torch.no_grad():
             return self.problem.loss(torch.from_numpy(parameters.copy()).unsqueeze(0))[0].item()
 
     def normal_equations(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """J'J (n_parameters, n_parameters) and J'r (n_parameters,) of the residual rows r, 0 at fixed weights."""
-        if self.integrated is not None:
-            gram, gradient = self.integrated.normal_equations(parameters)
-        elif self.compiled_sums is not None:
-            gram, gradient = self.compiled_sums.at(0, parameters)
+        if self.sums is not None:
+            gram, gradient = self.sums.normal_equations(parameters)
         else:
             rows, jacobian = self.linearise(parameters)
             gram, gradient = jacobian.T @ jacobian, jacobian.T @ rows
@@ -92,8 +84,8 @@ class MemberProblem:
     def _loss_and_gradient(self, parameters: np.ndarray) -> tuple[float, np.ndarray]:
         if self.compiled is not None:
             return self.compiled.loss_and_gradient(0, parameters)
-        if self.integrated is not None and self.problem.l1 is None:
-            return self.integrated.loss(parameters), 2 * self.integrated.normal_equations(parameters)[1]
+        if isinstance(self.sums, IntegratedRows) and self.problem.l1 is None:
+            return self.sums.loss(parameters), 2 * self.sums.normal_equations(parameters)[1]
         weights = torch.from_numpy(parameters.copy()).unsqueeze(0).requires_grad_()
         loss = self.problem.loss(weights)[0]
         (gradient,) = torch.autograd.grad(loss, weights)

@@ -62,5 +62,10 @@ class NoCheckpoint:
 Progress = Callable[[float, str], None]  # fraction done, a few words
 
 
+def part(progress: Progress, number: int, count: int, label: str = "") -> Progress:
+    """The progress of one part of `count` that follow each other; its texts begin with the label."""
+    return lambda fraction, text: progress((number + fraction) / count, label + text)
+
+
 def silent(fraction: float, text: str) -> None:
     """Report nothing."""

@@ -9,7 +9,7 @@ from repro.codegen.lazy_torch import Tensor
 from repro.data.dataset import Dataset
 from repro.learning.objective import Objective
 from repro.learning.optimiser import Optimiser
-from repro.learning.result import Checkpoint, Fitted, NoCheckpoint, Progress, silent
+from repro.learning.result import Checkpoint, Fitted, NoCheckpoint, Progress, part, silent
 from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.models.model import Model
 
@@ -46,8 +46,8 @@ def train(
     for number in range(state.phase, len(phases)):
         phase, before = phases[number], state.fitted
         chosen = phase.settings(optimiser.continued() if number else optimiser)
-        share = _share(progress, number, phases)
-        fitted = chosen.fit(phase.problem, before.parameters, share, _Inner(checkpoint, state))
+        own = part(progress, number, len(phases), f"{phase.name}: " if len(phases) > 1 else "")
+        fitted = chosen.fit(phase.problem, before.parameters, own, _Inner(checkpoint, state))
         state = _State(number + 1, _chain(before, fitted, phase))
         checkpoint.save(state)
     return state.fitted
@@ -93,14 +93,6 @@ class _Inner:
 
     def save(self, state: object) -> None:
         self.outer.save(replace(self.state, inner=state))
-
-
-def _share(progress: Progress, number: int, phases: Sequence[Phase]) -> Progress:
-    def shared(fraction: float, text: str) -> None:
-        label = f"{phases[number].name}: {text}" if len(phases) > 1 else text
-        progress((number + fraction) / len(phases), label)
-
-    return shared
 
 
 def _chain(before: Fitted, after: Fitted, phase: Phase) -> Fitted:

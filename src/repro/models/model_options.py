@@ -47,8 +47,9 @@ class ModelOptions(PluginOptions):
 
     @property
     def sub_models(self) -> tuple[str, ...]:
-        """The trained sub-models that it is made of."""
-        return ()
+        """The trained sub-models that it is made of: its option `parts`, where it has one."""
+        parts: tuple[str, ...] = getattr(self, "parts", ())
+        return parts
 
     @property
     def uses_basis(self) -> bool:
@@ -67,8 +68,8 @@ class ModelOptions(PluginOptions):
 
     @property
     def has_momentum_transform(self) -> bool:
-        """Whether it learns M_hat(q) of eq. (8)."""
-        return False
+        """Whether it learns M_hat(q) of eq. (8), with an option `momentum_hidden`."""
+        return getattr(self, "momentum_hidden", None) is not None
 
     @property
     def couples_rates(self) -> bool:

@@ -13,6 +13,7 @@ import numpy as np
 from repro.codegen.c_library import load_library
 from repro.codegen.c_source import c_source
 from repro.codegen.lanes import FAST, FUNCTIONS, LANES, TYPE, vectorised
+from repro.codegen.lazy_torch import torch
 from repro.learning.kernels.kernel import ENDLESS, Evaluations, Kernel, address, aligned, defines
 from repro.learning.objective import Objective
 from repro.learning.symbolic import COLUMNS, symbols
@@ -44,27 +45,27 @@ def generated_kernel(problem: TrainingProblem) -> Kernel | None:
 
 
 class NormalEquations:
-    """Sums over the samples of a small problem that a Gauss-Newton step needs; one member at a time."""
+    """Sums over the samples of a small problem of one member that a Gauss-Newton step needs."""
 
     def __init__(self, problem: TrainingProblem) -> None:
         self.width = 1 + problem.model.n_parameters
-        self.tasks = [(_packed(task), _normal_library(problem.model, task.objective)) for task in problem.tasks]
+        self.tasks = [(_packed(task)[0], _normal_library(problem.model, task.objective)) for task in problem.tasks]
 
-    def loss(self, member: int, parameters: np.ndarray) -> float:
+    def loss(self, parameters: np.ndarray) -> float:
         """The sum of squared rows, weighted as in the problem; l1 terms are left out."""
         total = 0.0
         for data, library in self.tasks:
-            total += library.squares(*_samples(data[member]), address(parameters)) / data.shape[1]
+            total += library.squares(address(data), ctypes.c_int64(len(data)), address(parameters)) / len(data)
         return total
 
-    def at(self, member: int, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def normal_equations(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """J'J (n_parameters, n_parameters) and J'r (n_parameters,) of the rows r, weighted as in the problem."""
         padded = (self.width + 3) // 4 * 4
         total = np.zeros((padded, padded))
         for data, library in self.tasks:
             products = np.zeros((padded, padded))
-            library.products(*_samples(data[member]), address(parameters), address(products))
-            total += products / data.shape[1]
+            library.products(address(data), ctypes.c_int64(len(data)), address(parameters), address(products))
+            total += products / len(data)
         whole = np.triu(total) + np.triu(total, 1).T
         return whole[1 : self.width, 1 : self.width], whole[0, 1 : self.width]
 
@@ -75,10 +76,6 @@ def normal_equations(problem: TrainingProblem, evaluations: Evaluations = ENDLES
     if evaluations.seconds_saved(n_parameters) < n_parameters * COMPILATION_S:
         return None
     return NormalEquations(problem) if _small(problem) else None
-
-
-def _samples(data: np.ndarray) -> tuple[ctypes.c_void_p, ctypes.c_int64]:
-    return address(data), ctypes.c_int64(len(data))
 
 
 def _small(problem: TrainingProblem) -> bool:
@@ -153,12 +150,10 @@ def pack(task: TrainingTask) -> np.ndarray:
     """Samples (member, sample, column) in the order of COLUMNS."""
     measured = task.measured
     members, samples, _ = measured["q"].shape
-    energy = measured.get("energy")
-    columns = [measured[name].double().numpy() for name in COLUMNS[:4]]
-    columns.append(np.zeros((members, samples, 1)) if energy is None else energy.double().numpy()[..., None])
-    weight = task.sample_weight
-    columns.append(np.ones((members, samples, 1)) if weight is None else np.asarray(weight, dtype=float)[..., None])
-    return np.concatenate(columns, axis=-1)
+    energy, weight = measured.get("energy", torch.zeros(members, samples)), task.sample_weight
+    weight = np.ones((members, samples)) if weight is None else np.asarray(weight, dtype=float)
+    vectors = [measured[name].double().numpy() for name in COLUMNS[:4]]
+    return np.concatenate([*vectors, energy.double().numpy()[..., None], weight[..., None]], axis=-1)
 
 
 def _stride(n_q: int) -> int:

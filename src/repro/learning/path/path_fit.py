@@ -16,7 +16,7 @@ from repro.learning.full_batch import merge_curves
 from repro.learning.optimisers.levenberg_marquardt import damped_step
 from repro.learning.path.kalman import Linearised, smoothed, whitened
 from repro.learning.path.windows import Windows
-from repro.learning.result import Fitted, Notes, Progress
+from repro.learning.result import Fitted, Notes, Progress, part
 from repro.models.model import Model
 from repro.models.step_model import StepModel, substeps_for
 from repro.models.zeroed import Zeroed
@@ -195,11 +195,7 @@ def fit_paths(model: Model, dataset: Dataset, options: PathOptions, start: Fitte
     """The ensemble with weights of maximum likelihood and their information; dataset: the training part."""
     members, fits = len(start.parameters), []
     for member, weights in enumerate(np.asarray(start.parameters, dtype=float)):
-
-        def of_member(fraction: float, text: str, member: int = member) -> None:
-            progress((member + fraction) / members, f"path: {text}")
-
-        fits.append(fit_path(model, dataset, member, weights, options, of_member))
+        fits.append(fit_path(model, dataset, member, weights, options, part(progress, member, members, "path: ")))
     curves = merge_curves([dict(enumerate(each.losses)) for each in fits], "path_loss")
     offset = start.curves[-1][0] if start.curves else 0
     own = Notes(cost_per_dof=[each.cost_per_dof for each in fits], noise=[each.noise.tolist() for each in fits])

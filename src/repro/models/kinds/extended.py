@@ -38,11 +38,6 @@ class Options(ModelOptions):
     skip: bool = True
 
     @property
-    def sub_models(self) -> tuple[str, ...]:
-        """The trained sub-model that it is made of."""
-        return self.parts
-
-    @property
     def uses_basis(self) -> bool:
         """Whether the rest is made of the features of the basis."""
         return self.rest == "basis"

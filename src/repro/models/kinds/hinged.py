@@ -35,11 +35,6 @@ class Options(ModelOptions):
     rod_length: Positive = 0.5
     gravity: Positive = 9.8
 
-    @property
-    def sub_models(self) -> tuple[str, ...]:
-        """The trained sub-models that it is made of."""
-        return self.parts
-
     def is_linear(self, basis_is_linear: bool) -> bool:
         """What is fitted beside frozen parts are coefficients, on any basis."""
         return self.frozen

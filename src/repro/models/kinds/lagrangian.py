@@ -47,11 +47,6 @@ class Options(ModelOptions):
         """On a linear basis there is no network."""
         return True
 
-    @property
-    def has_momentum_transform(self) -> bool:
-        """Whether it learns M_hat(q)."""
-        return self.momentum_hidden is not None
-
 
 def build(context: Context, options: Options) -> Model:
     """The model, beside friction where chosen."""

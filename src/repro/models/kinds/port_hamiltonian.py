@@ -60,11 +60,6 @@ class Options(ModelOptions):
         """Whether its energy is made of the features of the basis."""
         return self.energy == "basis"
 
-    @property
-    def sub_models(self) -> tuple[str, ...]:
-        """The trained sub-systems that it is made of."""
-        return self.parts
-
     def problems(self) -> Iterator[str]:
         """Sub-systems have a place in one kind of energy only."""
         if self.parts and self.energy != "hinged":
@@ -86,11 +81,6 @@ class Options(ModelOptions):
     def couples_rates(self) -> bool:
         """A J that is not canonical couples rates."""
         return self.structure != "canonical"
-
-    @property
-    def has_momentum_transform(self) -> bool:
-        """Whether it learns M_hat(q)."""
-        return self.momentum_hidden is not None
 
 
 class PortHamiltonian(ExpressionModel):
