@@ -1,6 +1,7 @@
 """CasADi functions evaluated over arrays of points."""
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -10,6 +11,11 @@ import numpy as np
 from repro.codegen.point_function import pays, point_function
 
 BLOCK = 1024  # points evaluated together: enough to hide the call, few enough that repeated weights stay small
+
+
+def column_function(name: str, inputs: Sequence[ca.SX], *parts: ca.SX) -> ca.Function:
+    """A function of these symbols whose result is one dense column, the parts below each other."""
+    return ca.Function(name, inputs, [ca.densify(ca.vertcat(*parts))], {"cse": True})
 
 
 def evaluate(function: ca.Function, *arrays: np.ndarray, repeated: bool = False) -> np.ndarray:

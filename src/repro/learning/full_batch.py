@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from repro.codegen.lazy_torch import Tensor, torch
+from repro.codegen.lazy_torch import torch
 from repro.learning.kernels.kernel import Evaluations
 from repro.learning.members import MemberProblem
 from repro.learning.optimiser import Optimiser
 from repro.learning.optimiser_options import FullBatchOptions
-from repro.learning.result import Checkpoint, Curve, Fitted, Notes, Progress, part
+from repro.learning.result import Checkpoint, Curve, Fitted, Notes, Progress, Weights, part
 from repro.learning.training_problem import TrainingProblem
 
 Solution = tuple[np.ndarray, list[float], str]  # weights (n_parameters,), loss after each iteration, status
@@ -34,13 +34,7 @@ class FullBatch(FullBatchOptions, Optimiser):
     def solve(self, problem: MemberProblem, start: np.ndarray, progress: Progress) -> Solution:
         """Fit one member from the weights `start` (n_parameters,); `problem.look` at a step's weights is followed."""
 
-    def fit(
-        self,
-        problem: TrainingProblem,
-        parameters: np.ndarray | Tensor,
-        progress: Progress,
-        checkpoint: Checkpoint,
-    ) -> Fitted:
+    def fit(self, problem: TrainingProblem, parameters: Weights, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Train from `parameters` (member, n_parameters); the result is float64."""
         reduced = problem.subsample(self.samples)
         evaluations = Evaluations(USUAL_MEMBERS * self.evaluations, sum(task.samples for task in reduced.tasks))

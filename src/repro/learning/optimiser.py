@@ -2,11 +2,8 @@
 
 from abc import ABC, abstractmethod
 
-import numpy as np
-
-from repro.codegen.lazy_torch import Tensor
 from repro.learning.optimiser_options import OptimiserOptions
-from repro.learning.result import Checkpoint, Fitted, Progress
+from repro.learning.result import Checkpoint, Fitted, Progress, Weights
 from repro.learning.training_problem import TrainingProblem
 
 
@@ -14,11 +11,5 @@ class Optimiser(OptimiserOptions, ABC):
     """A way to fit all members of a problem; its options are the fields of a frozen dataclass."""
 
     @abstractmethod
-    def fit(
-        self,
-        problem: TrainingProblem,
-        parameters: np.ndarray | Tensor,
-        progress: Progress,
-        checkpoint: Checkpoint,
-    ) -> Fitted:
+    def fit(self, problem: TrainingProblem, parameters: Weights, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Start from `parameters` (member, n_parameters) and return the fitted ones."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from repro.codegen.lazy_torch import Tensor
 
+Weights = np.ndarray | Tensor  # (member, n_parameters)
 Curve = list[tuple[int, str, np.ndarray]]  # (step, name, one value per member)
 
 
@@ -32,7 +33,7 @@ class Fitted:
     information: Fisher information of the weights (member, n_parameters, n_parameters), where the fit has one.
     """
 
-    parameters: np.ndarray | Tensor
+    parameters: Weights
     curves: Curve = field(default_factory=list)
     status: list[str] = field(default_factory=list)  # "ok" or "diverged at step k", one per member
     notes: Notes = field(default_factory=Notes)

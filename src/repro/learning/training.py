@@ -3,13 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from repro.codegen.lazy_torch import Tensor
 from repro.data.dataset import Dataset
 from repro.learning.objective import Objective
 from repro.learning.optimiser import Optimiser
-from repro.learning.result import Checkpoint, Fitted, NoCheckpoint, Progress, part, silent
+from repro.learning.result import Checkpoint, Fitted, NoCheckpoint, Progress, Weights, part, silent
 from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.models.model import Model
 
@@ -34,7 +31,7 @@ class Phase:
 def train(
     phases: Sequence[Phase],
     optimiser: Optimiser,
-    parameters: np.ndarray | Tensor,
+    parameters: Weights,
     progress: Progress = silent,
     checkpoint: Checkpoint | None = None,
 ) -> Fitted:
@@ -53,12 +50,7 @@ def train(
     return state.fitted
 
 
-def make_task(
-    model: Model,
-    dataset: Dataset,
-    objective: Objective,
-    error_scale: float | None = None,
-) -> TrainingTask:
+def make_task(model: Model, dataset: Dataset, objective: Objective, error_scale: float | None = None) -> TrainingTask:
     """A model's objective on the samples of a dataset.
 
     error_scale s (m/s^2 and rad/s^2 together) weighs each sample by 1 / (1 + |qdd|^2 / s^2): where the motion is

@@ -53,7 +53,7 @@ class Context:
     @property
     def position_scale(self) -> np.ndarray:
         """Standard deviation of each coordinate over all training samples (n_q,), 1 where it is constant."""
-        return _spread(self.q)
+        return spread_of(self.q)
 
     @property
     def positions(self) -> PositionFeatures:
@@ -63,15 +63,16 @@ class Context:
     @property
     def velocity_scale(self) -> np.ndarray:
         """Standard deviation of each velocity where training starts (n_q,), 1 where it does not move."""
-        return _spread(self.first_qd)
+        return spread_of(self.first_qd)
 
     @property
     def feature_scale(self) -> np.ndarray:
         """Standard deviation of each kinetic feature over all training samples, 1 where it is constant."""
         features = FeatureMap(self.basis.kinetic, self.n_q)
-        return _spread(features.jets(self.q, self.qd, np.zeros_like(self.q))[..., 0, :])
+        return spread_of(features.jets(self.q, self.qd, np.zeros_like(self.q))[..., 0, :])
 
 
-def _spread(values: np.ndarray) -> np.ndarray:
+def spread_of(values: np.ndarray) -> np.ndarray:
+    """Standard deviation of each component (n,) over all values (..., n), 1 where it is constant."""
     spread = values.reshape(-1, values.shape[-1]).std(axis=0)
     return np.where(spread > 0, spread, 1.0)

@@ -8,12 +8,10 @@ from typing import Any
 import casadi
 import numpy as np
 
-from repro.codegen.array_evaluation import evaluate
+from repro.codegen.array_evaluation import column_function, evaluate
 from repro.codegen.lazy_torch import Tensor, torch
-from repro.models.model import Model, Prepared
+from repro.models.model import SAMPLES, Model, Prepared
 from repro.models.terms import Terms, symmetric
-
-INPUTS = ("q", "qd", "qdd", "tau")
 
 
 class ExpressionModel(Model):
@@ -67,17 +65,17 @@ class ExpressionModel(Model):
     def forward(self) -> casadi.Function:
         """(samples, parameters) -> the output stack."""
         sample, parameters, stack = self._symbols()
-        return casadi.Function("stack", [sample, parameters], [casadi.densify(stack)], {"cse": True})
+        return column_function("stack", [sample, parameters], stack)
 
     @cached_property
     def _reverse(self) -> casadi.Function:
         sample, parameters, stack = self._symbols()
         cotangent = casadi.SX.sym("cotangent", stack.numel())
         gradient = casadi.jtimes(stack, parameters, cotangent, True)
-        return casadi.Function("vjp", [sample, cotangent, parameters], [casadi.densify(gradient)], {"cse": True})
+        return column_function("vjp", [sample, cotangent, parameters], gradient)
 
     def _symbols(self) -> tuple[casadi.SX, casadi.SX, casadi.SX]:
-        q, qd, qdd, tau = (casadi.SX.sym(name, self.n_q) for name in INPUTS)
+        q, qd, qdd, tau = (casadi.SX.sym(name, self.n_q) for name in SAMPLES)
         parameters = casadi.SX.sym("parameters", self.n_parameters)
         energies, momentum = self.energies(q, qd, parameters), self.momentum(q, qd, parameters)
         mass = casadi.jacobian(momentum, qd)

@@ -71,8 +71,5 @@ class FeatureMap:
         return casadi.Function("jets", [q, qd, qdd], [casadi.densify(rows.T)])
 
     def _symbols(self) -> tuple[casadi.SX, casadi.SX, casadi.SX]:
-        return (
-            casadi.SX.sym("q", self.n_q),
-            casadi.SX.sym("qd", self.n_q),
-            casadi.SX.sym("qdd", self.n_q),
-        )
+        q, qd, qdd = (casadi.SX.sym(name, self.n_q) for name in ("q", "qd", "qdd"))
+        return q, qd, qdd

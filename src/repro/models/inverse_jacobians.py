@@ -6,7 +6,7 @@ from functools import lru_cache
 import casadi
 import numpy as np
 
-from repro.codegen.array_evaluation import evaluate
+from repro.codegen.array_evaluation import column_function, evaluate
 from repro.models.model import Model
 
 
@@ -37,8 +37,5 @@ def inverse_model(model: Model) -> InverseModel:
     x, weights = casadi.SX.sym("x", 3 * n_q), casadi.SX.sym("parameters", model.n_parameters)
     tau = model.inverse_dynamics(x[:n_q], x[n_q : 2 * n_q], x[2 * n_q :], weights)
     both = casadi.horzcat(tau, casadi.jacobian(tau, weights))
-
-    def function(name: str, column: casadi.SX) -> casadi.Function:
-        return casadi.Function(name, [x, weights], [casadi.densify(column)], {"cse": True})
-
-    return InverseModel(n_q, function("force", tau), function("by_weights", casadi.vec(both.T)))
+    force = column_function("force", [x, weights], tau)
+    return InverseModel(n_q, force, column_function("by_weights", [x, weights], casadi.vec(both.T)))

@@ -9,12 +9,13 @@ from itertools import accumulate, pairwise
 import casadi
 import numpy as np
 
-from repro.codegen.array_evaluation import evaluate
+from repro.codegen.array_evaluation import column_function, evaluate
 from repro.codegen.lazy_torch import Tensor, torch
 from repro.mechanics.derive import euler_lagrange, solve_symmetric
 from repro.models.terms import Terms
 
 Prepared = dict[str, Tensor]
+SAMPLES = ("q", "qd", "qdd", "tau")
 
 
 def consecutive(*sizes: int) -> list[slice]:
@@ -69,9 +70,13 @@ class Model(ABC):
     def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
         """Random starting weights, (member, n_parameters)."""
 
-    @abstractmethod
     def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
-        """All that the model needs of the data, computed once; arrays (member, sample, ...) each, inputs (..., n_q)."""
+        """All that the model needs of the data, computed once; arrays (member, sample, ...) each, inputs (..., n_q).
+
+        The samples themselves, by the names `SAMPLES`, unless said.
+        """
+        # torch takes writable arrays alone
+        return {name: np.require(a, requirements="W") for name, a in zip(SAMPLES, (q, qd, qdd, tau), strict=True)}
 
     @abstractmethod
     def outputs(self, parameters: Tensor, prepared: Prepared, mass: bool) -> list[Tensor]:
@@ -198,8 +203,7 @@ def _port_function(model: Model) -> casadi.Function:
     q, qd = casadi.SX.sym("q", model.n_q), casadi.SX.sym("qd", model.n_q)
     parameters = casadi.SX.sym("parameters", model.n_parameters)
     form = model.port_form(q, qd, parameters)
-    rows = casadi.densify(casadi.vertcat(form.gradient, form.drift))
-    return casadi.Function("port", [q, qd, parameters], [rows], {"cse": True})
+    return column_function("port", [q, qd, parameters], form.gradient, form.drift)
 
 
 @lru_cache(maxsize=16)
@@ -207,5 +211,5 @@ def acceleration(model: Model) -> casadi.Function:
     """qdd = f(q, qd, tau, parameters) of a model, as a CasADi function."""
     q, qd, tau = (casadi.SX.sym(name, model.n_q) for name in ("q", "qd", "tau"))
     parameters = casadi.SX.sym("parameters", model.n_parameters)
-    qdd = model.acceleration(q, qd, tau, parameters)
-    return casadi.Function("acceleration", [q, qd, tau, parameters], [casadi.densify(qdd)], {"cse": True})
+    inputs = [q, qd, tau, parameters]
+    return column_function("acceleration", inputs, model.acceleration(*inputs))

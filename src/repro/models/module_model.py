@@ -12,11 +12,10 @@ from torch import Tensor, nn
 from torch.func import functional_call, grad, jacrev, vjp, vmap
 
 from repro.errors import UserError
-from repro.models.model import EnergyExpressions, Model, Prepared, consecutive
+from repro.models.model import SAMPLES, EnergyExpressions, Model, Prepared, consecutive
 from repro.models.module_graph import NotSymbolicError, symbolic
 from repro.models.terms import Terms, symmetric
 
-SAMPLES = ("q", "qd", "qdd", "tau")
 LARGEST_SYMBOLIC = 2000  # weights: above this, expressions take longer to compile than they save
 LARGEST_CHUNK = 512  # samples whose gradients are taken at a time
 
@@ -80,13 +79,6 @@ class ModuleModel(Model):
                 weights = [weight.detach().double().flatten() for weight in self.factory().parameters()]
             starts.append(torch.cat(weights).numpy())
         return np.stack(starts)
-
-    def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
-        """The samples themselves, (..., n_q) each."""
-        # torch takes writable arrays alone
-        return {
-            name: np.require(array, requirements="W") for name, array in zip(SAMPLES, (q, qd, qdd, tau), strict=True)
-        }
 
     def outputs(self, parameters: Tensor, prepared: Prepared, mass: bool) -> list[Tensor]:
         """Rows (member, sample, n_rows): [tau | p | T | V | upper entries of M, with `mass`], or the acceleration."""

@@ -140,17 +140,15 @@ class Network:
 
     def expression(self, parameters: casadi.SX, z: casadi.SX) -> casadi.SX:
         """The network as a CasADi expression; parameters (n_parameters,), z (n_in,)."""
-        arrays, start = [], 0
-        for shape in self.shapes:
-            size = math.prod(shape)
-            block = parameters[start : start + size]
-            arrays.append(casadi.reshape(block, shape[1], shape[0]).T if len(shape) == 2 else block)
-            start += size
-        n_layers = len(self.hidden) + 1
-        output = z
-        for index in range(n_layers):
+        blocks = casadi.vertsplit(parameters, [*itertools.accumulate(map(math.prod, self.shapes), initial=0)])
+        arrays = [
+            casadi.reshape(block, *shape[::-1]).T if len(shape) == 2 else block
+            for block, shape in zip(blocks, self.shapes, strict=True)
+        ]
+        output, last = z, len(self.hidden)
+        for index in range(last + 1):
             output = arrays[2 * index] @ output + arrays[2 * index + 1]
-            if index < n_layers - 1:
+            if index < last:
                 output = casadi.tanh(output) if self.activation == "tanh" else softplus(output)
         return output + arrays[-1] @ z if self.skip else output
 

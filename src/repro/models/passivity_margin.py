@@ -7,7 +7,7 @@ from functools import lru_cache
 import casadi
 import numpy as np
 
-from repro.codegen.array_evaluation import evaluate
+from repro.codegen.array_evaluation import column_function, evaluate
 from repro.codegen.lazy_torch import torch
 from repro.mechanics.coordinate import Coordinate
 from repro.mechanics.system import System
@@ -80,5 +80,4 @@ def _energy_gradient(system: System) -> casadi.Function:
     q, qd = (casadi.SX.sym(name, system.n_q) for name in ("q", "qd"))
     components, rates = casadi.vertsplit(q), casadi.vertsplit(qd)
     energy = casadi.SX(system.kinetic(components, rates, casadi) + system.potential(components, casadi))
-    gradient = casadi.vertcat(casadi.gradient(energy, q), casadi.gradient(energy, qd))
-    return casadi.Function("energy_gradient", [q, qd], [casadi.densify(gradient)], {"cse": True})
+    return column_function("energy_gradient", [q, qd], casadi.gradient(energy, q), casadi.gradient(energy, qd))

@@ -12,7 +12,7 @@ from functools import lru_cache, partial
 import casadi
 import numpy as np
 
-from repro.codegen.array_evaluation import evaluate
+from repro.codegen.array_evaluation import column_function, evaluate
 from repro.codegen.c_library import load_library
 from repro.codegen.c_source import c_source
 from repro.codegen.lanes import FAST, FUNCTIONS, TYPE, can_compile, vector_function
@@ -133,12 +133,8 @@ def _functions(model: Model) -> tuple[casadi.Function, casadi.Function]:
     mass = model.mass_matrix(q, qd, weights)
     tau = model.inverse_dynamics(q, qd, qdd, weights)
     jacobian = casadi.horzcat(casadi.jacobian(tau, casadi.vertcat(q, qd)), casadi.jacobian(tau, weights))
-
-    def function(name: str, at: casadi.SX, *parts: casadi.SX) -> casadi.Function:
-        return casadi.Function(name, [at, weights], [casadi.densify(casadi.vertcat(*parts))], {"cse": True})
-
-    inertia = function("inertia", casadi.vertcat(q, qd), casadi.vec(mass.T), rest)
-    return inertia, function("jacobians", x, casadi.vec(jacobian.T))
+    inertia = column_function("inertia", [casadi.vertcat(q, qd), weights], casadi.vec(mass.T), rest)
+    return inertia, column_function("jacobians", [x, weights], casadi.vec(jacobian.T))
 
 
 @lru_cache(maxsize=16)

@@ -1,7 +1,7 @@
 """Adam on a device, all members of an ensemble at once."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -10,7 +10,7 @@ from torch import Tensor
 from repro.learning.device.cuda import check_device
 from repro.learning.device.device_problem import DeviceProblem
 from repro.learning.optimisers.adam import Adam, AdamState
-from repro.learning.result import Checkpoint, Fitted, Notes, Progress
+from repro.learning.result import Checkpoint, Fitted, Notes, Progress, Weights
 from repro.learning.training_problem import TrainingProblem
 
 
@@ -26,16 +26,9 @@ class DeviceAdam(Adam):
     @classmethod
     def of(cls, adam: Adam, device: str) -> "DeviceAdam":
         """An Adam's settings, on a device."""
-        settings = {field.name: getattr(adam, field.name) for field in fields(adam)}
-        return cls(**settings | {"engine": "torch", "device": device})
+        return cls(**vars(adam) | {"engine": "torch", "device": device})
 
-    def fit(
-        self,
-        problem: TrainingProblem,
-        parameters: np.ndarray | Tensor,
-        progress: Progress,
-        checkpoint: Checkpoint,
-    ) -> Fitted:
+    def fit(self, problem: TrainingProblem, parameters: Weights, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Train from `parameters` (member, n_parameters), on the host like the result; UserError without the device.
 
         Notes: the device, and why the steps are no CUDA graph, where they should be.

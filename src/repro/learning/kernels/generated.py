@@ -10,6 +10,7 @@ from functools import lru_cache
 import casadi
 import numpy as np
 
+from repro.codegen.array_evaluation import column_function
 from repro.codegen.c_library import load_library
 from repro.codegen.c_source import c_source
 from repro.codegen.lanes import FAST, FUNCTIONS, LANES, TYPE, vectorised
@@ -91,8 +92,8 @@ def _small(problem: TrainingProblem) -> bool:
 def _gradient_statements(model: Model, objective: Objective) -> tuple[list[str], int]:
     s = symbols(model)
     loss = casadi.sumsqr(objective.expression(model, s))
-    outputs = casadi.vertcat(loss, casadi.gradient(loss, s.parameters))
-    return vectorised(casadi.Function("gradient", s.inputs, [casadi.densify(outputs)], {"cse": True}), "sum", INPUTS)
+    outputs = column_function("gradient", s.inputs, loss, casadi.gradient(loss, s.parameters))
+    return vectorised(outputs, "sum", INPUTS)
 
 
 @lru_cache(maxsize=32)
@@ -101,7 +102,7 @@ def _normal_library(model: Model, objective: Objective) -> ctypes.CDLL:
     rows = objective.expression(model, s)
     linearised = casadi.vec(casadi.horzcat(rows, casadi.jacobian(rows, s.parameters)).T)
     both, alone = (
-        vectorised(casadi.Function("rows", s.inputs, [casadi.densify(each)], {"cse": True}), output, INPUTS)
+        vectorised(column_function("rows", s.inputs, each), output, INPUTS)
         for each, output in ((linearised, "out"), (casadi.sumsqr(rows), "sum"))
     )
     body, loss = _body(model.n_q, *both), _body(model.n_q, *alone)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from repro.models.network import Network
+
 # What compiled code saves of torch's time, on one core: of each call, and of each sample and weight in it.
 CALL_S = 3e-3
 SAMPLE_AND_WEIGHT_S = 5e-8
@@ -28,6 +30,16 @@ class Kernel:
 def defines(constants: Mapping[str, object]) -> str:
     """Constants of the preprocessor."""
     return "".join(f"#define {name} {value}\n" for name, value in constants.items())
+
+
+def network_constants(network: Network) -> dict[str, object]:
+    """The sizes of a network, as the C files name them."""
+    return {
+        "INPUTS": network.n_in,
+        "LAYERS": len(network.hidden),
+        "WIDTHS": listed(network.hidden),
+        "TANH": int(network.activation == "tanh"),
+    }
 
 
 def listed(numbers: Iterable[int]) -> str:

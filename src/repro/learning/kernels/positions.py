@@ -12,10 +12,11 @@ from functools import lru_cache
 import casadi
 import numpy as np
 
+from repro.codegen.array_evaluation import column_function
 from repro.codegen.c_source import c_source
 from repro.codegen.lanes import FUNCTIONS, vectorised
 from repro.learning.kernels.generated import MOST_PARAMETERS, entries, pack, widths
-from repro.learning.kernels.kernel import Kernel, defines, listed
+from repro.learning.kernels.kernel import Kernel, defines, listed, network_constants
 from repro.learning.objective import Objective
 from repro.learning.symbolic import COLUMNS, symbols
 from repro.learning.training_problem import TrainingProblem, TrainingTask
@@ -58,13 +59,9 @@ class _Outputs:
 def _constants(model: Structured | BlackBox, moving: tuple[int, ...]) -> str:
     network = model.network
     own = _own(model)
-    constants = {
-        "INPUTS": network.n_in,
-        "LAYERS": len(network.hidden),
-        "WIDTHS": listed(network.hidden),
+    constants = network_constants(network) | {
         "OUTPUTS": network.n_out,
         "SKIP": int(network.skip),
-        "TANH": int(network.activation == "tanh"),
         "START": model.network_slice.start,
         "QUANTITIES": 1 + len(moving),
         "VECTORS": 3,
@@ -95,8 +92,7 @@ def _statements(model: Structured | BlackBox, objective: Objective, moving: tupl
     own = casadi.gradient(loss, s.parameters)[_own(model)]
     found = casadi.vertcat(loss, casadi.gradient(loss, casadi.vec(outputs)), own)
     inputs = [*s.inputs[:-1], casadi.vec(outputs), s.parameters]
-    function = casadi.Function("physics", inputs, [casadi.densify(found)], {"cse": True})
-    return vectorised(function, "out", (*COLUMNS, "outputs", "parameters"))
+    return vectorised(column_function("physics", inputs, found), "out", (*COLUMNS, "outputs", "parameters"))
 
 
 def _physics(model: Structured | BlackBox, objective: Objective, moving: tuple[int, ...], number: int) -> str:

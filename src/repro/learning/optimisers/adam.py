@@ -12,7 +12,7 @@ from repro.codegen.lazy_torch import Tensor, torch
 from repro.learning.native import NativeProblem, native, shuffled
 from repro.learning.optimiser import Optimiser
 from repro.learning.optimiser_options import OptimiserOptions
-from repro.learning.result import Checkpoint, Curve, Fitted, Notes, Progress
+from repro.learning.result import Checkpoint, Curve, Fitted, Notes, Progress, Weights
 from repro.learning.training_problem import TrainingProblem
 from repro.plugins.options import Count, NotNegative, Positive
 
@@ -88,13 +88,7 @@ class Adam(Options, Optimiser):
     A member whose loss is no longer finite is put back to its last finite weights and left there.
     """
 
-    def fit(
-        self,
-        problem: TrainingProblem,
-        parameters: np.ndarray | Tensor,
-        progress: Progress,
-        checkpoint: Checkpoint,
-    ) -> Fitted:
+    def fit(self, problem: TrainingProblem, parameters: Weights, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Train from `parameters` (member, n_parameters)."""
         dtype, real = (torch.float64, np.float64) if self.precision == "float64" else (torch.float32, np.float32)
         compiled = native(problem, real) if self.engine == "auto" else None

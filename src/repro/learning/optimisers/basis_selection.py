@@ -5,11 +5,10 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from repro.codegen.lazy_torch import Tensor
 from repro.learning.optimiser import Optimiser
 from repro.learning.optimiser_options import OptimiserOptions
 from repro.learning.optimisers.least_squares import regression, solve
-from repro.learning.result import Checkpoint, Fitted, Notes, Progress
+from repro.learning.result import Checkpoint, Fitted, Notes, Progress, Weights
 from repro.learning.training_problem import TrainingProblem
 from repro.plugins.options import NotNegative
 
@@ -40,13 +39,7 @@ class Selection(Options, Optimiser):
     notes.
     """
 
-    def fit(
-        self,
-        problem: TrainingProblem,
-        parameters: np.ndarray | Tensor,
-        progress: Progress,
-        checkpoint: Checkpoint,
-    ) -> Fitted:
+    def fit(self, problem: TrainingProblem, parameters: Weights, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Select and fit, member by member; parameters (member, n_parameters) tell the shape only."""
         solutions, gauge = [], []
         for member in range(problem.members):

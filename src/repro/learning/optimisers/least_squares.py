@@ -8,14 +8,13 @@ from typing import ClassVar, Literal, Self
 import casadi
 import numpy as np
 
-from repro.codegen.array_evaluation import evaluate
-from repro.codegen.lazy_torch import Tensor
+from repro.codegen.array_evaluation import column_function, evaluate
 from repro.codegen.point_function import LEAST_POINTS
 from repro.errors import UserError
 from repro.learning.objective import Objective
 from repro.learning.optimiser import Optimiser
 from repro.learning.optimiser_options import OptimiserOptions
-from repro.learning.result import Checkpoint, Fitted, Notes, Progress
+from repro.learning.result import Checkpoint, Fitted, Notes, Progress, Weights
 from repro.learning.symbolic import COLUMNS, symbols
 from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.models.model import Model
@@ -46,13 +45,7 @@ class Options(OptimiserOptions):
 class LeastSquares(Options, Optimiser):
     """Of all least-squares solutions the one nearest to `regularise_towards`, in columns of unit norm."""
 
-    def fit(
-        self,
-        problem: TrainingProblem,
-        parameters: np.ndarray | Tensor,
-        progress: Progress,
-        checkpoint: Checkpoint,
-    ) -> Fitted:
+    def fit(self, problem: TrainingProblem, parameters: Weights, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Solve each member's problem; the start `parameters` (member, n_parameters) tell at least the shape."""
         solutions, ranks = [], []
         for member, start in enumerate(np.asarray(parameters, dtype=float)):
@@ -108,7 +101,7 @@ def linear_rows(model: Model, objective: Objective) -> casadi.Function:
     at_zero = casadi.substitute(
         casadi.vec(both.T), casadi.vertcat(s.parameters, s.weight), casadi.vertcat(0 * s.parameters, 1)
     )
-    return casadi.Function("linear_rows", s.inputs[:5], [casadi.densify(at_zero)], {"cse": True})
+    return column_function("linear_rows", s.inputs[:5], at_zero)
 
 
 def _triangle(blocks: Iterable[np.ndarray]) -> np.ndarray:

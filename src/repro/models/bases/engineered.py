@@ -7,6 +7,7 @@ from repro.models.bases import raw
 from repro.models.products import Features
 
 LINEAR = False
+potential = raw.potential
 
 
 def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
@@ -14,8 +15,3 @@ def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
     cosines = {f"cos(q{i})": m.cos(value) for i, value in enumerate(q)}
     sines = {f"sin(q{i})": m.sin(value) for i, value in enumerate(q)}
     return raw.kinetic(q, qd, m) | cosines | sines
-
-
-def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
-    """No separate V: the network stands for T - V."""
-    return {}

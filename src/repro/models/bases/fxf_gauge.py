@@ -6,15 +6,9 @@ from typing import Any
 from repro.models.bases import fxf
 from repro.models.products import Features
 
-LINEAR = True
-COORDINATES = ("m", "rad", ...)  # a cart and any number of links
+LINEAR, COORDINATES, potential = fxf.LINEAR, fxf.COORDINATES, fxf.potential
 
 
 def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
     """F (x) F with gauge terms: L + constant and L + dF(q)/dt move alike, and cos(th) may stand in T or in V."""
     return fxf.kinetic(q, qd, m) | {"1": 1.0} | fxf.potential(q, qd, m) | fxf.factors(q, qd, m)
-
-
-def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
-    """Features of V: the cosine of every angle."""
-    return fxf.potential(q, qd, m)

@@ -8,11 +8,11 @@ from typing import Any, ClassVar, Literal
 import casadi
 import numpy as np
 
-from repro.codegen.array_evaluation import evaluate
+from repro.codegen.array_evaluation import column_function, evaluate
 from repro.codegen.lazy_torch import Tensor, torch
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
-from repro.models.context import Context
+from repro.models.context import Context, spread_of
 from repro.models.features import FeatureMap
 from repro.models.model import Model, Prepared, consecutive
 from repro.models.model_options import Activation, ModelOptions
@@ -151,13 +151,12 @@ def _momentum(system: System) -> casadi.Function:
     q, qd, qdd = (casadi.SX.sym(name, system.n_q) for name in ("q", "qd", "qdd"))
     momentum = dynamics_of(system).momentum(q, qd, casadi.SX(0, 1))
     rate = casadi.jtimes(momentum, q, qd) + casadi.jtimes(momentum, qd, qdd)
-    return casadi.Function("momentum", [q, qd, qdd], [casadi.densify(casadi.vertcat(momentum, rate))], {"cse": True})
+    return column_function("momentum", [q, qd, qdd], momentum, rate)
 
 
 def momentum_spread(system: System, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
     """Standard deviation of the true momenta at samples (..., n_q), 1 where they do not change."""
-    spread = evaluate(_momentum(system), q, qd, np.zeros_like(q))[..., : system.n_q].reshape(-1, system.n_q).std(0)
-    return np.where(spread > 0, spread, 1.0)
+    return spread_of(evaluate(_momentum(system), q, qd, np.zeros_like(q))[..., : system.n_q])
 
 
 def build(context: Context, options: Options) -> Model:

@@ -15,10 +15,9 @@ from repro.models.expression import ExpressionModel
 from repro.models.features import FeatureMap
 from repro.models.kinds.hinged import alone_contexts, joined
 from repro.models.kinds.structured import Structured
-from repro.models.lagrangian import Lagrangian
+from repro.models.lagrangian import Lagrangian, MomentumTransform
 from repro.models.model import EnergyExpressions, Model, PortForm, consecutive
 from repro.models.model_options import Activation, Dissipation, ModelOptions, NonNegative, Structure
-from repro.models.momentum import MomentumTransform
 from repro.models.port_matrices import Factored, Skew
 from repro.models.position import PositionFeatures, cart_with_links
 from repro.plugins.options import Count, NotNegative, Positive

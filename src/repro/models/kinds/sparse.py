@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Literal
 import casadi
 import numpy as np
 
-from repro.codegen.array_evaluation import evaluate
+from repro.codegen.array_evaluation import column_function, evaluate
 from repro.codegen.lazy_torch import Tensor, torch
 from repro.models.context import Context
 from repro.models.model import Model, Prepared
@@ -59,10 +59,9 @@ class Sparse(Model):
         q, qd, tau = (casadi.SX.sym(name, n_q) for name in ("q", "qd", "tau"))
         library, denominator = self._terms(*(casadi.vertsplit(each) for each in (q, qd, tau)))
         self.library_names, self.denominator_names = tuple(library), tuple(denominator)
-        columns = casadi.densify(casadi.vertcat(*library.values(), *denominator.values()))
         self._sizes = [len(library), len(denominator)]
         self.n_parameters = n_q * sum(self._sizes)
-        self._library = casadi.Function("library", [q, qd, tau], [columns], {"cse": True})
+        self._library = column_function("library", [q, qd, tau], *library.values(), *denominator.values())
 
     @property
     def coefficient_names(self) -> tuple[str, ...]:

@@ -24,11 +24,12 @@ class Options(ModelOptions):
     """Options of model=structured.
 
     hidden: units of each hidden layer of C. factor: a `wide` C of `rank` columns (None: n_q + 2), or a `triangular`
-    one, the Cholesky factor of M. skip: a linear path beside the hidden layers. scaled: velocities are divided by their
-    spread in the data, so that M starts at the data's inertia scale. initialisation `inertia`: M starts as the
-    identity, in those units. potential: V linear in `cosines` (and translations), or a `network` of potential_hidden
-    layers, or one more output of the network of C (`shared`); `auto` takes the cosines where each is an angle from the
-    vertical, as on a cart with links. floor: of the eigenvalues of M, in the scale of the velocities.
+    one, the Cholesky factor of M as in DeLaN (Lutter et al. 2019). skip: a linear path beside the hidden layers.
+    scaled: velocities are divided by their spread in the data, so that M starts at the data's inertia scale.
+    initialisation `inertia`: M starts as the identity, in those units; `glorot`: weights as Keras draws them.
+    potential: V linear in `cosines` (and translations), or a `network` of potential_hidden layers, or one more output
+    of the network of C (`shared`), as in the published code of DeLaN; `auto` takes the cosines where each is an angle
+    from the vertical, as on a cart with links. floor: of the eigenvalues of M, in the scale of the velocities.
     """
 
     runs_on_device: ClassVar[bool] = True
@@ -65,10 +66,8 @@ class Structured(Model):
     goes round them. Velocities are divided by `velocity_scale` (n_q,), so that the start M = diag(scale^-2) has the
     inertia scale of the data. parameters: [weights of C | beta, or those of V].
 
-    factor `triangular`: C is lower triangular, the Cholesky factor of M as in DeLaN (Lutter et al., 2019).
-    initialisation `glorot`: weights as Keras draws them, with no thought for the inertia. potential_hidden: hidden
-    layers of a network for V of the same inputs as C, in the place of the linear V. potential_shared: V is one more
-    output of the network of C, as in the published code of DeLaN. floor: added to the diagonal of C C'.
+    potential_hidden: hidden layers of a network for V of the same inputs as C, in the place of the linear V;
+    potential_shared: V is one more output of the network of C. Other options are those of `Options`.
     """
 
     def __init__(

@@ -8,14 +8,13 @@ import numpy as np
 
 from repro.codegen.lazy_torch import Tensor, torch
 from repro.models.context import Context
-from repro.models.model import Model, Prepared, consecutive
+from repro.models.model import SAMPLES, Model, Prepared, consecutive
 from repro.models.model_options import Activation, ModelOptions
 from repro.models.network import Network
 from repro.models.position import PositionFeatures
 from repro.models.terms import Terms
 from repro.plugins.options import Count
 
-SAMPLES = ("q", "qd", "qdd", "tau")
 FLOOR = 0.1  # added to the diagonal of L L', as published
 
 
@@ -60,10 +59,6 @@ class SymODEN(Model):
     def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
         """Glorot-uniform weights, zero biases."""
         return np.concatenate([network.initial(generators) for network in self.networks], axis=1)
-
-    def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
-        """The samples themselves, (..., n_q) each."""
-        return dict(zip(SAMPLES, (q, qd, qdd, tau), strict=True))
 
     def outputs(self, parameters: Tensor, prepared: Prepared, mass: bool) -> list[Tensor]:
         """L and V with their slopes (..., 1 + n_q, n_out), G and, with friction, K (..., 1, n_out)."""
