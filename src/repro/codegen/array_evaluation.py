@@ -33,7 +33,7 @@ def evaluate(function: ca.Function, *arrays: np.ndarray, repeated: bool = False)
     leading = np.broadcast_shapes(*(array.shape[:-1] for array in given))
     points = math.prod(leading)
     rows, columns = function.size_out(0)
-    flat = [array if array.ndim == 1 else _flatten(array, leading) for array in given]
+    flat = [a if a.ndim == 1 else np.broadcast_to(a, (*leading, a.shape[-1])).reshape(-1, a.shape[-1]) for a in given]
     result = np.empty((points, columns, rows))
     worth = repeated or pays(function, points)
     compiled = point_function(function, tuple(array.ndim == 1 for array in flat)) if worth else None
@@ -44,10 +44,6 @@ def evaluate(function: ca.Function, *arrays: np.ndarray, repeated: bool = False)
             stop = min(start + BLOCK, points)
             _map(function, [_rows(array, start, stop) for array in flat], result[start:stop])
     return result.reshape(*leading, rows) if columns == 1 else result.swapaxes(1, 2).reshape(*leading, rows, columns)
-
-
-def _flatten(array: np.ndarray, leading: tuple[int, ...]) -> np.ndarray:
-    return np.broadcast_to(array, (*leading, array.shape[-1])).reshape(-1, array.shape[-1])
 
 
 def _rows(array: np.ndarray, start: int, stop: int) -> np.ndarray:

@@ -80,12 +80,8 @@ def _version() -> str:
 def _processor() -> str:
     # code for the instruction set of one processor may stop another one that shares the cache folder
     information = Path("/proc/cpuinfo")
-    flags = (
-        [line for line in information.read_text().splitlines() if line.startswith("flags")]
-        if information.exists()
-        else []
-    )
-    return os.uname().machine + "".join(flags[:1])
+    lines = information.read_text().splitlines() if information.exists() else []
+    return os.uname().machine + next((line for line in lines if line.startswith("flags")), "")
 
 
 def _compile(source: str, flags: Sequence[str], library: Path) -> None:

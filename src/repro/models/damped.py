@@ -49,8 +49,7 @@ class Damped(Model):
 
     def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
         """The model's start, without friction."""
-        start = self.model.initial(generators)
-        return np.concatenate([start, np.zeros((len(start), len(self.names)))], axis=1)
+        return np.pad(self.model.initial(generators), ((0, 0), (0, len(self.names))))
 
     def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
         """What the model needs, and the columns of friction (..., n_q, n_coefficients)."""

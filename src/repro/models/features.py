@@ -1,18 +1,17 @@
 """Feature maps and their jets: everything a Lagrangian model needs to know of its inputs, computed once per dataset."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import casadi
 import numpy as np
 
 from repro.codegen.array_evaluation import evaluate
 from repro.mechanics.derive import euler_lagrange
-from repro.models.products import Features
+from repro.models.products import Features, Maths, Scalars
 
-FeatureText = Callable[[Sequence[Any], Sequence[Any], Any], Features]
+FeatureText = Callable[[Scalars, Scalars, Maths], Features]
 
 
 @dataclass(frozen=True)

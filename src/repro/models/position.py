@@ -2,13 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from repro.codegen.lazy_torch import Tensor, torch
 from repro.mechanics.coordinate import Coordinate, jointed
-from repro.models.products import Features
+from repro.models.products import Features, Maths, Scalars
 
 
 @dataclass(frozen=True)
@@ -28,7 +27,7 @@ class PositionFeatures:
         """Whether all that V depends on are angles from the vertical: one, and absolute ones."""
         return not self.translations and all(angle in self.jointed for angle in self.angles[1:])
 
-    def inertia(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
+    def inertia(self, q: Scalars, qd: Scalars, m: Maths) -> Features:
         """Inputs of a network for M(q), dimensionless, by name."""
         cosines = {f"cos(q{i})": m.cos(q[i]) for i in self.angles}
         sines = {f"sin(q{i})": m.sin(q[i]) for i in self.angles}
@@ -56,11 +55,11 @@ class PositionFeatures:
             rows[..., 1 + i, k] = 1 / scale
         return rows
 
-    def potential(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
+    def potential(self, q: Scalars, qd: Scalars, m: Maths) -> Features:
         """Features of V by name: the cosines (V1), and the translations, in which a weight is linear."""
         return {f"cos(q{i})": m.cos(q[i]) for i in self.angles} | self._moved(q)
 
-    def _moved(self, q: Sequence[Any]) -> Features:
+    def _moved(self, q: Scalars) -> Features:
         return {f"q{i}": q[i] / scale for i, scale in self.translations}
 
 

@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 
-Features = dict[str, Any]  # by name, as numbers or expressions of any maths namespace
+Scalars = Sequence[Any]  # one number, or expression of a maths namespace, per coordinate
+Maths = Any  # such a namespace: it has cos and sin
+Features = dict[str, Any]  # by name
 
 TIMES, SQUARED = " * ", "^2"
 

@@ -1,16 +1,13 @@
 """Engineered features [q; qd; cos q; sin q] into one network for the whole L (III-A.1)."""
 
-from collections.abc import Sequence
-from typing import Any
-
 from repro.models.bases import raw
-from repro.models.products import Features
+from repro.models.products import Features, Maths, Scalars
 
 LINEAR = False
 potential = raw.potential
 
 
-def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
+def kinetic(q: Scalars, qd: Scalars, m: Maths) -> Features:
     """Inputs of the network for L."""
     cosines = {f"cos(q{i})": m.cos(value) for i, value in enumerate(q)}
     sines = {f"sin(q{i})": m.sin(value) for i, value in enumerate(q)}

@@ -1,15 +1,14 @@
 """An over-complete library for basis selection: velocities times trigonometric functions for T, and a library for V."""
 
-from collections.abc import Sequence
 from typing import Any
 
-from repro.models.products import Features
+from repro.models.products import Features, Maths, Scalars
 
 LINEAR = True
 COORDINATES = ("m", "rad")  # a cart and one link
 
 
-def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
+def kinetic(q: Scalars, qd: Scalars, m: Maths) -> Features:
     """Monomials xd^a thetad^b, 1 <= a + b <= 4, times {1, cos, sin, cos 2, sin 2} up to order two, alone above."""
     (_, theta), (xd, thetad) = q, qd
     features: Features = {}
@@ -21,13 +20,13 @@ def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
     return features
 
 
-def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
+def potential(q: Scalars, qd: Scalars, m: Maths) -> Features:
     """Trigonometric functions of the angle, and a spring on the cart."""
     x, theta = q
     return {name: value for name, value in _trigonometric(theta, m).items() if name != "1"} | {"x": x, "x^2": x**2}
 
 
-def _trigonometric(theta: Any, m: Any) -> Features:
+def _trigonometric(theta: Any, m: Maths) -> Features:
     return {
         "1": 1.0,
         "cos(theta)": m.cos(theta),

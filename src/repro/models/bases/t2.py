@@ -1,20 +1,17 @@
 """T2 = {qd, cos(angles)}, fed into a network; V1 = {cos(angles)} (V-A.1). All coordinates but the cart's are angles."""
 
-from collections.abc import Sequence
-from typing import Any
-
-from repro.models.products import Features
+from repro.models.products import Features, Maths, Scalars
 
 LINEAR = False
 COORDINATES = ("m", "rad", ...)  # a cart and any number of links
 
 
-def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
+def kinetic(q: Scalars, qd: Scalars, m: Maths) -> Features:
     """Inputs of the network for T."""
     velocities = {f"qd{i}": rate for i, rate in enumerate(qd)}
     return velocities | {f"cos(q{i})": m.cos(angle) for i, angle in enumerate(q) if i > 0}
 
 
-def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
+def potential(q: Scalars, qd: Scalars, m: Maths) -> Features:
     """Features of V."""
     return {f"cos(q{i})": m.cos(angle) for i, angle in enumerate(q) if i > 0}

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import casadi
 import numpy as np
@@ -18,7 +18,7 @@ from repro.models.model import Model, Prepared, consecutive
 from repro.models.model_options import Activation, ModelOptions
 from repro.models.network import Network
 from repro.models.position import PositionFeatures
-from repro.models.products import Features
+from repro.models.products import Features, Maths, Scalars
 from repro.models.terms import Terms, symmetric
 from repro.plugins.options import Count
 
@@ -62,7 +62,7 @@ class Hamiltonian(Model):
         self.n_q, self.system = system.n_q, system
         scale = momentum_scale.tolist()
 
-        def features(q: Sequence[Any], p: Sequence[Any], m: Any) -> Features:
+        def features(q: Scalars, p: Scalars, m: Maths) -> Features:
             return positions.inertia(q, p, m) | {f"p{i}": p[i] / scale[i] for i in range(system.n_q)}
 
         self.features = FeatureMap(features, self.n_q)

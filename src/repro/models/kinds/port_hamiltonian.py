@@ -177,7 +177,8 @@ class PortHamiltonian(ExpressionModel):
             return parts
         if self.structure == "full":
             return parts + self.damping.matrix(self._state(q, qd), parameters[self.damping_slice])
-        return parts + casadi.diagcat(zero, self.damping.matrix(self._place(q, qd), parameters[self.damping_slice]))
+        place = self.features.expression(q, qd)
+        return parts + casadi.diagcat(zero, self.damping.matrix(place, parameters[self.damping_slice]))
 
     def part_energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> list[EnergyExpressions]:
         """Those of the energy, where it is an interconnection."""
@@ -201,12 +202,9 @@ class PortHamiltonian(ExpressionModel):
         inverse = self.inverse_dynamics(q, qd, qdd, parameters) - tau
         return casadi.vertcat(inverse, motion - casadi.vertcat(qd, rate))
 
-    def _place(self, q: casadi.SX, qd: casadi.SX) -> casadi.SX:
-        return self.features.expression(q, qd)
-
     def _state(self, q: casadi.SX, qd: casadi.SX) -> casadi.SX:
         """x for a network: the position, and the velocities in their own scale in place of p."""
-        return casadi.vertcat(self._place(q, qd), qd / casadi.DM(self.velocity_scale))
+        return casadi.vertcat(self.features.expression(q, qd), qd / casadi.DM(self.velocity_scale))
 
 
 def build(context: Context, options: Options) -> Model:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import ModuleType
-from typing import Any, ClassVar, Literal, cast
+from typing import ClassVar, Literal, cast
 
 import casadi
 import numpy as np
@@ -20,7 +20,7 @@ from repro.models.features import FeatureMap
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import EnergyExpressions, Model
 from repro.models.model_options import ModelOptions
-from repro.models.products import Features
+from repro.models.products import Features, Maths, Scalars
 
 POINTS = 200  # where the true energies are looked at, many more than coefficients
 
@@ -41,7 +41,7 @@ class ChainTerms:
     LINEAR = True
 
     @staticmethod
-    def kinetic(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
+    def kinetic(q: Scalars, qd: Scalars, m: Maths) -> Features:
         """xd^2, and for all links j >= k: xd thd_j cos th_j, thd_j thd_k cos(th_j - th_k)."""
         terms = {"xd^2": qd[0] ** 2}
         for j in range(1, len(q)):
@@ -52,7 +52,7 @@ class ChainTerms:
         return terms
 
     @staticmethod
-    def potential(q: Sequence[Any], qd: Sequence[Any], m: Any) -> Features:
+    def potential(q: Scalars, qd: Scalars, m: Maths) -> Features:
         """cos th_j."""
         return {f"cos(th{j})": m.cos(q[j]) for j in range(1, len(q))}
 
