@@ -45,6 +45,13 @@ def test_every_optimiser_tells_it_now_and_then(optimiser, watched, start):
         assert {step % 10 for step in told} == {0}
 
 
+def test_trials_of_random_starts_are_not_watched(watched, start):
+    """They may take more iterations than the fit, which would then be drawn with values of another start."""
+    optimiser = LevenbergMarquardt(restarts=3, trial_iterations=30, iterations=12)
+    curves = optimiser.fit(watched, start(watched.model), silent, NoCheckpoint()).curves
+    assert max(step for step, name, _ in curves if name == "min_eig_M") <= 12
+
+
 def test_a_member_is_watched_at_its_own_states(watched, start):
     (watch,) = watched.watches
     weights = start(watched.model)

@@ -70,13 +70,16 @@ class LevenbergMarquardt(Options, FullBatch):
         others = model.initial([np.random.default_rng([seed, 2, k]) for k in range(self.restarts - 1)])
         others[:, model.upstream] = start[model.upstream]
         short = replace(self, iterations=self.trial_iterations)
-        tries = [short._descend(problem, candidate, silent) for candidate in (start, *others)]
+        tries = [short._descend(problem, candidate, silent, followed=False) for candidate in (start, *others)]
         return min(tries, key=lambda result: result[1][-1] if np.isfinite(result[1][-1]) else np.inf)[0]
 
-    def _descend(self, problem: MemberProblem, parameters: np.ndarray, progress: Progress) -> Solution:
+    def _descend(
+        self, problem: MemberProblem, parameters: np.ndarray, progress: Progress, followed: bool = True
+    ) -> Solution:
         loss, damping, stalled = problem.loss(parameters), self.damping, 0
         losses = [loss]
-        problem.look(0, parameters)
+        if followed:  # what is watched in a trial belongs to no step of the fit
+            problem.look(0, parameters)
         if not np.isfinite(loss):
             return parameters, losses, "diverged at step 0"
         gram, gradient = problem.normal_equations(parameters)
@@ -92,7 +95,8 @@ class LevenbergMarquardt(Options, FullBatch):
             else:
                 stalled, damping = stalled + 1, min(damping * INCREASE, 1e12)
             losses.append(loss)
-            problem.look(iteration + 1, parameters)
+            if followed:
+                problem.look(iteration + 1, parameters)
             if stalled == 20 or loss == 0 or problem.out_of_time:
                 break
             progress((iteration + 1) / self.iterations, f"iteration {iteration + 1}, loss {loss:.2e}")
