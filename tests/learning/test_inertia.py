@@ -52,6 +52,14 @@ def test_trials_of_random_starts_are_not_watched(watched, start):
     assert max(step for step, name, _ in curves if name == "min_eig_M") <= 12
 
 
+def test_a_later_phase_begins_at_the_last_step_of_the_loss(watched, start):
+    """Also where what is watched now and then was last seen some steps before."""
+    optimiser = LevenbergMarquardt(restarts=1, iterations=7, tolerance=0.0)
+    fitted = train([Phase("first", watched), Phase("second", watched)], optimiser, start(watched.model))
+    assert [step for step, name, _ in fitted.curves if name == "loss"] == [*range(8), *range(7, 15)]
+    assert [step for step, name, _ in fitted.curves if name == "min_eig_M"] == [0, 7]
+
+
 def test_a_member_is_watched_at_its_own_states(watched, start):
     (watch,) = watched.watches
     weights = start(watched.model)

@@ -40,6 +40,12 @@ class Fitted:
     information: np.ndarray | None = None
 
 
+def continued_curves(before: Curve, after: Curve) -> Curve:
+    """The curves of two fits in turn: the steps of the second begin at the last of the first."""
+    offset = max((step for step, _, _ in before), default=0)
+    return before + [(offset + step, name, values) for step, name, values in after]
+
+
 class Checkpoint(Protocol):
     """Where a long fit keeps its state, so that it resumes after a kill."""
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from repro.data.dataset import Dataset
 from repro.learning.objective import Objective
 from repro.learning.optimiser import Optimiser
-from repro.learning.result import Checkpoint, Fitted, NoCheckpoint, Progress, Weights, part, silent
+from repro.learning.result import Checkpoint, Fitted, NoCheckpoint, Progress, Weights, continued_curves, part, silent
 from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.models.model import Model
 
@@ -88,8 +88,6 @@ class _Inner:
 
 
 def _chain(before: Fitted, after: Fitted, phase: Phase) -> Fitted:
-    offset = before.curves[-1][0] if before.curves else 0
-    curves = before.curves + [(offset + step, key, values) for step, key, values in after.curves]
     status = [
         old if old != "ok" else new if new == "ok" else f"{new} of {phase.name}"
         for old, new in zip(before.status, after.status, strict=True)
@@ -97,4 +95,4 @@ def _chain(before: Fitted, after: Fitted, phase: Phase) -> Fitted:
     notes = before.notes | after.notes
     if phase.share < 1:  # an ending of the phase before, not a training of its own
         notes["epochs"] = before.notes["epochs"] + after.notes["epochs"]
-    return replace(after, curves=curves, status=status, notes=notes)
+    return replace(after, curves=continued_curves(before.curves, after.curves), status=status, notes=notes)

@@ -16,7 +16,7 @@ from repro.learning.full_batch import merge_curves
 from repro.learning.optimisers.levenberg_marquardt import damped_step
 from repro.learning.path.kalman import Linearised, smoothed, whitened
 from repro.learning.path.windows import Windows
-from repro.learning.result import Fitted, Notes, Progress, part
+from repro.learning.result import Fitted, Notes, Progress, continued_curves, part
 from repro.models.model import Model
 from repro.models.step_model import StepModel, substeps_for
 from repro.models.zeroed import Zeroed
@@ -197,7 +197,6 @@ def fit_paths(model: Model, dataset: Dataset, options: PathOptions, start: Fitte
     for member, weights in enumerate(np.asarray(start.parameters, dtype=float)):
         fits.append(fit_path(model, dataset, member, weights, options, part(progress, member, members, "path: ")))
     curves = merge_curves([dict(enumerate(each.losses)) for each in fits], "path_loss")
-    offset = start.curves[-1][0] if start.curves else 0
     own = Notes(cost_per_dof=[each.cost_per_dof for each in fits], noise=[each.noise.tolist() for each in fits])
     if options.zeros != "none":
         own["zeros"] = [each.zeros.tolist() for each in fits]
@@ -205,7 +204,7 @@ def fit_paths(model: Model, dataset: Dataset, options: PathOptions, start: Fitte
     return replace(
         start,
         parameters=np.stack([each.parameters for each in fits]),
-        curves=start.curves + [(offset + step, name, values) for step, name, values in curves],
+        curves=continued_curves(start.curves, curves),
         status=[old if old != "ok" else each.status for old, each in zip(start.status, fits, strict=True)],
         notes=start.notes | own,
         information=np.stack([each.information for each in fits]),
