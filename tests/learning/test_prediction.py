@@ -53,6 +53,18 @@ def test_nothing_remains_of_the_own_motion_of_a_model(data, model, scheme, subst
     assert problem.loss(torch.from_numpy(weights), index).shape == (2,)
 
 
+@pytest.mark.parametrize("scheme", ["rk4", "midpoint"])
+def test_uneven_samples_are_predicted_at_their_own_times(data, scheme):
+    """Without acceleration positions are linear in time, whichever the stamps are."""
+    stamps = data.time + 0.3 * data.time_step * np.sin(np.arange(len(data.time)) ** 2)
+    speed = np.broadcast_to(data.qd[:, :1], data.qd.shape)
+    drifting = replace(data, q=speed * stamps[:, None], qd=speed.copy(), time=stamps)
+    model, options = BlackBox(2, hidden=(3,)), prediction.Options(scheme=scheme, intervals=4)
+    problem = TrainingProblem(model, [prediction_task(model, drifting, Objective(options), options)], (0, 1))
+    weights = torch.zeros(2, model.n_parameters, dtype=torch.float64)
+    assert_close(problem.loss(weights), torch.zeros(2, dtype=torch.float64), atol=1e-20)
+
+
 def test_the_gradient_reaches_through_all_intervals(data):
     model = BlackBox(2, hidden=(4,))
     options = prediction.Options(intervals=5)

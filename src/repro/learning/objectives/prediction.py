@@ -44,7 +44,7 @@ class Options(ObjectiveOptions):
 
 @dataclass(frozen=True)
 class PredictionTask(TrainingTask):
-    """measured: q, qd, tau (member, window, 1 + intervals, n_q); step: s between two samples, (member, window)."""
+    """measured: q, qd, tau (member, window, 1 + intervals, n_q); step: s of each interval."""
 
     options: Options | None = None
 
@@ -52,7 +52,7 @@ class PredictionTask(TrainingTask):
         """Predicted minus recorded [q, qd] after each interval, (member, window, intervals 2 n_q), scaled as `rows`."""
         assert self.options is not None
         states = torch.cat([self.measured["q"], self.measured["qd"]], dim=-1)
-        tau, step = self.measured["tau"], self.measured["step"].unsqueeze(-1)
+        tau, steps = self.measured["tau"], self.measured["step"].unsqueeze(-1)
 
         def rate(state: Tensor, force: Tensor) -> Tensor:
             q, qd = state.chunk(2, dim=-1)
@@ -60,7 +60,7 @@ class PredictionTask(TrainingTask):
 
         state, errors = states[:, :, 0], []
         for interval in range(states.shape[2] - 1):
-            force, after = tau[:, :, interval], states[:, :, interval + 1]
+            force, after, step = tau[:, :, interval], states[:, :, interval + 1], steps[:, :, interval]
             if self.options.scheme == "midpoint":
                 before = states[:, :, interval]
                 state = before + step * rate((before + after) / 2, force)
@@ -79,7 +79,8 @@ def prediction_task(model: Model, dataset: Dataset, objective: Objective, option
         raise UserError(f"objective.intervals = {options.intervals}: no episode is longer; shorten it")
     sample = first[:, None] + np.arange(options.intervals + 1)
     measured = {name: getattr(dataset, name)[:, sample] for name in ("q", "qd", "tau")}
-    step = dataset.time[first + 1] - dataset.time[first]
+    step = np.diff(dataset.time[sample], axis=1)
+    step = np.where(np.isclose(step, step[:, :1], rtol=1e-9), step[:, :1], step)  # even stamps differ by rounding
     measured["step"] = np.repeat(step[None], dataset.members, axis=0)
     tensors = {name: torch.from_numpy(np.ascontiguousarray(array)) for name, array in measured.items()}
     return PredictionTask(model, objective, tensors, known={}, options=options)
