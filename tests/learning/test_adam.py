@@ -8,8 +8,8 @@ import pytest
 import torch
 from tensors import assert_close
 
-from repro.learning import adam
 from repro.learning.objective import Objective
+from repro.learning.optimisers import adam
 from repro.learning.optimisers.adam import Adam
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task

@@ -7,13 +7,13 @@ import pytest
 import torch
 
 from repro.errors import UserError
-from repro.learning import adam
 from repro.learning.device import device_adam
 from repro.learning.device.cuda import captured, check_device
 from repro.learning.device.device_adam import DeviceAdam, device_order
 from repro.learning.device.device_problem import DeviceProblem, KeptIndices
 from repro.learning.objective import Objective
 from repro.learning.objective_options import OBJECTIVES
+from repro.learning.optimisers import adam
 from repro.learning.optimisers.adam import Adam
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import Phase, make_task, train
