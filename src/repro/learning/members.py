@@ -91,10 +91,16 @@ class MemberProblem:
         return native(self.problem, evaluations=self.evaluations)
 
     @cached_property
+    def integrated(self) -> IntegratedRows | None:
+        """Sums over rows that are integrals, where they apply."""
+        return integrated_rows(self.problem)
+
+    @cached_property
     def sums(self) -> IntegratedRows | NormalEquations | None:
-        """The loss and normal equations of rows that are integrals, or in compiled code, where they apply."""
-        compiled = normal_equations(self.problem, self.evaluations) if can_compile() else None
-        return integrated_rows(self.problem) or compiled
+        """These sums, or compiled ones, where they apply."""
+        if self.integrated is not None or not can_compile():
+            return self.integrated
+        return normal_equations(self.problem, self.evaluations)
 
     def loss_and_gradient(self, parameters: np.ndarray) -> tuple[float, np.ndarray]:
         """The loss and its gradient (n_parameters,), 0 at fixed weights; not finite where the model is singular."""
@@ -130,8 +136,8 @@ class MemberProblem:
     def _loss_and_gradient(self, parameters: np.ndarray) -> tuple[float, np.ndarray]:
         if self.compiled is not None:
             return self.compiled.loss_and_gradient(0, parameters)
-        if isinstance(self.sums, IntegratedRows) and self.problem.l1 is None:
-            return self.sums.loss(parameters), 2 * self.sums.normal_equations(parameters)[1]
+        if self.integrated is not None and self.problem.l1 is None:
+            return self.integrated.loss(parameters), 2 * self.integrated.normal_equations(parameters)[1]
         weights = torch.from_numpy(parameters.copy()).unsqueeze(0).requires_grad_()
         loss = self.problem.loss(weights)[0]
         (gradient,) = torch.autograd.grad(loss, weights)
