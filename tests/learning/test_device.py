@@ -9,8 +9,7 @@ import torch
 from repro.errors import UserError
 from repro.learning.device import device_adam
 from repro.learning.device.cuda import captured, check_device
-from repro.learning.device.device_adam import DeviceAdam, device_order
-from repro.learning.device.device_problem import DeviceProblem, KeptIndices
+from repro.learning.device.device_adam import DeviceAdam, DeviceProblem, KeptIndices, device_order
 from repro.learning.objective import Objective
 from repro.learning.objective_options import OBJECTIVES
 from repro.learning.optimisers import adam

@@ -57,6 +57,12 @@ class FeatureMap:
         columns = evaluate(self._jet_function, q, qd, qdd).reshape(*q.shape[:-1], len(self), -1)
         return np.ascontiguousarray(columns.swapaxes(-1, -2))
 
+    def potential_rows(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
+        """Of these jets [z, w_1, ..] alone, what V = beta . z needs: (..., 1 + n_q, n_z)."""
+        if not len(self):
+            return np.zeros((*q.shape[:-1], 1 + self.n_q, 0))
+        return self.jets(q, qd, qdd)[..., [0, *range(2 + self.n_q, 2 + 2 * self.n_q)], :]
+
     @cached_property
     def _jet_function(self) -> casadi.Function:
         q, qd, qdd = self._symbols()

@@ -105,13 +105,8 @@ class Lagrangian(Model):
 
     def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
         """Jets of the features: kinetic (..., 2 + 2 n_q + n_pairs, n_T), potential [z, w_c] (..., 1 + n_q, n_V)."""
-        n_q = self.n_q
         prepared = {"kinetic": self.kinetic_features.jets(q, qd, qdd), "qd": qd}
-        if len(self.potential_features):
-            rows = [0, *range(2 + n_q, 2 + 2 * n_q)]
-            prepared["potential"] = self.potential_features.jets(q, qd, qdd)[..., rows, :]
-        else:
-            prepared["potential"] = np.zeros((*q.shape[:-1], 1 + n_q, 0))
+        prepared["potential"] = self.potential_features.potential_rows(q, qd, qdd)
         if self.transform is not None:
             prepared["transform"] = self.transform.prepare(q, qd, qdd)
         return prepared

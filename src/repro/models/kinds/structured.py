@@ -122,17 +122,11 @@ class Structured(Model):
 
     def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
         """Position jets [z, zdot, dz/dq_c] (..., 2 + n_q, n_z), potential rows [z, w_c], scaled velocities."""
-        n_q = self.n_q
-        jets = self.features.jets(q, qd, qdd)
-        rows = [0, *range(2 + n_q, 2 + 2 * n_q)]
-        position_rows = np.concatenate([jets[..., :2, :], -jets[..., 2 + n_q : 2 + 2 * n_q, :]], axis=-2)
-        linear = (
-            {}
-            if self.potential or self.potential_shared
-            else {"potential": self.potential_features.jets(q, qd, qdd)[..., rows, :]}
-        )
-        return linear | {
-            "position": position_rows,
+        n_q, jets, prepared = self.n_q, self.features.jets(q, qd, qdd), {}
+        if self.potential is None and not self.potential_shared:
+            prepared["potential"] = self.potential_features.potential_rows(q, qd, qdd)
+        return prepared | {
+            "position": np.concatenate([jets[..., :2, :], -jets[..., 2 + n_q : 2 + 2 * n_q, :]], axis=-2),
             "velocity": qd / self.velocity_scale,
             "acceleration": qdd / self.velocity_scale,
             "scale": np.broadcast_to(self.velocity_scale, qd.shape).copy(),
