@@ -57,13 +57,8 @@ def statements(function: ca.Function, inputs: Sequence[str] = INPUTS, output: st
         elif operation in UNARY:
             lines.append(f"w[{targets[0]}] = " + UNARY[operation].format(a=f"w[{sources[0]}]"))
         else:
-            raise untranslated(function, operation)
+            raise ValueError(f"operation {_NAMES[operation]!r} of {function.name()} has no translation")
     return lines, function.sz_w()
-
-
-def untranslated(function: ca.Function, operation: int) -> ValueError:
-    """Return the error that names the operation of a function which the engines do not know."""
-    return ValueError(f"operation {_NAMES[operation]!r} of {function.name()} has no translation")
 
 
 def parts(lines: Sequence[str]) -> list[Sequence[str]]:

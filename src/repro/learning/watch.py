@@ -1,7 +1,7 @@
 """What is looked at while a fit goes on, to be drawn beside its loss."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Protocol
 
 import numpy as np
@@ -79,4 +79,4 @@ class InertiaWatch:
 
     def member(self, index: int) -> "InertiaWatch":
         """The same for one member alone."""
-        return InertiaWatch(self.model, {name: array[index : index + 1] for name, array in self.prepared.items()})
+        return replace(self, prepared={name: array[index : index + 1] for name, array in self.prepared.items()})

@@ -27,31 +27,15 @@ TOGETHER = 512  # steps that are differentiated at once, without a compiler
 
 @dataclass(frozen=True)
 class StepDerivatives:
-    """Linearised steps (..., 2 n_q, column): by state, the next state, by weights, by force; n_q."""
+    """Linearised steps: the next states (..., 2 n_q), and their derivatives (..., 2 n_q, column).
 
-    values: np.ndarray
-    n_q: int
+    by_state: 2 n_q columns; by_force: n_q; columns: the next states themselves, then those by the weights.
+    """
 
-    @property
-    def states(self) -> np.ndarray:
-        """The next states (..., 2 n_q)."""
-        next_states: np.ndarray = self.values[..., 2 * self.n_q]
-        return next_states
-
-    @property
-    def by_state(self) -> np.ndarray:
-        """Of the next states (..., 2 n_q, 2 n_q)."""
-        return self.values[..., : 2 * self.n_q]
-
-    @property
-    def columns(self) -> np.ndarray:
-        """The next states, and their derivatives by weights (..., 2 n_q, 1 + n_weights)."""
-        return self.values[..., 2 * self.n_q : -self.n_q]
-
-    @property
-    def by_force(self) -> np.ndarray:
-        """Of the next states (..., 2 n_q, n_q)."""
-        return self.values[..., -self.n_q :]
+    states: np.ndarray
+    by_state: np.ndarray
+    columns: np.ndarray
+    by_force: np.ndarray
 
 
 class StepModel:
@@ -79,7 +63,8 @@ class StepModel:
                 for first in range(0, len(places), TOGETHER):
                     part = slice(first, first + TOGETHER)
                     result[places[part]] = self._some(points[part], weights, substeps)
-        return StepDerivatives(result.reshape(*step.shape, *result.shape[1:]), self.n_q)
+        found, n, n_x = result.reshape(*step.shape, *result.shape[1:]), self.n_q, 2 * self.n_q
+        return StepDerivatives(found[..., n_x], found[..., :n_x], found[..., n_x:-n], found[..., -n:])
 
     def _some(self, points: np.ndarray, weights: np.ndarray, substeps: int) -> np.ndarray:
         n_x = 2 * self.n_q

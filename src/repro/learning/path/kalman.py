@@ -5,7 +5,7 @@ regression for dw into one with independent rows of unit variance, in which the 
 Sensors are taken one after the other, and the smoother needs no inverse (Durbin and Koopman 2012, 6.4).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -49,8 +49,7 @@ class SmoothedPath:
 def smoothed(windows: Windows, linear: Linearised, change: np.ndarray, initial: np.ndarray) -> SmoothedPath:
     """The most likely path after a change (n_weights,) of the weights."""
     moved = linear.columns[..., :1] + (linear.columns[..., 1:] @ change)[..., None]
-    own = Linearised(linear.states, linear.by_state, linear.by_force, moved, linear.process)
-    _, kept = _filtered(windows, own, initial)
+    _, kept = _filtered(windows, replace(linear, columns=moved), initial)
     deviations, errors = np.zeros_like(linear.states), np.zeros((*linear.states.shape[:2], windows.n_q))
     pull = np.zeros((len(linear.states), linear.states.shape[2]))
     for k in range(linear.states.shape[1] - 1, -1, -1):
