@@ -61,6 +61,12 @@ def vectorised(function: ca.Function, output: str, inputs: Sequence[str]) -> tup
     return [_vector_statement(line, output) for line in lines], n_work
 
 
+def block(lines: Sequence[str], n_work: int) -> dict[str, str]:
+    """Work variables and statements for a C file with ${work} and ${statements}."""
+    work, text = (f"w{i}" for i in range(max(1, n_work))), "\n".join(f"    {line};" for line in lines)
+    return {"work": ", ".join(work), "statements": text}
+
+
 @lru_cache(maxsize=1)
 def can_compile() -> bool:
     """Whether generated code can be compiled here; what a compiler that works refuses is a fault, and raises."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from repro.codegen.c_library import CompilerError, load_library
 from repro.codegen.c_source import c_source
-from repro.codegen.lanes import CONSTANT, FAST, FUNCTIONS, TYPE, vectorised
+from repro.codegen.lanes import CONSTANT, FAST, FUNCTIONS, TYPE, block, vectorised
 
 LEAST_POINTS = 8000  # below this a compiler takes longer than CasADi's own evaluation
 LEAST_WORK = 2_000_000  # instructions at all points together
@@ -39,7 +39,6 @@ def point_function(function: ca.Function, constant: tuple[bool, ...]) -> PointFu
     varying = [(i, name, sizes[i]) for i, name in enumerate(names) if sizes[i] and not constant[i]]
     load = (f"{name}[{k}][l] = given[{i}][{size} * at + {k}];" for i, name, size in varying for k in range(size))
     try:
-        lines, n_work = vectorised(function, "out", names)
         text = c_source(
             __file__,
             "point_function",
@@ -47,8 +46,7 @@ def point_function(function: ca.Function, constant: tuple[bool, ...]) -> PointFu
             constants=" ".join(f"const double *{name} = given[{i}];" for i, name in enumerate(names) if constant[i]),
             arrays="".join(f"{name}[{size}], " for _, name, size in varying),
             load=" ".join(load),
-            work=", ".join(f"w{i}" for i in range(max(1, n_work))),
-            statements="\n".join(f"    {line};" for line in lines),
+            **block(*vectorised(function, "out", names)),
         )
         library = load_library(TYPE + FUNCTIONS + text, flags(function))
     except (ValueError, CompilerError, OSError):

@@ -14,7 +14,7 @@ import numpy as np
 
 from repro.codegen.array_evaluation import column_function
 from repro.codegen.c_source import c_source
-from repro.codegen.lanes import FUNCTIONS, vectorised
+from repro.codegen.lanes import FUNCTIONS, block, vectorised
 from repro.learning.kernels.generated import MOST_PARAMETERS, entries, pack, widths
 from repro.learning.kernels.kernel import Kernel, defines, listed, network_constants
 from repro.learning.objective import Objective
@@ -96,7 +96,6 @@ def _statements(model: Structured | BlackBox, objective: Objective, moving: tupl
 
 
 def _physics(model: Structured | BlackBox, objective: Objective, moving: tuple[int, ...], number: int) -> str:
-    lines, n_work = _statements(model, objective, moving)
     columns = enumerate(entries(model.n_q))
     return c_source(
         __file__,
@@ -104,8 +103,7 @@ def _physics(model: Structured | BlackBox, objective: Objective, moving: tuple[i
         number=number,
         arrays=", ".join(f"{name}[{width}]" for name, width in widths(model.n_q).items()),
         load=" ".join(f"{name}[{i}] = columns[{column} * VECTORS + v];" for column, (name, i) in columns),
-        work=", ".join(f"w{i}" for i in range(n_work)),
-        statements="\n".join(f"    {line};" for line in lines),
+        **block(*_statements(model, objective, moving)),
     )
 
 
