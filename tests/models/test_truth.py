@@ -52,11 +52,18 @@ def test_without_the_true_system_it_is_refused():
         build(Context(t1, load("sip").coordinates, zeros, zeros, zeros, None), Options())
 
 
-@pytest.mark.parametrize("name", names())
-def test_any_system_moves_as_its_model(name):
-    """With friction, and without weights where it is no chain."""
+FRICTION = [
+    *((name, {"coulomb": [0.2] * load(name).n_q}) for name in names()),
+    *((name, {"damping_frame": "absolute"}) for name in ("sip", "dip")),
+    *((name, {"damping_growth": 2.0}) for name in ("sip", "dip")),
+]
+
+
+@pytest.mark.parametrize(("name", "friction"), FRICTION)
+def test_any_system_moves_as_its_model(name, friction):
+    """With friction, and without weights where it is no chain with a viscous coefficient per joint."""
     n_q = load(name).n_q
-    system = load(name, damping=[0.1] * n_q, coulomb=[0.2] * n_q)
+    system = load(name, damping=[0.1] * n_q, **friction)
     model = true_model(system, damped=True)
     q, qd, tau = np.random.default_rng(1).normal(size=(3, n_q))
     symbols = [casadi.SX.sym(name, n_q) for name in ("q", "qd", "tau")]

@@ -108,12 +108,18 @@ class Exact(Weightless):
 
 def true_model(system: System, damped: bool) -> Model:
     """The true system with weights where it is a chain of links, so that they can be made wrong; else without."""
-    if isinstance(system, Chain) and not (damped and any(system.coulomb)):
+    if isinstance(system, Chain) and not (damped and not _is_viscous(system)):
         try:
             return DampedTruth(system) if damped else Truth(system)
         except UserError:  # the printed double pendulum is no chain's
             pass
     return Exact(system, damped)
+
+
+def _is_viscous(system: Chain) -> bool:
+    """Whether its friction is a constant times the rate of each joint, relative to the link before."""
+    relative = system.damping_frame == "relative" or system.n_q == 2  # of one link both frames are the same
+    return not any(system.coulomb) and (not any(system.damping) or (relative and not system.damping_growth))
 
 
 def _coefficients(system: System, kinetic: FeatureMap, potential: FeatureMap) -> np.ndarray:
