@@ -15,7 +15,7 @@ from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
-from repro.models.bases import library
+from repro.models.bases import library, t1
 from repro.models.lagrangian import Lagrangian
 
 CONF = Path(__file__).parents[2] / "conf" / "optimiser"
@@ -44,6 +44,19 @@ def test_thresholding_finds_exactly_the_true_terms_in_noise(name, noise):
     _, errors = _selected(data, model, Selection(**_settings("thresholded_least_squares")), system)
     np.testing.assert_array_equal(errors["support_exact"], 1)
     assert errors["coefficient_error"].max() < 0.04  # noise of qdd is in the columns too, and shrinks coefficients
+
+
+@pytest.mark.parametrize("method", ["thresholded", "lasso"])
+def test_fixed_weights_stay_as_they_are(method, data, true_t1):
+    """As those of a frozen sub-model: the terms beside them are selected from what they leave of tau."""
+    model = Lagrangian(t1, 2)
+    model.fixed = slice(0, 2)
+    problem = TrainingProblem(model, [make_task(model, data.train, Objective())], (0, 1, 2))
+    start = np.tile(true_t1, (3, 1))
+    fitted = Selection(method=method, penalty=1e-6).fit(problem, start, silent, NoCheckpoint())
+    np.testing.assert_array_equal(fitted.parameters[:, :2], start[:, :2])
+    np.testing.assert_allclose(fitted.parameters, start, rtol=1e-9)
+    assert fitted.notes["gauge_columns"] == []
 
 
 @pytest.mark.parametrize("refit", [False, True])

@@ -40,14 +40,17 @@ class Selection(Options, Optimiser):
     """
 
     def fit(self, problem: TrainingProblem, parameters: Weights, progress: Progress, checkpoint: Checkpoint) -> Fitted:
-        """Select and fit, member by member; parameters (member, n_parameters) tell the shape only."""
+        """Select and fit, member by member; of the start (member, n_parameters) fixed weights alone are kept."""
         solutions, gauge = [], []
-        for member in range(problem.members):
+        fixed = problem.model.fixed
+        for member, start in enumerate(np.asarray(parameters, dtype=float)):
             matrix, right = regression(problem, member)
             norms = np.linalg.norm(matrix, axis=0)
-            shown = np.flatnonzero(norms > 1e-10 * norms.max())
-            gauge.append(sorted(set(range(len(norms))) - set(shown.tolist())))
-            solution = np.zeros(len(norms))
+            is_shown, is_free = norms > 1e-10 * norms.max(), np.ones(len(norms), dtype=bool)
+            is_free[fixed] = False
+            gauge.append(np.flatnonzero(is_free & ~is_shown))
+            shown, solution = np.flatnonzero(is_free & is_shown), np.where(is_free, 0.0, start)
+            right = right - matrix[:, fixed] @ start[fixed]
             solution[shown] = self._select(matrix[:, shown] / norms[shown], right) / norms[shown]
             solutions.append(solution)
             progress((member + 1) / problem.members, f"member {member + 1}")
