@@ -128,6 +128,17 @@ def test_every_input_has_a_line_in_the_chart_of_its_unit():
     assert charts["torque"] == ["torque [N m]"]
 
 
+def test_the_title_of_a_further_chart_is_short_and_its_meaning_stands_in_the_legend():
+    charts = {"solver time": ("ms", np.ones(50)), "fallback: 1 second try, 2 last plan, 3 none": ("", np.zeros(50))}
+    time, fallback = layout_of(replace(example(), charts=charts)).further
+    assert (time.path, time.title, time.names, time.legend) == (
+        "further/solver_time", "solver time", ["solver time [ms]"], False
+    )  # fmt: skip
+    assert (fallback.path, fallback.title, fallback.legend) == ("further/fallback", "fallback", True)
+    assert fallback.names == ["1 second try, 2 last plan, 3 none"]
+    assert all(len(str(chart.view().name)) <= 24 for chart in (time, fallback))  # of half the left column, 300 px wide
+
+
 def test_the_file_names_its_run_holds_its_layout_and_is_sound(written):
     recording, path = written
     reader = RrdReader(path)

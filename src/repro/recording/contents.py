@@ -85,7 +85,8 @@ class RunRecording(Recording):
     curves       name -> learning curve
     obstacle     centre x, centre y (y up) and radius, m
     predicted    (steps, nodes, 2), path of the tip that a controller predicts, m; not finite in a step without a plan
-    charts       title -> unit and (steps,) values of further charts, such as what a solver did
+    charts       title -> unit and (steps,) values of further charts, such as what a solver did; what "title: " is
+                 followed by stands in the legend, since the title of a narrow chart is cut
     """
 
     coordinates: Sequence[tuple[str, str]]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import cycle
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -78,10 +79,12 @@ def layout_of(recording: RunRecording) -> Layout:
     learning = [
         Chart(f"learning/{part(name)}", name, "", "", curve.values, colours) for name, curve in recording.curves.items()
     ]
-    further = [
-        Chart(f"further/{part(name)}", name, "", unit, {name: values}, {name: palette.MODELS[number]}, legend=False)
-        for number, (name, (unit, values)) in enumerate(recording.charts.items())
-    ]
+    further = []
+    for (name, (unit, values)), colour in zip(recording.charts.items(), cycle(palette.MODELS), strict=False):
+        title, _, meaning = name.partition(": ")
+        line = meaning or title
+        path = f"further/{part(title)}"
+        further.append(Chart(path, title, "", unit, {line: values}, {line: colour}, legend=bool(meaning)))
     return Layout(
         coordinates=_one_legend(coordinates),
         rates=_one_legend(rates),

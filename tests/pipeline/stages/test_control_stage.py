@@ -128,5 +128,6 @@ def test_the_recording_shows_motion_solver_and_clearance(tmp_path, data):
     tracks = read_recording(tmp_path / "recording.rrd")
     np.testing.assert_allclose(tracks["state/theta"].values[:, 0], states[::8, 1])
     assert {"further/solver_time", "further/iterations", "further/clearance", "force"} <= set(tracks)
+    assert tracks["further/fallback"].names == ("1 second try, 2 last plan, 3 none",)
     supplied, stored_power, _ = tracks["power"].values.T
     np.testing.assert_allclose(supplied, stored_power, atol=1e-3)

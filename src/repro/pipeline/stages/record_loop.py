@@ -19,7 +19,7 @@ from repro.recording.contents import FILENAME, DrawnMotion, RunRecording
 from repro.recording.writer import write_recording
 from repro.tracking.load import Run
 
-FALLBACKS = "fallback (1 second try, 2 last plan, 3 none)"
+FALLBACKS = "fallback: 1 second try, 2 last plan, 3 none"
 
 
 def make(folder: Path, options: RecordingOptions, run: Run, command: str) -> dict[str, int]:
