@@ -44,14 +44,15 @@ def test_two_inputs_whose_directions_turn(problem, discretisation):
 
 def assert_consistent(of):
     made = programme(of)
-    lagrangian = made.lam_f * made.f + ca.dot(made.lam_g, made.g)
+    x, _, lam_f, lam_g = inputs = [made.inputs[name] for name in ("x", "p", "lam_f", "lam_g")]
+    f, g = made.outputs["f"], made.outputs["g"]
+    lagrangian = lam_f * f + ca.dot(lam_g, g)
     pairs = [
-        (made.grad_f, ca.gradient(made.f, made.x)),
-        (made.jac_g, ca.jacobian(made.g, made.x)),
-        (made.hess_l, ca.hessian(lagrangian, made.x)[0]),
-        (made.grad_l, ca.gradient(lagrangian, made.x)),
+        (made.outputs["grad_f_x"], ca.gradient(f, x)),
+        (made.outputs["jac_g_x"], ca.jacobian(g, x)),
+        (made.outputs["hess_gamma_x_x"], ca.hessian(lagrangian, x)[0]),
+        (made.outputs["grad_gamma_x"], ca.gradient(lagrangian, x)),
     ]
-    inputs = [made.x, made.p, made.lam_f, made.lam_g]
     both = ca.Function("both", inputs, [part for pair in pairs for part in pair])
     generator = np.random.default_rng(0)
     values = [np.asarray(value) for value in both(*(generator.normal(size=like.shape[0]) for like in inputs))]
@@ -78,7 +79,7 @@ def test_a_straight_motion_guessed_satisfies_the_polynomials(problem, transcribe
     rates = np.array([0.7, -1.1])
     states = np.concatenate([np.outer(nodes, rates), np.tile(rates, (len(nodes), 1))], axis=1)
     made = programme(of)
-    g = ca.Function("g", [made.x, made.p], [made.g])
+    g = made.function("g", ["g"])
     parameters = of.parameters(states[0], np.zeros(2), np.zeros(of.model.model.n_parameters))
     found = np.asarray(g(of.guess(states, np.zeros((of.n_intervals, 1))), parameters)).ravel()
     np.testing.assert_allclose(found, 0.0, atol=1e-12)

@@ -61,8 +61,9 @@ def test_every_function_is_that_of_the_programme(problem, case):
     of = Transcription(PredictiveModel(model, system), replace(problem, **changes), "shooting", substeps)
     library = compiled_programme(of, Limits()).library
     made = programme(of)
-    inputs = [made.x, made.p, made.lam_f, made.lam_g]
-    results = [made.f, made.g, made.grad_f, made.jac_g, made.grad_l, made.hess_l]
+    inputs = [made.inputs[name] for name in ("x", "p", "lam_f", "lam_g")]
+    names = ("f", "g", "grad_f_x", "jac_g_x", "grad_gamma_x", "hess_gamma_x_x")
+    results = [made.outputs[name] for name in names]
     reference = ca.Function("reference", inputs, results)
     compiled = {name: ca.external(f"nlp_{name}", library) for name in ("f", "g", "grad_f", "jac_g", "hess_l", "grad")}
     generator = np.random.default_rng(0)

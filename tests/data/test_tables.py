@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from repro.data.tables.clock import seconds
 from repro.data.tables.read import read_table
+from repro.data.tables.units import seconds
 from repro.errors import UserError
 
 ROWS = [(0.0, 1.25, -3.5, "up"), (0.02, 1.5, 2000.0, "up"), (0.04, -1e-3, 0.0, "down")]

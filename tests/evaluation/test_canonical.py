@@ -44,9 +44,9 @@ def test_the_canonical_form_undoes_what_was_added(written, no_weights, data, sys
 @pytest.mark.parametrize("convention", ["physical", "printed"])
 def test_the_anchor_gives_the_known_energy_at_the_upright_rest(reading, convention, written, no_weights):
     system = load("sip", convention)
-    q = np.broadcast_to(system.upright, (2, 1, 2)).copy()
+    q = np.broadcast_to(system.at_rest("upright"), (2, 1, 2)).copy()
     read = _read(written(**SPOILT), reading, system, q, np.zeros_like(q), no_weights)
-    known = evaluate(dynamics_of(system).hamiltonian, system.upright, np.zeros(2))[0]
+    known = evaluate(dynamics_of(system).hamiltonian, system.at_rest("upright"), np.zeros(2))[0]
     assert known == pytest.approx(0.98, rel=1e-12)
     np.testing.assert_allclose(read.kinetic + read.potential, known, atol=1e-12)
 

@@ -28,7 +28,7 @@ def random_tau(members: int, steps: int) -> np.ndarray:
 
 
 def upright(members: int) -> np.ndarray:
-    return np.tile(np.concatenate([SYSTEM.upright, np.zeros(2)]), (members, 1))
+    return np.tile(np.concatenate([SYSTEM.at_rest("upright"), np.zeros(2)]), (members, 1))
 
 
 def one_coordinate(acceleration) -> ca.Function:
@@ -270,6 +270,6 @@ def test_compiled_code_is_kept_and_whole(tmp_path: Path, monkeypatch: pytest.Mon
 def test_a_step_lasts_as_long_as_it_says_for_any_number_of_links(links: int) -> None:
     """At constant speed on the cart alone the distance is speed times time, whatever the number of sub-steps."""
     system = load("cart_rods", n=links)
-    start = np.concatenate([system.hanging, np.eye(links + 1)[0]])[None]
+    start = np.concatenate([system.at_rest("hanging"), np.eye(links + 1)[0]])[None]
     states = simulate(dynamics_of(system).acceleration, start, np.zeros((1, 10, links + 1)), 0.04, angles=system.angles)
     np.testing.assert_allclose(states[0, :, 0], 0.04 * np.arange(11), atol=1e-12)

@@ -42,13 +42,15 @@ def speeds(system: System, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
 def test_upright_is_highest_and_hanging_is_lowest(system: System) -> None:
     q, _ = states(system)
     potential = [system.potential(list(point), np) for point in q]
-    assert system.potential(system.upright, np) > max(potential)
-    assert system.potential(system.hanging, np) < min(potential)
+    assert system.potential(system.at_rest("upright"), np) > max(potential)
+    assert system.potential(system.at_rest("hanging"), np) < min(potential)
 
 
 @every_chain
 def test_links_point_up_when_upright(system: System) -> None:
-    up, down = (np.array(system.body_points(list(q), np)) for q in (system.upright, system.hanging))
+    up, down = (
+        np.array(system.body_points(list(q), np)) for q in (system.at_rest("upright"), system.at_rest("hanging"))
+    )
     assert np.all(np.diff(up[:, 1]) > 0)
     assert np.all(np.diff(down[:, 1]) < 0)
     np.testing.assert_allclose(up[:, 0], 0, atol=1e-15)
@@ -57,7 +59,7 @@ def test_links_point_up_when_upright(system: System) -> None:
 @every_chain
 def test_both_rest_positions_are_equilibria(system: System) -> None:
     rest = np.zeros(system.n_q)
-    for q in (system.upright, system.hanging):
+    for q in (system.at_rest("upright"), system.at_rest("hanging")):
         acceleration = evaluate(dynamics_of(system).acceleration, q, rest, rest)
         np.testing.assert_allclose(acceleration, 0, atol=1e-14)
 

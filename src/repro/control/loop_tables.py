@@ -5,11 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from repro.codegen.array_evaluation import evaluate
 from repro.control.closed_loop import SUBSTEPS, ClosedLoop
 from repro.control.geometry import Disc
-from repro.mechanics.derive import dynamics_of
-from repro.mechanics.system import System
+from repro.mechanics.derive import energies_along
 
 
 def row(loop: ClosedLoop, seed: int) -> dict[str, str | int | float | bool | None]:
@@ -56,7 +54,7 @@ def trajectory(loop: ClosedLoop, disc: Disc | None) -> Iterator[tuple[float, str
     time, states = loop.time[every], loop.states[every]
     names = [c.name for c in loop.plant.coordinates]
     columns = dict(zip([*names, *(f"{name}d" for name in names)], states.T, strict=True))
-    columns |= energies(loop.plant, states)
+    columns |= energies_along(loop.plant, states)
     missing = np.full((len(time) - len(loop.steps), len(loop.plant.inputs)), np.nan)
     columns |= dict(zip((i.name for i in loop.plant.inputs), np.append(loop.inputs, missing, axis=0).T, strict=True))
     if loop.clearance is not None:
@@ -66,14 +64,6 @@ def trajectory(loop: ClosedLoop, disc: Disc | None) -> Iterator[tuple[float, str
         columns |= {f"end{number}.x": x, f"end{number}.y": y}
     for name, values in columns.items():
         yield from ((place, name, float(t), float(value)) for t, value in zip(time, values, strict=True))
-
-
-def energies(system: System, states: np.ndarray) -> dict[str, np.ndarray]:
-    """T, V and H of the plant along states (n, 2 n_q), each (n,) in J."""
-    q, qd = states[:, : system.n_q], states[:, system.n_q :]
-    dynamics = dynamics_of(system)
-    kinetic, potential = (evaluate(function, q, qd)[:, 0] for function in (dynamics.kinetic, dynamics.potential))
-    return {"T": kinetic, "V": potential, "H": kinetic + potential}
 
 
 def save(path: Path, loop: ClosedLoop, disc: Disc | None) -> None:

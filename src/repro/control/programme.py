@@ -4,7 +4,7 @@ The stage is differentiated once as scalar expressions and mapped over the horiz
 horizon and compile in seconds.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,41 +17,20 @@ from repro.control.transcription import Transcription
 
 @dataclass(frozen=True)
 class Programme:
-    """Expressions in x, p and the multipliers lam_f (1,), lam_g, as solvers need them.
+    """Expressions in x, p and the multipliers lam_f (1,), lam_g, by the names by which CasADi's solvers look them up.
 
-    hess_l is the whole symmetric Hessian of lam_f f + lam_g . g, grad_l its gradient.
+    gamma is the Lagrangian lam_f f + lam_g . g, and hess_gamma_x_x the whole symmetric Hessian.
     """
 
-    x: ca.MX
-    p: ca.MX
-    lam_f: ca.MX
-    lam_g: ca.MX
-    f: ca.MX
-    g: ca.MX
-    grad_f: ca.MX
-    jac_g: ca.MX
-    grad_l: ca.MX
-    hess_l: ca.MX
+    inputs: Mapping[str, ca.MX]
+    outputs: Mapping[str, ca.MX]
 
     def function(self, name: str, outputs: Sequence[str]) -> ca.Function:
-        """A function of x and p, and of the multipliers for outputs of the Lagrangian ("gamma").
-
-        outputs: the names by which CasADi's solvers look up derivatives.
-        """
-        results = {
-            "f": self.f,
-            "g": self.g,
-            "grad_f_x": self.grad_f,
-            "jac_g_x": self.jac_g,
-            "grad_gamma_x": self.grad_l,
-            "grad_gamma_p": ca.MX.zeros(self.p.shape),  # fatrop expects it and does not use it
-            "hess_gamma_x_x": self.hess_l,
-            "triu_hess_gamma_x_x": ca.triu(self.hess_l),
-        }
+        """A function of x and p, and of the multipliers for outputs of the Lagrangian."""
         dual = any("gamma" in output for output in outputs)
         inputs = ["x", "p", "lam_f", "lam_g"] if dual else ["x", "p"]
-        columns = [results[output] for output in outputs]
-        return ca.Function(name, [getattr(self, each) for each in inputs], columns, inputs, list(outputs))
+        columns = [self.outputs[output] for output in outputs]
+        return ca.Function(name, [self.inputs[each] for each in inputs], columns, inputs, list(outputs))
 
 
 def programme(of: Transcription) -> Programme:
@@ -85,8 +64,17 @@ def programme(of: Transcription) -> Programme:
     end_hessian = end.hessian(last, shared, ca.DM.zeros(2), lam_f, lam_g[n_x + n * n_rows :])
     places = hessian_places(of, each.hessian_pattern, end.hessian_pattern)
     hess_l = _matrix((of.n_variables,) * 2, places, ca.vertcat(ca.vec(hessian), end_hessian))
-    grad_l = lam_f * grad_f + ca.mtimes(jac_g.T, lam_g)
-    return Programme(x, p, lam_f, lam_g, ca.sum2(cost) + end_cost, g, grad_f, jac_g, grad_l, hess_l)
+    outputs = {
+        "f": ca.sum2(cost) + end_cost,
+        "g": g,
+        "grad_f_x": grad_f,
+        "jac_g_x": jac_g,
+        "grad_gamma_x": lam_f * grad_f + ca.mtimes(jac_g.T, lam_g),
+        "grad_gamma_p": ca.MX.zeros(p.shape),  # fatrop expects it and does not use it
+        "hess_gamma_x_x": hess_l,
+        "triu_hess_gamma_x_x": ca.triu(hess_l),
+    }
+    return Programme({"x": x, "p": p, "lam_f": lam_f, "lam_g": lam_g}, outputs)
 
 
 @dataclass(frozen=True)

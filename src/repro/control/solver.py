@@ -62,7 +62,7 @@ def ipopt(of: Transcription, limits: Limits) -> NonlinearSolver:
         "max_iter": limits.iterations,
         "max_cpu_time": limits.seconds,
     }
-    expressions = {"x": nlp.x, "p": nlp.p, "f": nlp.f, "g": nlp.g}
+    expressions = {"x": nlp.inputs["x"], "p": nlp.inputs["p"], "f": nlp.outputs["f"], "g": nlp.outputs["g"]}
     function = ca.nlpsol("solver", "ipopt", expressions, {**_QUIET, **derivatives, "ipopt": options})
     return NonlinearSolver(function, of.bounds())
 

@@ -55,8 +55,7 @@ class FilteredIdentification(Identification):
         self.covariance[n:, :n] = across[:, n:].T
         self.covariance[:n, :n] = across @ along.T
         self.covariance[n_q:n, n_q:n] += push @ push.T
-        advanced: np.ndarray = step.states[0]
-        return advanced
+        return np.asarray(step.states[0])
 
     def _correct(self, state: np.ndarray, seen: np.ndarray) -> np.ndarray:
         n = len(seen)
@@ -72,5 +71,4 @@ class FilteredIdentification(Identification):
             self.refused += 1
         self.covariance -= gain @ cross
         self.covariance = (self.covariance + self.covariance.T) / 2
-        corrected: np.ndarray = state + change[:n]
-        return corrected
+        return np.asarray(state + change[:n])

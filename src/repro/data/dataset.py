@@ -2,9 +2,10 @@
 
 import json
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -146,9 +147,8 @@ class Dataset:
             path = folder / ARRAYS
             with path.open("rb") as file, np.load(file) as stored:
                 arrays = {name: stored[name] for name in stored.files}
-            measurement = Measurement.of(arrays)
             return cls(
-                measurement=measurement,
+                measurement=Measurement.of(arrays),
                 coordinates=tuple(Coordinate(**coordinate) for coordinate in description["coordinates"]),
                 **{name: description[name] for name in ("n_train", "time_step", "provenance")},
                 **arrays,
@@ -160,18 +160,18 @@ class Dataset:
 
     def select(self, samples: slice | np.ndarray, n_train: int) -> "Dataset":
         """These samples of every member, the first n_train of them for training."""
-        return replace(
-            self,
-            q=self.q[:, samples],
-            qd=self.qd[:, samples],
-            qdd=self.qdd[:, samples],
-            tau=self.tau[:, samples],
-            time=self.time[samples],
-            episode=self.episode[samples],
-            energy=None if self.energy is None else self.energy[:, samples],
-            measurement=None if self.measurement is None else self.measurement.changed(lambda each: each[:, samples]),
-            n_train=n_train,
-        )
+        common = {"time": self.time[samples], "episode": self.episode[samples], "n_train": n_train}
+        return self._changed(lambda each: each[:, samples], **common)
+
+    def of_members(self, chosen: Sequence[int]) -> "Dataset":
+        """The samples of these members, in this order; one that is named several times is repeated."""
+        return self._changed(lambda each: each[list(chosen)])
+
+    def _changed(self, change: Callable[[np.ndarray], np.ndarray], **common: Any) -> "Dataset":
+        """With all arrays (member, ...) changed, and others given."""
+        own: dict[str, Any] = {name: getattr(self, name) for name in ("q", "qd", "qdd", "tau", "energy")}
+        own = {name: None if array is None else change(array) for name, array in own.items()}
+        return replace(self, **own, measurement=self.measurement and self.measurement.changed(change), **common)
 
 
 def units(coordinates: tuple[Coordinate, ...]) -> dict[str, str | list[str]]:

@@ -1,7 +1,6 @@
 """D: the system driven by a random force, as in section V-A."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -76,7 +75,11 @@ def random_force(
     step, held = _held_samples(time_step, sample_step)
     n_train = training_size(samples, train_fraction)
     length = Regime(regime).length(samples, episode_steps)
-    streams = [_streams(seed) for seed in (seeds[:1] if common else seeds)]
+    # one random stream per purpose, so that enabling one noise does not change the other draws
+    streams = [
+        {name: np.random.default_rng([seed, index]) for index, name in enumerate(STREAMS)}
+        for seed in (seeds[:1] if common else seeds)
+    ]
     episodes = -(-samples // length)
     shape = episodes * -(-length // held), len(limits)
     inputs = np.stack([s["force"].uniform(-limits, limits, shape) for s in streams])
@@ -105,13 +108,11 @@ def random_force(
         },
     )
     sensors = Sensors(measured, labels, noise, tuple(quantisation), encoder_zero, wrapped)
-    kept = _shorten(sensors.record(exact, streams, system), train_samples)
-    return _repeat(kept, len(seeds)) if common else kept
-
-
-def _streams(seed: int) -> dict[str, np.random.Generator]:
-    # one random stream per purpose, so that enabling one noise does not change the other draws
-    return {name: np.random.default_rng([seed, index]) for index, name in enumerate(STREAMS)}
+    kept = sensors.record(exact, streams, system)
+    if train_samples is not None and train_samples < n_train:
+        check_positive(train_samples=train_samples)
+        kept = kept.select(np.r_[:train_samples, n_train:samples], train_samples)
+    return kept.of_members([0] * len(seeds)) if common else kept
 
 
 def _held_samples(time_step: float, sample_step: float | None) -> tuple[float, int]:
@@ -154,17 +155,3 @@ def _trajectories(
     states = simulate(acceleration, starts.reshape(len(held), -1), held, time_step, angles=system.angles)
     states = states[:, :-1].reshape(members, -1, 2 * system.n_q)[:, :samples]
     return states, generalised_force(system, states[..., : system.n_q], inputs)
-
-
-def _shorten(data: Dataset, train_samples: int | None) -> Dataset:
-    """Return the data without the training samples after the first `train_samples`."""
-    if train_samples is None or train_samples >= data.n_train:
-        return data
-    check_positive(train_samples=train_samples)
-    return data.select(np.r_[:train_samples, data.n_train : data.samples], train_samples)
-
-
-def _repeat(data: Dataset, members: int) -> Dataset:
-    q, qd, qdd, tau = (np.repeat(vectors, members, axis=0) for vectors in (data.q, data.qd, data.qdd, data.tau))
-    recorded = None if data.measurement is None else data.measurement.changed(lambda each: each.repeat(members, axis=0))
-    return replace(data, q=q, qd=qd, qdd=qdd, tau=tau, measurement=recorded)

@@ -8,9 +8,8 @@ import numpy as np
 
 from repro.data.checks import check_positive
 from repro.data.data_options import RecordingFile
-from repro.data.tables.clock import seconds
 from repro.data.tables.table import RecordedTable
-from repro.data.tables.units import OTHERS, SECONDS, factors
+from repro.data.tables.units import OTHERS, SECONDS, factors, seconds
 from repro.errors import UserError
 from repro.mechanics.coordinate import Coordinate
 from repro.mechanics.inputs import generalised_force

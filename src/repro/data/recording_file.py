@@ -15,7 +15,7 @@ from repro.data.differentiation import difference, differences_of_positions
 from repro.data.measurement import Measurement
 from repro.data.plausibility import contradictions, remarks
 from repro.data.recorded_rows import RecordedRows, chosen, joined, samples_of
-from repro.data.sensors import estimated
+from repro.data.sensors import estimated, unwrapped
 from repro.data.tables.read import files_of, read_table
 from repro.errors import UserError
 from repro.mechanics.coordinate import Coordinate
@@ -45,10 +45,7 @@ def from_file(source: RecordingFile, system: System | None, *, members: int = 1)
     else:
         coordinates = system.coordinates
     stamps = tuple(tuple(map(_stamp, files)) for files in files_read(source))
-    one = _read(source, system, coordinates, *stamps)
-    arrays = {name: np.repeat(getattr(one, name), members, axis=0) for name in ("q", "qd", "qdd", "tau")}
-    measurement = one.measurement and one.measurement.changed(lambda each: np.repeat(each, members, axis=0))
-    return replace(one, **arrays, measurement=measurement)  # type: ignore[arg-type]
+    return _read(source, system, coordinates, *stamps).of_members([0] * members)
 
 
 def files_read(source: RecordingFile) -> tuple[list[Path], list[Path]]:
@@ -133,14 +130,13 @@ def _episodes(samples: RecordedRows, labels: str) -> tuple[RecordedRows, list[st
 
 def _without_wraps(samples: RecordedRows, coordinates: Sequence[Coordinate]) -> tuple[RecordedRows, list[str]]:
     """Angles recorded modulo a turn, made continuous within each episode."""
-    q, notes = samples.q.copy(), []
-    inside = (np.diff(samples.episode) == 0)[:, None]
+    q, notes = samples.q, []
+    inside = np.diff(samples.episode) == 0
     for k, coordinate in enumerate(coordinates):
-        jumps = int(np.sum(inside[:, 0] & (np.abs(np.diff(q[:, k])) > np.pi)))
+        jumps = int(np.sum(inside & (np.abs(np.diff(q[:, k])) > np.pi)))
         if not coordinate.is_angle or not jumps or np.ptp(q[:, k]) > 2 * np.pi + 1e-6:
             continue
-        for part in np.split(np.arange(len(q)), np.flatnonzero(~inside[:, 0]) + 1):
-            q[part, k] = np.unwrap(q[part, k])
+        q = unwrapped(q, [k], samples.episode)
         notes.append(f"{coordinate.name} is recorded modulo a turn: {jumps} jumps were taken out")
     return replace(samples, q=q), notes
 

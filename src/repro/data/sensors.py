@@ -43,26 +43,25 @@ class Sensors:
         qd = self._noisy("qd", train.qd, streams)
         if self.measured == "accelerations" and self.labels in ("exact", "differenced"):
             qdd = difference(qd, train.time, train.episode) if self.labels == "differenced" else train.qdd
-            return _with_train(exact, q, qd, self._noisy("qdd", qdd, streams), tau)
+            return _with_train(exact, q=q, qd=qd, qdd=self._noisy("qdd", qdd, streams), tau=tau)
         leverage = np.sqrt((input_matrix(system, train.q) ** 2).sum(-1).reshape(-1, train.n_q).mean(0))
-        recorded = Measurement(
-            q,
-            None if self.measured == "positions" else qd,
-            self._position_noise(train),
-            None if self.measured == "positions" else np.full(train.n_q, self.noise["qd"]),
-            np.hypot(self.noise["tau"], self.noise["force"] * leverage),
-        )
+        # rounding is uniform: a variance of step^2 / 12
+        rounding = self._steps(train) ** 2 / 12 if self.quantisation else 0.0
+        position_noise = np.sqrt(np.full(train.n_q, self.noise["q"]) ** 2 + rounding)
+        force_noise = np.hypot(self.noise["tau"], self.noise["force"] * leverage)
+        recorded = Measurement(q, q_noise=position_noise, tau_noise=force_noise)
+        if self.measured != "positions":
+            recorded = replace(recorded, qd=qd, qd_noise=np.full(train.n_q, self.noise["qd"]))
+        whole = _with_train(exact, q=recorded.q, qd=qd)
+        whole_record = replace(recorded, q=whole.q, qd=None if recorded.qd is None else whole.qd)
         q, qd, qdd, _ = estimated(recorded, train.time, train.episode, self.labels)
-        whole = replace(recorded, q=_joined(recorded.q, exact.test.q))
-        whole = whole if recorded.qd is None else replace(whole, qd=_joined(recorded.qd, exact.test.qd))
-        return replace(_with_train(exact, q, qd, qdd, tau), measurement=whole)
+        return replace(_with_train(exact, q=q, qd=qd, qdd=qdd, tau=tau), measurement=whole_record)
 
     def _noisy(self, name: str, values: np.ndarray, streams: Streams) -> np.ndarray:
         if not self.noise[name]:
             return values
         draws = np.stack([stream[name].standard_normal(values.shape[1:]) for stream in streams])
-        noisy: np.ndarray = values + self.noise[name] * draws
-        return noisy
+        return np.asarray(values + self.noise[name] * draws)
 
     def _encoded(self, q: np.ndarray, train: Dataset) -> np.ndarray:
         """Positions as encoders show them, turns counted again where they were lost."""
@@ -79,12 +78,6 @@ class Sensors:
 
     def _steps(self, train: Dataset) -> np.ndarray:
         return np.array([self.quantisation[coordinate.is_angle] for coordinate in train.coordinates])
-
-    def _position_noise(self, train: Dataset) -> np.ndarray:
-        """With that of rounding, which is uniform: a variance of step^2 / 12."""
-        rounding = self._steps(train) ** 2 / 12 if self.quantisation else 0.0
-        deviation: np.ndarray = np.sqrt(np.full(train.n_q, self.noise["q"]) ** 2 + rounding)
-        return deviation
 
 
 def estimated(
@@ -109,11 +102,8 @@ def unwrapped(q: np.ndarray, angles: Sequence[int], episode: np.ndarray) -> np.n
     return q
 
 
-def _joined(train: np.ndarray, test: np.ndarray) -> np.ndarray:
-    return np.concatenate([train, test], axis=1)
-
-
-def _with_train(exact: Dataset, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> Dataset:
+def _with_train(exact: Dataset, **train: np.ndarray) -> Dataset:
+    """The dataset with other arrays of its training part, by name."""
     test = exact.test
-    q, qd, qdd, tau = _joined(q, test.q), _joined(qd, test.qd), _joined(qdd, test.qdd), _joined(tau, test.tau)
-    return replace(exact, q=q, qd=qd, qdd=qdd, tau=tau)
+    whole = {name: np.concatenate([values, getattr(test, name)], axis=1) for name, values in train.items()}
+    return replace(exact, **whole)  # type: ignore[arg-type]

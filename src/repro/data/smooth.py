@@ -42,16 +42,14 @@ def smooth(measured: Measurement, time: np.ndarray, episode: np.ndarray) -> Smoo
     velocity_noise = None
     if measured.qd is not None:
         velocity_noise = _noise(measured.qd_noise, np.full_like(part[1], np.nan), part[1], part[2], n_q)
-    variances = np.stack([_variance(noise, members, n_q) for noise in (position_noise, velocity_noise)])
+    both = (position_noise, velocity_noise)
+    noises = np.stack([np.ones(n_q) if each is None else np.maximum(each, EXACT) for each in both])
+    variances = np.tile(noises**2, members)
     losses = np.stack([_Filter(*part, variances, np.full(members * n_q, each)).loss for each in INTENSITIES])
     intensity = INTENSITIES[losses.argmin(0)]
     states = _Filter(position, velocity, blocks.steps, variances, intensity).smoothed()
     q, qd, qdd = (blocks.join(states[..., order], members) for order in range(3))
     return Smoothed(q, qd, qdd, position_noise, velocity_noise)
-
-
-def _variance(noise: np.ndarray | None, members: int, n_q: int) -> np.ndarray:
-    return np.tile(np.ones(n_q) if noise is None else np.maximum(noise, EXACT) ** 2, members)
 
 
 def _noise(
@@ -65,8 +63,7 @@ def _noise(
     concentrated = np.stack([filtered.concentrated for filtered in tried])
     variances = np.stack([filtered.variance for filtered in tried])
     best = np.take_along_axis(variances, concentrated.argmin(0)[None], 0)[0]
-    deviation: np.ndarray = np.median(np.sqrt(best).reshape(-1, n_q), axis=0)
-    return deviation
+    return np.asarray(np.median(np.sqrt(best).reshape(-1, n_q), axis=0))
 
 
 class _Blocks:
@@ -141,20 +138,17 @@ class _Filter:
 
     @property
     def loss(self) -> np.ndarray:
-        loss: np.ndarray = self.squares + self.logs
-        return loss
+        return np.asarray(self.squares + self.logs)
 
     @property
     def variance(self) -> np.ndarray:
         """The factor (series,) of all variances that is most likely."""
-        factor: np.ndarray = self.squares / self.count
-        return factor
+        return np.asarray(self.squares / self.count)
 
     @property
     def concentrated(self) -> np.ndarray:
         """-2 log likelihood (series,) at that factor."""
-        loss: np.ndarray = self.count * np.log(self.variance) + self.logs
-        return loss
+        return np.asarray(self.count * np.log(self.variance) + self.logs)
 
     def smoothed(self) -> np.ndarray:
         """States (episode, sample, series, 3) given all samples, without an inverse (Durbin and Koopman 2012)."""

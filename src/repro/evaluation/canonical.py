@@ -49,8 +49,7 @@ class RestStates:
     @property
     def remainder(self) -> np.ndarray:
         """Mean over samples and components of |dL/dqd(q, 0) - dF/dq|, (member,) in kg m/s and kg m^2/s."""
-        remainder: np.ndarray = np.abs(self.terms.momentum - self.gradients).mean((1, 2))
-        return remainder
+        return np.asarray(np.abs(self.terms.momentum - self.gradients).mean((1, 2)))
 
     def anchor_error(self, canonical: bool) -> np.ndarray:
         """Learned less true energy of the upright rest, (member, 1) in J; canonical: V~ there, else T + V."""
@@ -58,8 +57,7 @@ class RestStates:
         upright = at_rest(self.model, self.parameters, q)
         energy = evaluate(dynamics_of(self.system).hamiltonian, self.system.at_rest(), np.zeros(self.system.n_q))[0]
         kinetic = -upright.kinetic if canonical else upright.kinetic
-        error: np.ndarray = upright.potential + kinetic - energy
-        return error
+        return np.asarray(upright.potential + kinetic - energy)
 
 
 def in_gauge(terms: Terms, rest: RestStates, qd: np.ndarray, gauge: Gauge) -> Terms:

@@ -85,7 +85,6 @@ def _rate(chain: PortSystem) -> Callable[[np.ndarray], np.ndarray]:
     def rate(x: np.ndarray) -> np.ndarray:
         buffer.set_arg(0, x.data)
         run()
-        slopes: np.ndarray = sparse @ slope
-        return slopes
+        return np.asarray(sparse @ slope)
 
     return rate

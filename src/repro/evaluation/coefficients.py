@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.linalg import null_space
+from scipy.linalg import block_diag, null_space
 
 from repro.codegen.array_evaluation import evaluate
 from repro.evaluation.pointwise import MetricValues
@@ -61,12 +61,8 @@ def coefficient_errors(model: Lagrangian, parameters: np.ndarray, system: System
 
 def _identities(model: Lagrangian, system: System) -> np.ndarray:
     """Orthonormal combinations (k, n_parameters) of terms that vanish everywhere, in T or in V."""
-    n_kinetic, n_potential = len(model.kinetic_features), len(model.potential_features)
     both = (model.kinetic_features, model.potential_features)
-    kinetic, potential = (null_space(_values(features, *_states(system))).T for features in both)
-    return np.block(
-        [[kinetic, np.zeros((len(kinetic), n_potential))], [np.zeros((len(potential), n_kinetic)), potential]]
-    )
+    return np.asarray(block_diag(*(null_space(_values(features, *_states(system))).T for features in both)))
 
 
 def _states(system: System) -> tuple[np.ndarray, np.ndarray]:

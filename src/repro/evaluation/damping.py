@@ -31,22 +31,17 @@ def damping_errors(
     shape = (*q.shape, system.n_q)
     learned = np.stack([evaluate(_learned(model), *member) for member in members]).reshape(shape)
     true = evaluate(_true(system), q, qd).reshape(shape)
+    symmetric = (learned + learned.swapaxes(-2, -1)) / 2
     if system.is_coupled:  # the other part of a general C is that coupling
-        learned = (learned + learned.swapaxes(-2, -1)) / 2
+        learned = symmetric
     error = np.linalg.norm(learned - true, axis=(-2, -1)).mean(1) / np.linalg.norm(true, axis=(-2, -1)).mean(1)
     yield MetricValues(split, "damping_error", error, "1")
-    joints = _joint_motions(system)
+    joints = np.linalg.inv(joint_rates(system.n_q, system.jointed))  # columns: one joint alone turns
     ours, theirs = (np.einsum("ic,mnij,jc->mnc", joints, matrix, joints) for matrix in (learned, true))
     for joint in np.flatnonzero(system.damping):
         gap = np.abs(ours[..., joint] - theirs[..., joint]).mean(1) / theirs[..., joint].mean(1)
         yield MetricValues(split, f"damping_error[{joint}]", gap, "1")
-    symmetric = (learned + learned.swapaxes(-2, -1)) / 2
     yield MetricValues(split, "min_eig_C", np.linalg.eigvalsh(symmetric).min((1, 2)), "N s/m, N m s")
-
-
-def _joint_motions(system: System) -> np.ndarray:
-    """Columns: the velocities (n_q,) at which one joint alone turns, all links beyond it with it."""
-    return np.linalg.inv(joint_rates(system.n_q, system.jointed))
 
 
 @lru_cache(maxsize=16)

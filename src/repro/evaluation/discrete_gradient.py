@@ -81,43 +81,31 @@ def integrate(
 ) -> np.ndarray:
     """States (batch, steps + 1, 2 n_q) from initial (batch, 2 n_q), both [q; p]; parameters (batch, n_parameters).
 
-    Each step is solved by fixed-point iteration; a trajectory where that fails is NaN from there on.
+    Each step is solved by fixed-point iteration, until it changes by less than TOLERANCE of the state; a trajectory
+    where MOST iterations do not reach that is NaN from there on.
     """
     states = np.empty((len(initial), steps + 1, initial.shape[1]))
     states[:, 0] = initial
     if len(initial) * steps >= COMPILED_FROM and has_compiler():
-        FixedPoint(space.step)(states, time_step, parameters, TOLERANCE, MOST)
+        _compile_and_run(space.step, states, time_step, parameters)
     else:
         _interpret(space.step, states, time_step, parameters)
     return states
 
 
-class FixedPoint:
-    """One compiled step (x, guess of the next x, parameters, h) -> a better guess; CompilerError without a compiler."""
-
-    def __init__(self, step: casadi.Function) -> None:
-        lines, n_work = straight_line.statements(step, INPUTS, "better")
-        better_guess = straight_line.function("better_guess", INPUTS, "better", lines, n_work)
-        sizes = f"#define N_X {step.numel_out(0)}\n"
-        source = f"{straight_line.preamble()}\n{sizes}{better_guess}{c_source(__file__, 'fixed_point')}"
-        self._integrate = load_library(source, straight_line.flags(lines)).integrate
-        whole, real, array = ctypes.c_int64, ctypes.c_double, ctypes.c_void_p
-        self._integrate.argtypes = [whole, whole, real, real, whole, array, whole, array]
-        self._integrate.restype = None
-
-    def __call__(
-        self, states: np.ndarray, time_step: float, parameters: np.ndarray, tolerance: float, most: int
-    ) -> None:
-        """Fill states[:, 1:] (batch, steps + 1, n_x) from states[:, 0]; parameters (batch, n_parameters).
-
-        A step is solved when it changes by less than `tolerance` of the state, in `most` iterations; where that fails
-        the trajectory is NaN from there on.
-        """
-        weights = np.ascontiguousarray(parameters, dtype=float)
-        batch, points, _ = states.shape
-        self._integrate(
-            batch, points - 1, time_step, tolerance, most, weights.ctypes.data, weights.shape[1], states.ctypes.data
-        )
+def _compile_and_run(step: casadi.Function, states: np.ndarray, time_step: float, parameters: np.ndarray) -> None:
+    """Fill states[:, 1:] (batch, steps + 1, n_x) from states[:, 0]; CompilerError without a compiler."""
+    lines, n_work = straight_line.statements(step, INPUTS, "better")
+    better_guess = straight_line.function("better_guess", INPUTS, "better", lines, n_work)
+    sizes = f"#define N_X {step.numel_out(0)}\n"
+    source = f"{straight_line.preamble()}\n{sizes}{better_guess}{c_source(__file__, 'fixed_point')}"
+    run = load_library(source, straight_line.flags(lines)).integrate
+    whole, real, array = ctypes.c_int64, ctypes.c_double, ctypes.c_void_p
+    run.argtypes, run.restype = [whole, whole, real, real, whole, array, whole, array], None
+    weights = np.ascontiguousarray(parameters, dtype=float)
+    batch, points, _ = states.shape
+    data, n_parameters = weights.ctypes.data, weights.shape[1]
+    run(batch, points - 1, time_step, TOLERANCE, MOST, data, n_parameters, states.ctypes.data)
 
 
 def _interpret(step: casadi.Function, states: np.ndarray, time_step: float, parameters: np.ndarray) -> None:

@@ -33,8 +33,7 @@ def doubts(metrics: Sequence[MetricValues], data: Dataset) -> Iterator[str]:
 def mean_predictor(data: Dataset, name: str) -> np.ndarray:
     """Mean absolute error on the test part of the mean of the training part of tau or qdd, one value per member."""
     constant = getattr(data.train, name).mean(axis=1, keepdims=True)
-    error: np.ndarray = np.abs(getattr(data.test, name) - constant).mean((1, 2))
-    return error
+    return np.asarray(np.abs(getattr(data.test, name) - constant).mean((1, 2)))
 
 
 def mean_predictor_errors(data: Dataset) -> Iterator[MetricValues]:

@@ -41,8 +41,8 @@ def pointwise(
     yield from _equation_errors(predicted, part, split)
     least = None if predicted.mass is None else least_eigenvalue(predicted.mass)
     if predicted.energy is not None and system is not None:
-        error = predicted.energy - truth(system, *arrays).hamiltonian(part.qd)
-        yield MetricValues(split, "mae_H_centred", np.abs(error - error.mean(1, keepdims=True)).mean(1), "J")
+        error = _centred(predicted.energy - truth(system, *arrays).hamiltonian(part.qd))
+        yield MetricValues(split, "mae_H_centred", error, "J")
     if least is not None and model.energetic:
         yield MetricValues(split, "min_eig_M", least, "kg, kg m^2")
     if predicted.transformed_momentum is not None:
@@ -50,12 +50,15 @@ def pointwise(
         yield MetricValues(split, "momentum_transform", gap, MOMENTUM)
     if system is not None and model.energetic:
         true = truth(system, *arrays)
-        yield from _energy_errors(predicted, true, part.qd, split)
-        yield MetricValues(split, "trapped", _trapped(predicted, true, part.qd, least), "1")
+        yield from _energy_errors(predicted, true, part.qd, least, split)
         yield from _part_energy_error(model, parameters, part, system, split)
         rest = RestStates(model, parameters, system, part.q)
         yield from _gravity(rest, split)
-        yield from _gauge_errors(in_gauge(predicted, rest, part.qd, gauge), true, split)
+        read = in_gauge(predicted, rest, part.qd, gauge)
+        yield MetricValues(split, "mae_H_sum", np.abs(read.energy_sum - true.energy_sum).mean(1), "J")
+        yield MetricValues(split, "mae_T", np.abs(read.kinetic - true.kinetic).mean(1), "J")
+        yield MetricValues(split, "mae_V", np.abs(read.potential - true.potential).mean(1), "J")
+        yield MetricValues(split, "min_T", read.kinetic.min(1), "J")
         canonical = in_gauge(predicted, rest, part.qd, Gauge.CANONICAL_ANCHOR)
         error = np.abs(canonical.lagrangian - true.lagrangian).mean(1)
         yield MetricValues(split, "mae_L_canonical", error, "J")
@@ -72,7 +75,7 @@ def _equation_errors(predicted: Terms, part: Dataset, split: str) -> Iterator[Me
     ):
         if ours is None:
             continue
-        error = _finite_or_infinite(np.abs(ours - measured))
+        error = finite_or_infinite(np.abs(ours - measured))
         yield MetricValues(split, f"mae_{name}", error.mean((1, 2)), unit)
         for component, coordinate in enumerate(part.coordinates):
             own_unit = coordinate.force_unit if name == "tau" else f"{coordinate.unit}/s^2"
@@ -83,14 +86,18 @@ def _equation_errors(predicted: Terms, part: Dataset, split: str) -> Iterator[Me
         yield MetricValues(split, f"skill_{name}", skill, "1")
 
 
-def _energy_errors(predicted: Terms, true: Terms, qd: np.ndarray, split: str) -> Iterator[MetricValues]:
+def _energy_errors(
+    predicted: Terms, true: Terms, qd: np.ndarray, least: np.ndarray | None, split: str
+) -> Iterator[MetricValues]:
     lagrangian = np.abs(predicted.lagrangian - true.lagrangian).mean(1)
     yield MetricValues(split, "mae_L_raw", lagrangian, "J")
     yield MetricValues(split, "mae_L_relative", lagrangian / np.abs(true.lagrangian).mean(1), "1")
-    absolute = np.abs(predicted.hamiltonian(qd) - true.hamiltonian(qd)).mean(1)
-    yield MetricValues(split, "mae_H_legendre", absolute, "J")
-    yield MetricValues(split, "mae_H_centred", _centred_energy_error(predicted, true, qd), "J")
+    energy = true.hamiltonian(qd)
+    error = predicted.hamiltonian(qd) - energy
+    yield MetricValues(split, "mae_H_legendre", np.abs(error).mean(1), "J")
+    yield MetricValues(split, "mae_H_centred", _centred(error), "J")
     yield MetricValues(split, "mae_p", np.abs(predicted.momentum - true.momentum).mean((1, 2)), MOMENTUM)
+    yield MetricValues(split, "trapped", _trapped(_centred(error), _centred(energy), true.mass, least), "1")
 
 
 def _part_energy_error(
@@ -113,25 +120,20 @@ def _part_energy_error(
     yield MetricValues(split, "mae_H_part", np.array([np.abs(e - e.mean()).mean() for e in errors]), "J")
 
 
-def _centred_energy_error(predicted: Terms, true: Terms, qd: np.ndarray) -> np.ndarray:
-    error = predicted.hamiltonian(qd) - true.hamiltonian(qd)
-    centred: np.ndarray = np.abs(error - error.mean(1, keepdims=True)).mean(1)
-    return centred
+def _centred(energy: np.ndarray) -> np.ndarray:
+    """Mean size (member,) of what is left of an energy (member, sample) after one constant."""
+    return np.asarray(np.abs(energy - energy.mean(1, keepdims=True)).mean(1))
 
 
-def _trapped(predicted: Terms, true: Terms, qd: np.ndarray, least: np.ndarray | None) -> np.ndarray:
+def _trapped(error: np.ndarray, trivial: np.ndarray, mass: np.ndarray, least: np.ndarray | None) -> np.ndarray:
     """1 where a member has the cart's momentum and little else: L = p_x^2 / (2 m) has a small error of tau.
 
-    A model without an invertible mass matrix, as L = p_x^2 / (2 m) itself, is trapped by definition.
+    A model without an invertible mass matrix, as L = p_x^2 / (2 m) itself, is trapped by definition. error, trivial: of
+    its energy and of a constant one, after one constant; mass: the true one; least: its own least eigenvalue.
     """
-    energy = true.hamiltonian(qd)
-    trivial = np.abs(energy - energy.mean(1, keepdims=True)).mean(1)
-    error = _centred_energy_error(predicted, true, qd)
-    if least is None or true.mass is None:
+    if least is None:
         return np.ones_like(error)
-    trapped = ~(error <= LARGEST_ENERGY_ERROR * trivial)
-    true_mass = true.mass.reshape(*qd.shape, qd.shape[-1])  # of one coordinate it is a vector
-    trapped |= least < SMALLEST_INERTIA * least_eigenvalue(true_mass)
+    trapped = ~(error <= LARGEST_ENERGY_ERROR * trivial) | (least < SMALLEST_INERTIA * least_eigenvalue(mass))
     return np.asarray(trapped, dtype=float)
 
 
@@ -161,12 +163,6 @@ def _cosine_weights(angles: np.ndarray, energy: np.ndarray) -> np.ndarray:
     return np.stack([np.linalg.lstsq(c, e, rcond=None)[0] for c, e in zip(columns, usable, strict=True)])[:, :-1]
 
 
-def _gauge_errors(read: Terms, true: Terms, split: str) -> Iterator[MetricValues]:
-    yield MetricValues(split, "mae_H_sum", np.abs(read.energy_sum - true.energy_sum).mean(1), "J")
-    yield MetricValues(split, "mae_T", np.abs(read.kinetic - true.kinetic).mean(1), "J")
-    yield MetricValues(split, "mae_V", np.abs(read.potential - true.potential).mean(1), "J")
-    yield MetricValues(split, "min_T", read.kinetic.min(1), "J")
-
-
-def _finite_or_infinite(error: np.ndarray) -> np.ndarray:
+def finite_or_infinite(error: np.ndarray) -> np.ndarray:
+    """Errors in which what is no number counts as infinite."""
     return np.where(np.isfinite(error), error, np.inf)

@@ -17,11 +17,11 @@ def supplied_power(system: System, states: np.ndarray, u: np.ndarray, time: np.n
     start, end = (q[..., :-1, :], qd[..., :-1, :]), (q[..., 1:, :], qd[..., 1:, :])
     middle = (start[0] + end[0]) / 2 + length * (start[1] - end[1]) / 8
     middle_rate = 1.5 * (end[0] - start[0]) / length - (start[1] + end[1]) / 4
-    powers = (
-        share * _power(system, at, rate, u[..., :-1, :])
-        for share, (at, rate) in zip((1 / 6, 4 / 6, 1 / 6), (start, (middle, middle_rate), end), strict=True)
-    )
-    return np.asarray(sum(powers))
+    supplied = np.zeros(())
+    for share, (at, rate) in zip((1 / 6, 4 / 6, 1 / 6), (start, (middle, middle_rate), end), strict=True):
+        velocities = np.einsum("...qu,...q->...u", input_matrix(system, at), rate)
+        supplied = supplied + share * np.sum(u[..., :-1, :] * velocities, axis=-1)
+    return supplied
 
 
 def power_balance(
@@ -34,8 +34,3 @@ def power_balance(
     supplied = np.append(supplied_power(system, states, u, time), 0.0)
     stored = np.append(np.diff(energy) / np.diff(time), 0.0)
     return {"supplied": supplied, "dH/dt": stored, "dissipated": supplied - stored}
-
-
-def _power(system: System, q: np.ndarray, qd: np.ndarray, u: np.ndarray) -> np.ndarray:
-    velocities = np.einsum("...qu,...q->...u", input_matrix(system, q), qd)
-    return np.asarray(np.sum(u * velocities, axis=-1))

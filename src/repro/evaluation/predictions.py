@@ -39,13 +39,8 @@ def predict(
         if terms.mass is None:
             return replace(terms, port_error=None)
         return _split(model, evaluate(_quantities(model), *arrays))
-    members = [_by_torch(model, weights[m : m + 1], [array[m : m + 1] for array in arrays]) for m in range(len(q))]
-
-    def stacked(name: str) -> np.ndarray | None:
-        parts = [getattr(terms, name) for terms in members]
-        return None if parts[0] is None else np.concatenate(parts)
-
-    return Terms(**{field.name: stacked(field.name) for field in fields(Terms)})
+    pairs = ((weights[m : m + 1], [array[m : m + 1] for array in arrays]) for m in range(len(q)))
+    return _joined([_by_torch(model, *of_member) for of_member in pairs], axis=0)
 
 
 def _by_torch(model: Model, weights: np.ndarray, arrays: Sequence[np.ndarray]) -> Terms:
@@ -61,12 +56,14 @@ def _by_torch(model: Model, weights: np.ndarray, arrays: Sequence[np.ndarray]) -
                 measured = torch.from_numpy(part[2])
                 acceleration = measured + terms.acceleration_error(measured, torch.from_numpy(part[3]))
         chunks.append(replace(terms, acceleration=acceleration, port_error=None, implicit_error=None))
+    return _joined(chunks, axis=1)
 
-    def joined(name: str) -> np.ndarray | None:
-        parts = [getattr(chunk, name) for chunk in chunks]
-        return None if parts[0] is None else torch.cat(parts, dim=1).numpy()
 
-    return Terms(**{field.name: joined(field.name) for field in fields(Terms)})
+def _joined(parts: Sequence[Terms], axis: int) -> Terms:
+    """Predictions of several members, or of samples one after the other, as numpy arrays."""
+    columns = {field.name: [getattr(part, field.name) for part in parts] for field in fields(Terms)}
+    defined = {name: map(np.ascontiguousarray, each) for name, each in columns.items() if each[0] is not None}
+    return Terms(**{name: np.concatenate([*each], axis) for name, each in defined.items()})
 
 
 @lru_cache(maxsize=16)

@@ -8,7 +8,7 @@ import numpy as np
 
 from repro.data.dataset import Dataset
 from repro.evaluation.model_motion import model_motion
-from repro.evaluation.pointwise import MetricValues
+from repro.evaluation.pointwise import MetricValues, finite_or_infinite
 from repro.evaluation.predictions import predict
 from repro.mechanics.inputs import inputs_from_force, is_constant
 from repro.mechanics.system import System
@@ -41,6 +41,7 @@ class Driven:
     """A model under what a data set's steps hold: the inputs of a system whose B depends on q, otherwise tau."""
 
     model: Model
+    parameters: np.ndarray
     part: Dataset
     system: System | None
 
@@ -55,22 +56,25 @@ class Driven:
         part, system = self.part, self.system
         return inputs_from_force(system, part.q, part.tau) if system and self.by_inputs else part.tau
 
-    def simulate(self, weights: np.ndarray, initial: np.ndarray, held: np.ndarray) -> np.ndarray:
-        """States (batch, steps + 1, 2 n_q) from initial (batch, 2 n_q) with weights (batch, n_parameters)."""
+    def simulate(self, initial: np.ndarray, held: np.ndarray) -> np.ndarray:
+        """States (member, start, steps + 1, 2 n_q) from initial (member, start, 2 n_q) under held (..., steps, n)."""
+        weights = np.repeat(np.asarray(self.parameters, dtype=float), initial.shape[1], axis=0)
+        starts, steps = (array.reshape(len(weights), *array.shape[2:]) for array in (initial, held))
         system = self.system if self.by_inputs else None
-        return model_motion(self.model, weights, initial, held, self.part.time_step, self.part.angles, system)
+        states = model_motion(self.model, weights, starts, steps, self.part.time_step, self.part.angles, system)
+        return states.reshape(*initial.shape[:2], *states.shape[1:])
 
 
 def first_points(model: Model, parameters: np.ndarray, part: Dataset, system: System | None = None) -> ModelRollout:
     """Roll the model out over the first test points, as in Fig. 4."""
     points = min(POINTS, part.samples)
-    driven = Driven(model, part, system)
+    driven = Driven(model, parameters, part, system)
     held = driven.held
     plant = np.concatenate([part.q, part.qd], axis=-1)[:, :points]
     states = plant.copy()
-    for start, stop in _segments(part.episode[:points]):
-        rolled = driven.simulate(np.asarray(parameters, dtype=float), plant[:, start], held[:, start : stop - 1])
-        states[:, start:stop] = rolled
+    restarts = np.flatnonzero(np.diff(part.episode[:points])) + 1
+    for start, stop in pairwise([0, *restarts.tolist(), points]):
+        states[:, start:stop] = driven.simulate(plant[:, None, start], held[:, None, start : stop - 1])[:, 0]
     euler = plant.copy()
     predicted = predict(model, parameters, *(array[:, :points] for array in (part.q, part.qd, part.qdd, part.tau)))
     inside = np.flatnonzero(np.diff(part.episode[:points]) == 0)
@@ -86,9 +90,8 @@ def rollout_errors(rollout: ModelRollout, split: str, part: Dataset) -> Iterator
         column = part.n_q + component
         unit = coordinate.rate_unit
         for name, states in (("rollout_qd", rollout.model), ("onestep_euler_qd", rollout.one_step_euler)):
-            error = np.abs(states[..., column] - rollout.plant[..., column])
-            values = np.where(np.isfinite(error), error, np.inf).mean(1)
-            yield MetricValues(split, f"{name}[{component}]", values, unit)
+            error = finite_or_infinite(np.abs(states[..., column] - rollout.plant[..., column]))
+            yield MetricValues(split, f"{name}[{component}]", error.mean(1), unit)
 
 
 def one_step_errors(
@@ -99,13 +102,9 @@ def one_step_errors(
     if not len(inside):
         return
     states = np.concatenate([part.q, part.qd], axis=-1)
-    flat = states[:, inside].reshape(-1, states.shape[-1])
-    driven = Driven(model, part, system)
-    held = driven.held[:, inside]
-    weights = np.repeat(np.asarray(parameters, dtype=float), len(inside), axis=0)
-    following = driven.simulate(weights, flat, held.reshape(len(flat), 1, -1))[:, 1]
-    error = np.abs(following.reshape(part.members, len(inside), -1) - states[:, inside + 1])
-    error = np.where(np.isfinite(error), error, np.inf)
+    driven = Driven(model, parameters, part, system)
+    following = driven.simulate(states[:, inside], driven.held[:, inside, None])[:, :, 1]
+    error = finite_or_infinite(np.abs(following - states[:, inside + 1]))
     for component, coordinate in enumerate(part.coordinates):
         unit = coordinate.rate_unit
         yield MetricValues(split, f"onestep_exact_qd[{component}]", error[..., part.n_q + component].mean(1), unit)
@@ -126,13 +125,10 @@ def window_error(
     starts = fits[np.linspace(0, len(fits) - 1, min(WINDOWS, len(fits))).astype(int)]
     states = np.concatenate([part.q, part.qd], axis=-1)
     true = np.stack([states[:, s : s + steps + 1] for s in starts], axis=1)
-    driven = Driven(model, part, system)
-    all_held = driven.held
-    held = np.stack([all_held[:, s : s + steps] for s in starts], axis=1)
-    shape = true.shape
-    weights = np.repeat(np.asarray(parameters, dtype=float), len(starts), axis=0)
-    rolled = driven.simulate(weights, true[:, :, 0].reshape(-1, shape[-1]), held.reshape(-1, *held.shape[2:]))
-    z, z_hat = (_embedded(array, true[:, :, :1], part)[:, :, 1:] for array in (true, rolled.reshape(shape)))
+    driven = Driven(model, parameters, part, system)
+    held = driven.held
+    rolled = driven.simulate(true[:, :, 0], np.stack([held[:, s : s + steps] for s in starts], axis=1))
+    z, z_hat = (_embedded(array, true[:, :, :1], part)[:, :, 1:] for array in (true, rolled))
     distance = np.linalg.norm(z - z_hat, axis=-1)
     relative = distance / (np.linalg.norm(z, axis=-1) + np.linalg.norm(z_hat, axis=-1))
     relative = np.where(np.isfinite(relative), np.maximum(relative, 1e-16), 1.0)
@@ -141,11 +137,6 @@ def window_error(
     beyond = np.pad(~(distance <= VALID * size), ((0, 0), (0, 0), (0, 1)), constant_values=True)
     yield MetricValues(split, "valid_time", beyond.argmax(-1).mean(1) * part.time_step, "s")
     yield MetricValues(split, "rollout_diverged", 1.0 - np.isfinite(distance).all(-1).mean(1), "1")
-
-
-def _segments(episode: np.ndarray) -> Iterator[tuple[int, int]]:
-    edges = [0, *(np.flatnonzero(np.diff(episode)) + 1).tolist(), len(episode)]
-    return pairwise(edges)
 
 
 def _embedded(states: np.ndarray, start: np.ndarray, part: Dataset) -> np.ndarray:

@@ -48,16 +48,14 @@ class Uncertainty:
     def standard_errors(self) -> np.ndarray:
         """Standard error (n,) of every weight; infinite where it takes part in what is not determined."""
         unseen = (self.null**2).sum(0) > PARTICIPATES
-        errors: np.ndarray = np.where(unseen, np.inf, np.sqrt(self.covariance.diagonal()))
-        return errors
+        return np.asarray(np.where(unseen, np.inf, np.sqrt(self.covariance.diagonal())))
 
     @property
     def least_known(self) -> np.ndarray:
         """The combination (n,) of weights that is known least of those that are known, its largest entry being 1."""
         known = self.eigenvalues > CUTOFF * self.eigenvalues[-1]
         direction = self.directions[np.flatnonzero(known)[0]] * self.scale
-        largest: np.ndarray = direction / direction[np.abs(direction).argmax()]
-        return largest
+        return np.asarray(direction / direction[np.abs(direction).argmax()])
 
     def identified(self, names: Sequence[str], n_kinetic: int) -> Identifiability:
         """Rank and null directions in words, as of a regression; names: (n,) of the coefficients."""

@@ -55,8 +55,12 @@ def draw(
     rows = generator.integers(train.samples, size=(3, train.samples, links))
     one = (train.q[member, :, 0], train.qd[member, :, 0], train.qdd[member, :, 0])
     extension, velocity, acceleration = (values[index] for values, index in zip(one, rows, strict=True))
-    pull = _spring_force(truth, extension) + truth.damping * _of_extensions(velocity)
-    force = truth.mass * acceleration + _on_masses(pull)
+    s = casadi.SX.sym("s")
+    spring = casadi.Function("force", [s], [casadi.gradient(truth.spring(s), s)])
+    stretched = np.array(spring(extension.reshape(1, -1))).reshape(extension.shape)
+    pull = stretched + truth.damping * _of_extensions(velocity)
+    on_masses = -np.diff(pull, axis=-1, append=0.0)  # D' f: each is held by its own spring and pulled on by the next
+    force = truth.mass * acceleration + on_masses
     return Samples(extension, velocity, acceleration, force + noise * generator.standard_normal(force.shape))
 
 
@@ -66,8 +70,7 @@ def learn(samples: Samples) -> np.ndarray:
     The features are those of the link that is learned alone; which link pulls at which mass is not given.
     """
     features = np.concatenate([samples.acceleration, samples.extension, samples.extension**3, samples.velocity], axis=1)
-    coefficients: np.ndarray = np.linalg.lstsq(features, samples.force, rcond=None)[0]
-    return coefficients
+    return np.asarray(np.linalg.lstsq(features, samples.force, rcond=None)[0])
 
 
 def follow(coefficients: np.ndarray, start: np.ndarray, mass: float) -> np.ndarray:
@@ -85,21 +88,9 @@ def follow(coefficients: np.ndarray, start: np.ndarray, mass: float) -> np.ndarr
     with np.errstate(over="ignore", invalid="ignore"):
         for _ in range(round(SECONDS / TIME_STEP)):
             x = rk4_step(rate, x, TIME_STEP)
-    state: np.ndarray = x * np.repeat([1.0, mass], links)
-    return state
-
-
-def _spring_force(truth: ChainLink, extension: np.ndarray) -> np.ndarray:
-    s = casadi.SX.sym("s")
-    force = casadi.Function("force", [s], [casadi.gradient(truth.spring(s), s)])
-    return np.array(force(extension.reshape(1, -1))).reshape(extension.shape)
+    return np.asarray(x * np.repeat([1.0, mass], links))
 
 
 def _of_extensions(velocity: np.ndarray) -> np.ndarray:
     """D v: the rate of each extension, (..., links)."""
     return np.diff(velocity, axis=-1, prepend=0.0)
-
-
-def _on_masses(pull: np.ndarray) -> np.ndarray:
-    """D' f: each mass is held back by its own spring and pulled on by the next, (..., links)."""
-    return -np.diff(pull, axis=-1, append=0.0)

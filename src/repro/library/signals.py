@@ -4,17 +4,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
 from repro.evaluation.canonical import RestStates, in_gauge
 from repro.evaluation.predictions import predict
 from repro.evaluation.rollouts import ModelRollout
 from repro.evaluation.uncertainty import motion_errors
-from repro.mechanics.derive import dynamics_of
+from repro.mechanics.derive import energies_along
 from repro.mechanics.system import System
 from repro.models.gauge import Gauge
 from repro.models.model import Model
-from repro.models.terms import Terms
 
 Signal = tuple[int, str, float, float]  # seed, name, s, value
 
@@ -47,8 +45,9 @@ def signals(
         errors = motion_errors(model, parameters, information, rollout.model, test)
         columns |= {f"standard_error.{name}": errors[..., index] for index, name in enumerate(names)}
     if system is not None and model.energetic:
-        columns |= _energies("plant", true_energies(system, rollout.plant))
-        columns |= _energies("model", learned_energies(model, parameters, system, rollout.model))
+        learned = learned_energies(model, parameters, system, rollout.model)
+        for role, energies in (("plant", energies_along(system, rollout.plant)), ("model", learned)):
+            columns |= {f"{role}.{name}": values for name, values in energies.items()}
     return [
         (seed, name, float(t), float(value))
         for name, values in columns.items()
@@ -57,21 +56,8 @@ def signals(
     ]
 
 
-def _energies(role: str, terms: Terms) -> dict[str, np.ndarray]:
-    return {f"{role}.T": terms.kinetic, f"{role}.V": terms.potential, f"{role}.H": terms.energy_sum}
-
-
-def true_energies(system: System, states: np.ndarray) -> Terms:
-    """T and V of the true system along states (..., 2 n_q)."""
-    dynamics, n_q = dynamics_of(system), system.n_q
-    q, qd = states[..., :n_q], states[..., n_q:]
-    return Terms(
-        kinetic=evaluate(dynamics.kinetic, q, qd)[..., 0], potential=evaluate(dynamics.potential, q, qd)[..., 0]
-    )
-
-
-def learned_energies(model: Model, parameters: np.ndarray, system: System, states: np.ndarray) -> Terms:
-    """Energies along a motion; not a number where it has diverged."""
+def learned_energies(model: Model, parameters: np.ndarray, system: System, states: np.ndarray) -> dict[str, np.ndarray]:
+    """T, V and T + V (member, point) in J along a motion (member, point, 2 n_q); not a number where it has diverged."""
     finite = np.isfinite(states).all(-1)
     states = np.where(finite[..., None], states, 0.0)
     q, qd = states[..., : system.n_q], states[..., system.n_q :]
@@ -79,4 +65,4 @@ def learned_energies(model: Model, parameters: np.ndarray, system: System, state
     predicted = predict(model, parameters, q, qd, zero, zero)
     terms = in_gauge(predicted, RestStates(model, parameters, system, q), qd, Gauge.CANONICAL_ANCHOR)
     kinetic, potential = (np.where(finite, values, np.nan) for values in (terms.kinetic, terms.potential))
-    return Terms(kinetic=kinetic, potential=potential)
+    return {"T": kinetic, "V": potential, "H": kinetic + potential}

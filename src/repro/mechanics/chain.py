@@ -10,8 +10,6 @@ from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from typing import Any, ClassVar
 
-import numpy as np
-
 from repro.errors import UserError
 from repro.mechanics.coordinate import Coordinate, Input
 from repro.mechanics.shapes import Block, InputArrow, Point, Segment, Shape
@@ -49,16 +47,6 @@ class LinkAngles(System):
     def up(self) -> float:
         """Cosine of the upright angle: 1 where angles are measured from upright, -1 where from hanging."""
         return 1.0 if self.reading == Reading.PHYSICAL else -1.0
-
-    @property
-    def upright(self) -> np.ndarray:
-        """Coordinates (n_q,) with every link pointing up and all else at 0."""
-        return self.at_rest("upright")
-
-    @property
-    def hanging(self) -> np.ndarray:
-        """Coordinates (n_q,) with every link pointing down and all else at 0."""
-        return self.at_rest("hanging")
 
     @property
     def rest_states(self) -> States:

@@ -4,7 +4,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import casadi as ca
+import numpy as np
 
+from repro.codegen.array_evaluation import evaluate
 from repro.mechanics.system import System
 
 
@@ -91,6 +93,13 @@ def dynamics_of(system: System) -> Dynamics:
         qd,
         coupling=ca.SX(system.coupling(components, rates, ca)),
     )
+
+
+def energies_along(system: System, states: np.ndarray) -> dict[str, np.ndarray]:
+    """T, V and H = T + V of a true system along states (..., 2 n_q), each (...,) in J."""
+    dynamics, (q, qd) = dynamics_of(system), np.split(states, 2, axis=-1)
+    kinetic, potential = (evaluate(function, q, qd)[..., 0] for function in (dynamics.kinetic, dynamics.potential))
+    return {"T": kinetic, "V": potential, "H": kinetic + potential}
 
 
 def solve_symmetric(matrix: ca.SX, right: ca.SX) -> ca.SX:

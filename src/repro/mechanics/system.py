@@ -19,7 +19,7 @@ States = Mapping[str, tuple[float, ...]]
 
 SLIDING = 0.01  # m/s, rad/s or A: well above this rate a dry friction has its full size
 TURN: Range = (-math.pi, math.pi)  # rad
-LINKS_ALONE = {"reading": "physical", "damping_frame": "relative", "damping_growth": 0.0}  # settings of `LinkAngles`
+OF_LINKS = ("reading", "damping_frame", "damping_growth")  # settings of `LinkAngles` alone
 RATES: Mapping[str, Range] = {"rad": (-3.0, 3.0), "m": (-1.0, 1.0)}  # of random starts, rad/s and m/s
 
 
@@ -182,48 +182,38 @@ def names() -> tuple[str, ...]:
 
 def load(
     name: str,
-    reading: str = "physical",
-    damping: Sequence[float] | None = None,
-    damping_frame: str = "relative",
-    damping_growth: float = 0.0,
-    coulomb: Sequence[float] | None = None,
+    reading: str = SystemOptions.reading,
+    damping: Sequence[float] = (),
+    damping_frame: str = SystemOptions.damping_frame,
+    damping_growth: float = SystemOptions.damping_growth,
+    coulomb: Sequence[float] = (),
     **constants: float,
 ) -> System:
-    """Return the system of that name, its constants changed where given; UserError for what is not allowed."""
-    _check_choice("system", name, names())
-    module = plugin("mechanics.systems", name)
+    """The system of that name, its constants changed where given; UserError for what is not allowed."""
+    friction = tuple(damping), damping_frame, damping_growth, tuple(coulomb)
+    return load_system(SystemOptions(name, reading, *friction, constants))  # type: ignore[arg-type]
+
+
+def load_system(options: SystemOptions) -> System:
+    """The true system that options describe; UserError for what is not allowed."""
+    _check_choice("system", options.name, names())
+    module = plugin("mechanics.systems", options.name)
     (found,) = (
         member
         for member in vars(module).values()
         if isinstance(member, type) and issubclass(member, System) and member.__module__ == module.__name__
     )
-    for constant in constants:
-        _check_choice(f"constant of {name}", constant, found.constants())
-    settings: dict[str, Any] = {"damping": tuple(damping or ()), "coulomb": tuple(coulomb or ())}
-    for setting, value in {
-        "reading": reading, "damping_frame": damping_frame, "damping_growth": damping_growth
-    }.items():  # fmt: skip
+    for constant in options.constants:
+        _check_choice(f"constant of {options.name}", constant, found.constants())
+    settings: dict[str, Any] = {"damping": options.damping, "coulomb": options.coulomb}
+    for setting in OF_LINKS:
+        value, usual = getattr(options, setting), getattr(SystemOptions, setting)
         if setting in found.settings:
             settings[setting] = value
-        elif value != LINKS_ALONE[setting]:
-            raise UserError(
-                f"{setting} = {value}: is for the links of the paper; system={name} goes with "
-                f"{setting} = {LINKS_ALONE[setting]}"
-            )
-    return found(**(settings | constants))
-
-
-def load_system(options: SystemOptions) -> System:
-    """The true system that options describe; UserError for what is not allowed."""
-    return load(
-        options.name,
-        options.reading,
-        options.damping,
-        options.damping_frame,
-        options.damping_growth,
-        options.coulomb,
-        **options.constants,
-    )
+        elif value != usual:
+            goes = f"system={options.name} goes with {setting} = {usual}"
+            raise UserError(f"{setting} = {value}: is for the links of the paper; {goes}")
+    return found(**settings, **options.constants)
 
 
 def _check_choice(what: str, value: str, allowed: Sequence[str]) -> None:

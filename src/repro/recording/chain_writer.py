@@ -1,16 +1,16 @@
 """The recording of a chain in motion: its masses on a line, plant and model one above the other, and their energies."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
 
 from repro.recording import palette
-from repro.recording.chart import Chart, linked_time_axis, part
-from repro.recording.contents import PLANT, Recording
+from repro.recording.chart import Chart, linked_time_axis
+from repro.recording.contents import PLANT, Recording, part
 from repro.recording.layout import CARD
 from repro.recording.writer import write_whole
 
@@ -37,9 +37,6 @@ class ChainRecording(Recording):
 
 def write_chain_recording(path: Path, recording: ChainRecording) -> None:
     """Write a whole .rrd file or none. Raises OSError when it could not be written completely."""
-    import rerun as rr
-    import rerun.blueprint as rrb
-
     chains = {PLANT: recording.plant, **recording.models}
     colours = {**palette.colours(recording.models), PLANT: palette.PLANT}
     energies = {label: chain.energy for label, chain in chains.items()}

@@ -1,20 +1,14 @@
 """A chart of a recording: some lines over one timeline, logged as columns and shown in one view."""
 
-from __future__ import annotations
-
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 from uuid import UUID
 
 import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
 
 from repro.recording.palette import Colour
-
-if TYPE_CHECKING:
-    import rerun as rr
-    import rerun.blueprint as rrb
 
 REFERENCE_WIDTH, WIDTH = 3.0, 1.6
 # How far a view opens beyond the range of the reference, as a part of that range.
@@ -56,8 +50,6 @@ class Chart:
 
     def log(self, recording: rr.RecordingStream, index: rr.TimeColumn) -> None:
         """Send all lines as one column of vectors on the index's timeline, and their style once."""
-        import rerun as rr
-
         style = rr.SeriesLines(
             names=self.names,
             colors=[self.colours[label] for label in self.lines],
@@ -69,8 +61,6 @@ class Chart:
 
     def view(self, *, linked: bool = True) -> rrb.TimeSeriesView:
         """The view of all lines, its legend in a fixed corner, its time axis linked to that of the other charts."""
-        import rerun.blueprint as rrb
-
         opening = self.opening_range()
         link = rrb.components.LinkAxis.LinkToGlobal if linked else rrb.components.LinkAxis.Independent
         return rrb.TimeSeriesView(
@@ -98,20 +88,12 @@ class Chart:
 
 def linked_time_axis(time: np.ndarray) -> rrb.TimeSeriesView:
     """The range of every linked time axis, as a view that is not shown: all of the motion, time (steps,) in s."""
-    import rerun as rr
-    import rerun.blueprint as rrb
-
     length = time[-1] - time[0]
     ends = (time[0] - BEFORE * length, time[-1] + BEYOND * length)
     view_range = rr.TimeRange(*(rr.TimeRangeBoundary.absolute(seconds=float(end)) for end in ends))
     view = rrb.TimeSeriesView(origin="/", visible=False, axis_x=rrb.TimeAxis(view_range=view_range))
     view.id = LINKED_AXES
     return view
-
-
-def part(label: str) -> str:
-    """A label as one part of an entity's path."""
-    return re.sub(r"[^\w.+-]+", "_", label)
 
 
 def with_unit(name: str, unit: str) -> str:

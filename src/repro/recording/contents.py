@@ -1,18 +1,20 @@
 """What a recording shows, as plain arrays."""
 
-from __future__ import annotations
-
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 
-from repro.recording.chart import part
-
 FILENAME = "recording.rrd"
 PLANT = "plant"
 Kind = Literal["link", "disc", "block", "cart", "spring", "arrow", "turn"]
+
+
+def part(label: str) -> str:
+    """A label as one part of an entity's path."""
+    return re.sub(r"[^\w.+-]+", "_", label)
 
 
 @dataclass(frozen=True)

@@ -1,18 +1,13 @@
 """The inputs in the picture: an arrow for a force, an arc for a torque, as long as the input is large."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
+import rerun as rr
 
 from repro.recording import palette
 from repro.recording.contents import PLANT, DrawnShape
 from repro.recording.scene import ROOT, to_view
-
-if TYPE_CHECKING:
-    import rerun as rr
 
 LONGEST = 1.2  # of the scale of the scene, where an input is greatest
 WIDEST = 2.5  # rad, the arc of a torque where it is greatest
@@ -27,8 +22,6 @@ def log_inputs(
     scale: float,
 ) -> None:
     """Arrows and arcs of the plant's inputs, name -> (steps,), in units of the greatest of each."""
-    import rerun as rr
-
     named = list(inputs.items())
     for shape in shapes:
         if shape.kind not in ("arrow", "turn") or shape.input >= len(named):

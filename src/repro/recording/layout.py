@@ -1,22 +1,15 @@
 """The charts of a recording, and the window that it opens to."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import cycle
-from typing import TYPE_CHECKING
 
 import numpy as np
+import rerun.blueprint as rrb
 
 from repro.recording import palette, scene
-from repro.recording.chart import Chart, linked_time_axis, part
-from repro.recording.contents import PLANT
-
-if TYPE_CHECKING:
-    import rerun.blueprint as rrb
-
-    from repro.recording.contents import RunRecording
+from repro.recording.chart import Chart, linked_time_axis
+from repro.recording.contents import PLANT, RunRecording, part
 
 CARD = "run_card"
 TIMELINE = "sim_time"
@@ -97,8 +90,6 @@ def layout_of(recording: RunRecording) -> Layout:
 
 def blueprint(layout: Layout, frame: scene.Frame, time: np.ndarray) -> rrb.Blueprint:
     """Scene and run card on the left, motion over `time` (steps,) in the middle, energies on the right; no panels."""
-    import rerun.blueprint as rrb
-
     pages: list[rrb.View | rrb.Container] = [rrb.TextDocumentView(origin=f"/{CARD}", name="Run card")]
     if layout.learning:
         name = f"Learning curves (choose timeline {LEARNING_TIMELINE} below)"
@@ -123,8 +114,6 @@ def blueprint(layout: Layout, frame: scene.Frame, time: np.ndarray) -> rrb.Bluep
 
 
 def _stack(charts: Sequence[Chart], name: str) -> rrb.Vertical:
-    import rerun.blueprint as rrb
-
     return rrb.Vertical(*(chart.view() for chart in charts), name=name)
 
 

@@ -2,7 +2,11 @@
 
 from pathlib import Path
 
+from rerun import RecordingStream
+from rerun.notebook import HAS_NOTEBOOK, Viewer
+
 from repro.errors import UserError
+from repro.recording.writer import APPLICATION
 
 WIDTH, HEIGHT = 960, 540  # pixels
 
@@ -27,11 +31,6 @@ def show(recording: Path | str, *, width: int = WIDTH, height: int = HEIGHT) -> 
     UserError
         For a file that is not there, and without the extra `notebook`, which brings the viewer's widget.
     """
-    from rerun import RecordingStream
-    from rerun.notebook import HAS_NOTEBOOK, Viewer
-
-    from repro.recording.writer import APPLICATION
-
     path = Path(recording)
     if not path.is_file():
         raise UserError(f"show: no file {path}")

@@ -1,20 +1,15 @@
 """The moving mechanism in a 2D view: rigid shapes are moved by columns of transforms, springs are drawn anew."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
 
 from repro.recording import palette
 from repro.recording.contents import PLANT, DrawnShape
-
-if TYPE_CHECKING:
-    import rerun as rr
-    import rerun.blueprint as rrb
 
 ROOT = "scene"
 # Sizes of the drawing, in parts of its scale, which is the length of the first link.
@@ -93,8 +88,6 @@ def named(shapes: Sequence[DrawnShape]) -> Iterator[tuple[str, DrawnShape]]:
 
 def view(frame: Frame) -> rrb.Spatial2DView:
     """The 2D view of everything in the scene."""
-    import rerun.blueprint as rrb
-
     corners = to_view(np.stack([frame.x, frame.y], axis=-1))
     return rrb.Spatial2DView(
         origin=f"/{ROOT}/{PLANT}/{frame.follows}" if frame.follows else f"/{ROOT}",
@@ -106,8 +99,6 @@ def view(frame: Frame) -> rrb.Spatial2DView:
 
 def log_surroundings(recording: rr.RecordingStream, frame: Frame, obstacle: tuple[float, float, float] | None) -> None:
     """The track of a cart with its marks in metres, and the obstacle (centre x, y and radius, m)."""
-    import rerun as rr
-
     scale = frame.scale
     if frame.track is not None:
         low, high, slope = frame.track
@@ -146,8 +137,6 @@ def log_body(
     solid: bool,
 ) -> None:
     """The shapes of a body; solid, or an outline; hidden where its points are not finite."""
-    import rerun as rr
-
     order = 20 if solid else 10
     for entity, shape in named(shapes):
         path, points = f"{ROOT}/{name}/{entity}", to_view(shape.points)
@@ -169,44 +158,22 @@ def log_body(
             recording.log(path, disc, static=True)
             _move(recording, path, time, points[:, 0])
         else:
-            _log_block(recording, path, shape, scale, colour, order, solid)
-            turn = None if shape.turn is None else -shape.turn
-            _move(recording, path, time, points[:, 0], turn)
-
-
-def _log_block(
-    recording: rr.RecordingStream,
-    path: str,
-    shape: DrawnShape,
-    scale: float,
-    colour: palette.Colour,
-    order: int,
-    solid: bool,
-) -> None:
-    import rerun as rr
-
-    width, height = shape.size
-    if not solid:
-        outline = rr.Boxes2D(half_sizes=[[width, height]], radii=0.015 * scale, colors=colour, draw_order=order)
-        recording.log(path, outline, static=True)
-        return
-    bar = np.array([[[height - width, 0.0], [width - height, 0.0]]])
-    recording.log(path, rr.LineStrips2D(bar, radii=height, colors=colour, draw_order=order), static=True)
-    if shape.kind == "cart":
-        axles = to_view(np.array([[-0.55 * width, -height - scale * WHEEL], [0.55 * width, -height - scale * WHEEL]]))
-        wheels = rr.Points2D(axles, radii=scale * WHEEL, colors=colour, draw_order=order)
-        recording.log(f"{path}/wheels", wheels, static=True)
+            width, height = shape.size
+            bar = np.array([[[height - width, 0.0], [width - height, 0.0]]])
+            block: rr.AsComponents = rr.LineStrips2D(bar, radii=height, colors=colour, draw_order=order)
+            if not solid:
+                block = rr.Boxes2D(half_sizes=[[width, height]], radii=0.015 * scale, colors=colour, draw_order=order)
+            recording.log(path, block, static=True)
+            if shape.kind == "cart" and solid:
+                axles = [[side * 0.55 * width, -height - scale * WHEEL] for side in (-1, 1)]
+                wheels = rr.Points2D(to_view(np.array(axles)), radii=scale * WHEEL, colors=colour, draw_order=order)
+                recording.log(f"{path}/wheels", wheels, static=True)
+            _move(recording, path, time, points[:, 0], None if shape.turn is None else -shape.turn)
 
 
 def log_prediction(recording: rr.RecordingStream, time: rr.TimeColumn, points: np.ndarray, scale: float) -> None:
     """The path (steps, nodes, 2) of the tip that a controller predicts, m, y up; nothing where it is not finite."""
-    import rerun as rr
-
-    entity = f"{ROOT}/{PLANT}/predicted"
-    style = rr.LineStrips2D.from_fields(radii=0.015 * scale, colors=palette.PREDICTED, draw_order=5)
-    recording.log(entity, style, static=True)
-    strips = [path[np.all(np.isfinite(path), axis=-1)] for path in to_view(points)]
-    recording.send_columns(entity, [time], rr.LineStrips2D.columns(strips=strips))
+    _strips(recording, f"{ROOT}/{PLANT}/predicted", time, to_view(points), 0.015 * scale, palette.PREDICTED, 5)
 
 
 def _rigid(points: np.ndarray) -> bool:
@@ -243,8 +210,6 @@ def _strips(
     order: int,
 ) -> None:
     """Lines (steps, corners, 2) that change their shape; nothing where they are not finite."""
-    import rerun as rr
-
     recording.log(entity, rr.LineStrips2D.from_fields(radii=radius, colors=colour, draw_order=order), static=True)
     drawn = [strip[np.all(np.isfinite(strip), axis=-1)] for strip in strips]
     recording.send_columns(entity, [time], rr.LineStrips2D.columns(strips=drawn))
@@ -254,8 +219,6 @@ def _move(
     recording: rr.RecordingStream, entity: str, time: rr.TimeColumn, place: np.ndarray, angle: np.ndarray | None = None
 ) -> None:
     """Send place (steps, 2) and angle (steps,): a place that is not a number hides the shape, an angle must be one."""
-    import rerun as rr
-
     half = np.zeros(len(place)) if angle is None else np.nan_to_num(angle) / 2
     turn = np.stack([np.zeros_like(half), np.zeros_like(half), np.sin(half), np.cos(half)], axis=-1)
     translation = np.pad(place, ((0, 0), (0, 1)))

@@ -1,30 +1,26 @@
 """The recording of a run: one .rrd file that opens to a finished layout."""
 
-from __future__ import annotations
-
 import os
 import warnings
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
 
 from repro.errors import UserError
 from repro.recording import palette, scene
 from repro.recording.card_page import card_page
-from repro.recording.chart import Chart, part
-from repro.recording.contents import PLANT, Recording, RunRecording
+from repro.recording.chart import Chart
+from repro.recording.contents import PLANT, Recording, RunRecording, part
 from repro.recording.input_arrows import log_inputs
 from repro.recording.layout import CARD, LEARNING_TIMELINE, TIMELINE, blueprint, layout_of
 from repro.tracking.files import replacing
 from repro.tracking.plain_data import flattened
-
-if TYPE_CHECKING:
-    import rerun as rr
-    import rerun.blueprint as rrb
 
 # The same for all recordings, so that the viewer shares settings between them.
 APPLICATION = "repro"
@@ -42,8 +38,6 @@ class Track:
 
 def write_recording(path: Path, recording: RunRecording) -> None:
     """Write a whole .rrd file or none. Raises OSError when it could not be written completely."""
-    import rerun as rr
-
     layout = layout_of(recording)
     frame = scene.frame_of(recording.plant.shapes, recording.obstacle)
     colours = palette.colours(recording.models)
@@ -78,15 +72,14 @@ def write_whole(
 
     Raises OSError when the file could not be written completely.
     """
-    import rerun as rr
-
     with replacing(path) as temporary:
         stream = rr.RecordingStream(APPLICATION, recording_id=recording.run)
         stream.save(temporary, default_blueprint=window)
         stream.send_recording_name(recording.title)
         # a value that is absent has no type, and rerun holds every name to one type
         present = {key: value for key, value in flattened(recording.card).items() if value is not None}
-        entries = {key: _property(value) for key, value in present.items()}
+        plain = (bool, int, float, str)
+        entries = {key: value if isinstance(value, plain) else str(value) for key, value in present.items()}
         stream.send_property("run", rr.AnyValues(**{"title": recording.title, **entries}))
         text = card_page(recording.title, recording.card)
         stream.log(CARD, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
@@ -125,22 +118,13 @@ def _check(path: Path, expected: set[str], rows: int) -> None:
     try:
         tracks = read_recording(path)
     except UserError as error:
-        _raise_the_cause(path)
+        with path.open("ab") as stream:  # the write that fails says why, for instance that the disk is full
+            stream.write(bytes(1 << 20))
+            stream.flush()
+            os.fsync(stream.fileno())
         raise OSError(f"the recording was not written completely: {error}") from error
     if not expected <= tracks.keys() or any(len(tracks[entity].at) != rows for entity in expected):
         raise OSError("the recording was not written completely: rows are missing")
-
-
-def _raise_the_cause(path: Path) -> None:
-    """Raise the OSError, of a full disk for instance, that the library did not report."""
-    with path.open("ab") as stream:
-        stream.write(bytes(1 << 20))
-        stream.flush()
-        os.fsync(stream.fileno())
-
-
-def _property(value: object) -> Any:
-    return value if isinstance(value, bool | int | float | str) else str(value)
 
 
 def _track(batches: list[Any], names: tuple[str, ...]) -> Track:

@@ -72,7 +72,7 @@ def test_an_anchor_fixes_the_energy_of_the_upright_rest(convention, recipe):
     optimiser = levenberg_marquardt.Options(restarts=1, iterations=40, samples=None)
     anchored, _ = _fit(recipe("anchored", energy_weight=10.0), [data], None, system, optimiser)
     free, _ = _fit(recipe(), [data], None, system, optimiser)
-    q = np.broadcast_to(system.upright, (2, 1, 2)).copy()
+    q = np.broadcast_to(system.at_rest("upright"), (2, 1, 2)).copy()
     zero = np.zeros_like(q)
     energies = []
     for fitted in (anchored, free):

@@ -4,27 +4,22 @@ Spong (1995), "The swing up control problem for the Acrobot"; Tedrake, Underactu
 true system, and ignores obstacles.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
-from repro.control.controller import ControllerOptions, ControlStep
+from repro.control.controller import ControllerOptions, ControlStep, MakeController, Samples
+from repro.control.geometry import Disc
+from repro.control.predictive_model import PredictiveModel
 from repro.errors import UserError
 from repro.mechanics.chain import Chain
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.inputs import under_inputs
 from repro.mechanics.system import System
-
-if TYPE_CHECKING:
-    from repro.control.controller import MakeController, Samples
-    from repro.control.geometry import Disc
-    from repro.control.predictive_model import PredictiveModel
 
 ENERGY_GAIN, POSITION_GAIN, SPEED_GAIN = 10.0, 4.0, 3.0  # of the swing-up
 STATE_COST, FORCE_COST = (10.0, 10.0, 1.0, 1.0), 1.0  # of the LQR

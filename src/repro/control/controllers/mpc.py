@@ -1,13 +1,18 @@
 """Model predictive control by problem (9), with a fixed model or one that is re-identified online."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
-from repro.control.controller import ControllerOptions
+import numpy as np
+
+from repro.control.adaptation import AdaptiveController, Identification, MomentumBalance, Prior
+from repro.control.closed_loop import SUBSTEPS
+from repro.control.conditions import sensor_errors
+from repro.control.controller import Controller, ControllerOptions, MakeController, Samples
+from repro.control.geometry import Disc
+from repro.control.goal import Goal
 from repro.control.optimal_control_problem import (
     AngleError,
     Discretisation,
@@ -17,16 +22,13 @@ from repro.control.optimal_control_problem import (
     PotentialGoal,
     SolverName,
 )
+from repro.control.predictive_controller import PredictiveController
+from repro.control.predictive_model import PredictiveModel
+from repro.control.solver import Limits, make_solver
+from repro.control.state_filter import FilteredIdentification
+from repro.control.transcription import Transcription
+from repro.mechanics.system import System
 from repro.plugins.options import Count, Natural, NotNegative, Positive
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from repro.control.controller import Controller, MakeController, Samples
-    from repro.control.geometry import Disc
-    from repro.control.goal import Goal
-    from repro.control.predictive_model import PredictiveModel
-    from repro.mechanics.system import System
 
 STAGE_COST = NodeWeights(potential=1.0, position=1.0)
 TERMINAL_COST = NodeWeights(kinetic=1.0, potential=1.0)
@@ -110,14 +112,6 @@ class Options(ControllerOptions):
 @contextmanager
 def build(options: Options, model: PredictiveModel, disc: Disc | None, samples: Samples) -> Iterator[MakeController]:
     """Makes predictive controllers that share one problem and one solver."""
-    from repro.control.adaptation import AdaptiveController, Identification, MomentumBalance, Prior
-    from repro.control.closed_loop import SUBSTEPS
-    from repro.control.conditions import sensor_errors
-    from repro.control.predictive_controller import PredictiveController
-    from repro.control.solver import Limits, make_solver
-    from repro.control.state_filter import FilteredIdentification
-    from repro.control.transcription import Transcription
-
     transcription = Transcription(model, options.problem(disc, model.system), options.discretisation)
     limits = Limits(options.tolerance, options.iterations, options.seconds)
     balance = MomentumBalance(model.model, model.system, SUBSTEPS, options.time_step / SUBSTEPS)

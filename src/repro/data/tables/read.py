@@ -1,18 +1,16 @@
 """Reads one file, whatever its name ends in: Parquet and gzip are known by their first bytes, all else is text."""
 
 import gzip
+import re
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from repro.data.tables.table import RecordedTable
 from repro.data.tables.text import read_text
 from repro.errors import UserError
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 GZIP, PARQUET = b"\x1f\x8b", b"PAR1"
 FORMATS = (".csv", ".tsv", ".txt", ".dat", ".parquet", ".pq", ".gz")  # what is taken of a folder
@@ -45,14 +43,10 @@ def files_of(path: Path) -> list[Path]:
 
 
 def _natural(path: Path) -> tuple[str, ...]:
-    import re
-
     return tuple(part.zfill(12) if part.isdigit() else part for part in re.split(r"(\d+)", path.name))
 
 
-def _parquet(path: Path, content: bytes) -> "pd.DataFrame":
-    import pandas as pd
-
+def _parquet(path: Path, content: bytes) -> pd.DataFrame:
     try:
         frame = pd.read_parquet(BytesIO(content))
     except (OSError, ValueError) as error:

@@ -3,15 +3,12 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from repro.errors import UserError
 from repro.plugins.plugin import nearest
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 @dataclass(frozen=True)
@@ -24,7 +21,7 @@ class RecordedTable:
     """
 
     path: Path
-    frame: "pd.DataFrame"
+    frame: pd.DataFrame
     twice: frozenset[str] = frozenset()
     units: Mapping[str, str] = field(default_factory=dict)
 
@@ -51,8 +48,6 @@ class RecordedTable:
         return np.column_stack([self._column(name) for name in names])
 
     def _column(self, name: str) -> np.ndarray:
-        import pandas as pd
-
         series = self.frame[name]
         if pd.api.types.is_bool_dtype(series) or pd.api.types.is_datetime64_any_dtype(series):
             what = "true and false" if pd.api.types.is_bool_dtype(series) else "dates"

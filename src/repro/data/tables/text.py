@@ -6,13 +6,11 @@ import warnings
 from collections.abc import Sequence
 from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import pandas as pd
 
 from repro.data.tables.table import RecordedTable
 from repro.errors import UserError
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 SEPARATORS = (",", ";", "\t", "|", " ")  # " ": any run of blanks
 COMMENTS = ("#", "%", "//", "sep=")  # begin lines that hold no data; spreadsheets write the last one
@@ -89,9 +87,7 @@ def _commented_names(comments: Sequence[str], separator: str, count: int) -> lis
     return None
 
 
-def _parsed(path: Path, rows: Sequence[str], names: Sequence[str], separator: str) -> "pd.DataFrame":
-    import pandas as pd
-
+def _parsed(path: Path, rows: Sequence[str], names: Sequence[str], separator: str) -> pd.DataFrame:
     cells = [cell for row in rows[:PROBED] for cell in _split(row, separator)] if separator != "," else []
     decimal = "," if any(map(DECIMAL_COMMA.fullmatch, cells)) else "."
     try:

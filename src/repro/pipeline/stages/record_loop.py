@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 
 from repro.control.closed_loop import SUBSTEPS
-from repro.control.loop_tables import energies
 from repro.evaluation.power_balance import power_balance
 from repro.library.drawn_motion import drawn_shapes, driven_forces, named_inputs, tips
+from repro.mechanics.derive import energies_along
 from repro.mechanics.inputs import generalised_force
 from repro.mechanics.system import System
 from repro.pipeline.stage_options import RecordingOptions
@@ -48,7 +48,7 @@ def record(
     if loop["clearance"].size:
         charts["clearance"] = ("m", loop["clearance"][::SUBSTEPS][:steps])
     tau = generalised_force(system, states[:, : system.n_q], inputs)
-    energy = energies(system, states)
+    energy = energies_along(system, states)
     recording = RunRecording(
         run=run,
         title=title,
