@@ -48,9 +48,8 @@ def test_upright_is_highest_and_hanging_is_lowest(system: System) -> None:
 
 @every_chain
 def test_links_point_up_when_upright(system: System) -> None:
-    up, down = (
-        np.array(system.body_points(list(q), np)) for q in (system.at_rest("upright"), system.at_rest("hanging"))
-    )
+    states = (system.at_rest(name) for name in ("upright", "hanging"))
+    up, down = (np.array(system.body_points(list(q), np)) for q in states)
     assert np.all(np.diff(up[:, 1]) > 0)
     assert np.all(np.diff(down[:, 1]) < 0)
     np.testing.assert_allclose(up[:, 0], 0, atol=1e-15)
