@@ -8,11 +8,12 @@ import numpy as np
 from annotated_types import Ge, Le
 
 from repro.control.conditions import Conditions, Start
+from repro.control.controller import ControllerOptions
 from repro.control.geometry import Disc, distances_squared
 from repro.control.goal import Goal
 from repro.mechanics.chain import Chain
 from repro.mechanics.system import System
-from repro.plugins.options import Count, Natural, NotNegative, Positive
+from repro.plugins.options import Count, Natural, NotNegative, Options, Positive
 
 # m: V-A (one link), V-B (two links)
 RADIUS_ONE_LINK, RADIUS_MORE_LINKS = 0.3, 0.1
@@ -142,3 +143,13 @@ class Task(Conditions):
             size = given.get(coordinate.name, by_unit)
             sizes[i] = default if size is None else size
         return sizes
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoopPlan(Options):
+    """The closed loops to run, at most `loops`; canonical: the gauge of the energies in the controller's cost."""
+
+    controller: ControllerOptions
+    task: Task
+    loops: int
+    canonical: bool

@@ -1,35 +1,23 @@
 """Closed loops of a fitted ensemble on a plant: what the pipeline stores, and Python code looks at."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from repro.control.closed_loop import ClosedLoop, run_loop
 from repro.control.conditions import wrong_weights
-from repro.control.controller import CONTROLLERS, ControllerOptions
+from repro.control.controller import CONTROLLERS
 from repro.control.predictive_model import PredictiveModel
-from repro.control.task import Task
+from repro.control.task import LoopPlan
 from repro.data.dataset import Dataset
 from repro.errors import UserError
 from repro.learning.result import Progress, silent
-from repro.library.choices import controller as controller_of
-from repro.library.ensemble_model import Ensemble
 from repro.mechanics.system import System
 from repro.models.model import Model
 from repro.plugins.plugin import plugin
 
 PRIOR_SAMPLES = 2000
-
-
-@dataclass(frozen=True)
-class LoopPlan:
-    """The closed loops to run, at most `loops`; canonical: the gauge of the energies in the controller's cost."""
-
-    controller: ControllerOptions
-    task: Task
-    loops: int
-    canonical: bool
 
 
 def closed_loops(
@@ -38,7 +26,7 @@ def closed_loops(
     system: System,
     data: Dataset,
     plan: LoopPlan,
-    report: Callable[[float, str], None] = silent,
+    report: Progress = silent,
     first: int = 0,
 ) -> Iterator[tuple[int, int, ClosedLoop]]:
     """Number, index of the member and loop of every closed loop of a plan, from number `first` on.
@@ -75,26 +63,3 @@ class Controlled:
     def success(self) -> float:
         """The share of loops that reached the goal and held it, without contact."""
         return float(np.mean([loop.outcome.success for loop in self.loops]))
-
-
-def control(
-    fitted: Ensemble,
-    task: Task,
-    controller: str | ControllerOptions,
-    plant: System | None,
-    canonical: bool,
-    progress: Progress,
-) -> Controlled:
-    """See `FittedModel.control`."""
-    system = fitted.system if plant is None else plant
-    if system is None:
-        raise UserError('control: no plant is known; give one, such as plant=repro.system("sip")')
-    options = controller_of(controller) if isinstance(controller, str) else controller
-    problems = [*task.problems(system), *options.problems(system)]
-    if not options.fits(system):
-        problems.append(f"{options.kind} drives {options.drives}, not {system.name}")
-    if problems:
-        raise UserError("; ".join(problems))
-    plan = LoopPlan(options, task, task.n_loops(fitted.members), canonical)
-    made = closed_loops(fitted.model, fitted.weights_, system, fitted.data, plan, progress)
-    return Controlled([loop for _, _, loop in made])

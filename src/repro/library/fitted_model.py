@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from repro.control.controller import ControllerOptions
-from repro.control.task import Task
+from repro.control.task import LoopPlan, Task
 from repro.data.dataset import Dataset
 from repro.errors import UserError
 from repro.evaluation.metric_options import MetricOptions
 from repro.evaluation.pointwise import pointwise
 from repro.learning.result import Progress, silent
-from repro.library.choices import metric as metric_of
-from repro.library.closed_loops import Controlled, control
+from repro.library import choices
+from repro.library.closed_loops import Controlled, closed_loops
+from repro.library.datasets import for_members
 from repro.library.ensemble_model import Ensemble
 from repro.mechanics.system import System
 from repro.models.gauge import Gauge
@@ -67,7 +68,18 @@ class FittedModel(Ensemble):
         UserError
             Where no plant is known, the task or the controller does not fit it, or the model has no expressions.
         """
-        return control(self, task, controller, plant, canonical, progress)
+        system = self.system if plant is None else plant
+        if system is None:
+            raise UserError('control: no plant is known; give one, such as plant=repro.system("sip")')
+        options = choices.controller(controller) if isinstance(controller, str) else controller
+        problems = [*task.problems(system), *options.problems(system)]
+        if not options.fits(system):
+            problems.append(f"{options.kind} drives {options.drives}, not {system.name}")
+        if problems:
+            raise UserError("; ".join(problems))
+        plan = LoopPlan(controller=options, task=task, loops=task.n_loops(self.members), canonical=canonical)
+        made = closed_loops(self.model, self.weights_, system, self.data, plan, progress)
+        return Controlled([loop for _, _, loop in made])
 
     def score(self, data: Dataset | None = None, metric: str | MetricOptions = "none") -> "pd.DataFrame":
         """Errors on the test part of the data.
@@ -91,10 +103,8 @@ class FittedModel(Ensemble):
         """
         import pandas as pd
 
-        from repro.library.datasets import for_members
-
         part = for_members(self.data if data is None else data, self.members).test
-        chosen = metric_of(metric) if isinstance(metric, str) else metric
+        chosen = choices.metric(metric) if isinstance(metric, str) else metric
         metrics = [
             *pointwise(self.model, self.weights_, part, self.system, "test", Gauge.CANONICAL),
             *chosen.measure(self.model, self.weights_, part, self.system, "test"),

@@ -58,7 +58,8 @@ def used_settings(config: Config) -> dict[str, object]:
     """Every setting that had a part in a run, by dotted key; `config` is at its scale."""
     flat = flattened(config.model_dump(mode="json"))
     unused = _unused(flat, config)
-    used = {key: value for key, value in flat.items() if not any(_is_in(key, place) for place in unused)}
+    groups = tuple(place for place in unused if place.endswith("."))
+    used = {key: value for key, value in flat.items() if key not in unused and not key.startswith(groups)}
     return used | ({} if flat["control.kind"] == "none" else {"control.loops": config.loops})
 
 
@@ -83,7 +84,3 @@ def _unused(flat: Json, config: Config) -> list[str]:
     if config.own_coordinates:
         unused += ["system.", "reading."]
     return unused
-
-
-def _is_in(key: str, place: str) -> bool:
-    return key.startswith(place) if place.endswith(".") else key == place

@@ -2,20 +2,16 @@
 
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from repro.codegen.lazy_torch import Tensor, torch
+from repro.data.dataset import Dataset
 from repro.errors import UserError
-from repro.pipeline.stored_options import stored_options
+from repro.mechanics.system import System
+from repro.models.model import Model
+from repro.pipeline.stage_options import FitOptions
+from repro.pipeline.stages.stored_fit import dataset, load_parameters, model_of, system_of
 from repro.tracking.load import Run, load_run
 from repro.tracking.plain_data import Json
-
-if TYPE_CHECKING:
-    from torch import Tensor
-
-    from repro.data.dataset import Dataset
-    from repro.mechanics.system import System
-    from repro.models.model import Model
-    from repro.pipeline.stage_options import FitOptions
 
 
 class OpenedRun(Run):
@@ -36,38 +32,28 @@ class OpenedRun(Run):
         return list(self.card["seeds"])
 
     @cached_property
-    def settings(self) -> "FitOptions":
+    def settings(self) -> FitOptions:
         """What the fit depends on: system, model, basis, objective, optimiser, sequence."""
-        return stored_options(self._fit)
+        return FitOptions.stored(self._fit.config)
 
     @cached_property
-    def data(self) -> "Dataset":
+    def data(self) -> Dataset:
         """The dataset D, training part first."""
-        from repro.pipeline.stages.stored_fit import dataset
-
         return dataset(self.upstream["data"])
 
     @cached_property
-    def system(self) -> "System | None":
+    def system(self) -> System | None:
         """The true system; None for recordings of the user."""
-        from repro.pipeline.stages.stored_fit import system_of
-
         return system_of(self.settings) if self.settings.simulated else None
 
     @cached_property
-    def model(self) -> "Model":
+    def model(self) -> Model:
         """The model; its weights are `parameters`."""
-        from repro.pipeline.stages.stored_fit import model_of
-
         return model_of(self.settings, self._fit.upstream)
 
     @cached_property
-    def parameters(self) -> "Tensor":
+    def parameters(self) -> Tensor:
         """The learned weights (member, n_parameters); UserError when the model's code no longer fits them."""
-        import torch
-
-        from repro.pipeline.stages.stored_fit import load_parameters
-
         weights = torch.from_numpy(load_parameters(self._fit.record.folder))
         if weights.shape[1] != self.model.n_parameters:
             raise UserError(

@@ -8,8 +8,10 @@ from repro.config.schema import Config, scaled
 from repro.config.submodels import fit_of, is_settings, settings_of
 from repro.control.controller import CONTROLLERS, ControllerOptions
 from repro.data.data_options import FreeMotionOptions, RandomForce, RecordingFile, Regime
+from repro.errors import UserError
 from repro.evaluation.metric_options import METRICS
 from repro.learning.objective_options import OBJECTIVES
+from repro.learning.optimiser_options import OPTIMISERS
 from repro.learning.sequence_options import SEQUENCES
 from repro.learning.training_options import Training
 from repro.mechanics.system_options import SystemOptions
@@ -21,7 +23,6 @@ from repro.pipeline.stage_options import (
     RunOptions,
     recording_digest,
 )
-from repro.pipeline.stored_options import check_seeds, stored_options
 from repro.plugins.options import Options
 from repro.plugins.plugin import plugin_module
 from repro.tracking.record import Record
@@ -83,12 +84,8 @@ class Pipeline:
         seeds, system = tuple(config.members), self._system
         if not config.model.fitted:
             return FitOptions(system, seeds, simulated, config.model, UNUSED_BASIS, None, parts)
-        training = Training(
-            config.objective,
-            config.sequence.effective,
-            replace(config.optimiser, name=""),
-            config.device,
-        )
+        optimiser = replace(config.optimiser, name="")
+        training = Training(config.objective, config.sequence.effective, optimiser, config.device)
         return FitOptions(system, seeds, simulated, config.model, config.basis.name, training, parts)
 
     @cached_property
@@ -98,7 +95,7 @@ class Pipeline:
         upstream |= {f"part_{number}": id for number, (_, id) in enumerate(self._parts, start=1)}
         code = [*_code_of(self.fit_options), *self._loss_code]
         if (training := self.fit_options.training) is not None:
-            code.append(plugin_module("learning.optimisers", training.optimiser.kind))
+            code.append(plugin_module(OPTIMISERS, training.optimiser.kind))
             if training.device != "cpu":
                 code.append(plugin_module("learning.device", "device_adam"))
         return self._stage("fits", self.model_name, self.fit_options, upstream, "fit", code)
@@ -129,8 +126,9 @@ class Pipeline:
                 parts.append((pipeline.fit_options, pipeline.fit_stage.id))
             else:
                 fit = fit_of(part)
-                options = stored_options(fit)
-                check_seeds(fit, options, self.config.members)
+                options = FitOptions.stored(fit.config)
+                if missing := [seed for seed in self.config.members if seed not in options.seeds]:
+                    raise UserError(f"model.parts: {fit.id} has the seeds {list(options.seeds)}, and not {missing}")
                 parts.append((options, fit.id))
         return parts
 
@@ -162,7 +160,9 @@ class Pipeline:
         config = self.config
         canonical = config.energies.gauge.startswith("canonical")
         assert isinstance(config.control, ControllerOptions)
-        return LoopOptions(self.fit_options, config.control, config.task, config.loops, canonical)
+        return LoopOptions(
+            fit=self.fit_options, controller=config.control, task=config.task, loops=config.loops, canonical=canonical
+        )
 
     @cached_property
     def control_stage(self) -> Stage | None:
@@ -254,13 +254,7 @@ class Pipeline:
         return DataOptions(self._system, tuple(self.config.members), source, sha256)
 
     def _stage(
-        self,
-        kind: str,
-        name: str,
-        options: Options,
-        upstream: Mapping[str, str],
-        stage: str,
-        code: Sequence[str],
+        self, kind: str, name: str, options: Options, upstream: Mapping[str, str], stage: str, code: Sequence[str]
     ) -> Stage:
         work = plugin_module("pipeline.stages", stage)
         return Stage(kind, name, options.plain(), dict(upstream), (work, *dict.fromkeys(code)), self.command)

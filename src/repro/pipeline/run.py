@@ -63,16 +63,11 @@ def _done(store: Store, stage: Stage, work: Callable[[Path], Json]) -> Record:
     return stored or store.compute(stage, work)
 
 
-def _compute_with_one_thread() -> None:
-    """In torch, whether it is loaded already or only when a model needs it."""
-    os.environ["OMP_NUM_THREADS"] = "1"
-    if (torch := sys.modules.get("torch")) is not None:
-        torch.set_num_threads(1)
-
-
 def run_job(resolved: Json, outputs: str, command: str, overrides: Sequence[str] = ()) -> Json:
     """The target of a sweep's jobs: run one configuration; returns the run's id and its median metrics."""
-    _compute_with_one_thread()
+    os.environ["OMP_NUM_THREADS"] = "1"  # of torch where a model loads it later
+    if (torch := sys.modules.get("torch")) is not None:
+        torch.set_num_threads(1)
     pipeline = Pipeline.of(Config.model_validate(resolved), command)
     record = execute(pipeline, Store(Path(outputs), overrides))
     return {"run": record.id, "median": record.summary["median"]}

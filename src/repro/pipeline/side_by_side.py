@@ -4,10 +4,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from repro.errors import UserError
+from repro.library.run_recording import recording_of, tested_by
 from repro.pipeline.finished_run import OpenedRun, open_run
 from repro.plugins.plugin import plugin_module
 from repro.recording.contents import FILENAME
 from repro.recording.viewer import KIND
+from repro.recording.writer import write_recording
 from repro.results.metric_names import written
 from repro.results.table_schema import as_text
 from repro.tracking.load import digits
@@ -67,9 +69,6 @@ def _opened(id: str, root: Path) -> OpenedRun:
 
 
 def _record(folder: Path, stage: Stage, runs: Sequence[OpenedRun], labels: Mapping[str, str]) -> Json:
-    from repro.library.run_recording import recording_of, tested_by
-    from repro.recording.writer import write_recording
-
     system = runs[0].system
     assert system is not None
     member = stage.config["member"]

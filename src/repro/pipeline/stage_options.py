@@ -3,16 +3,22 @@
 import hashlib
 from dataclasses import dataclass
 
-from repro.control.controller import ControllerOptions
-from repro.control.task import Task
+from pydantic import TypeAdapter
+
+from repro.control.task import LoopPlan
 from repro.data.data_options import FreeMotionOptions, RandomForce, RecordingFile
 from repro.evaluation.metric_options import MetricOptions
+from repro.learning.objective_options import OBJECTIVES
+from repro.learning.optimiser_options import OPTIMISERS
+from repro.learning.sequence_options import SEQUENCES
 from repro.learning.training_options import Training
 from repro.mechanics.system_options import SystemOptions
 from repro.models.gauge import Gauge
-from repro.models.model_options import ModelOptions
+from repro.models.model_options import MODELS, ModelOptions
+from repro.plugins.checked import checked
 from repro.plugins.options import Options
 from repro.tracking.files import file_digest
+from repro.tracking.plain_data import Json
 
 
 @dataclass(frozen=True)
@@ -44,16 +50,32 @@ class FitOptions(Options):
     training: Training | None
     parts: tuple["FitOptions", ...] = ()
 
+    @classmethod
+    def stored(cls, content: Json) -> "FitOptions":
+        """Read back from a run.json; UserError where its model does not exist any more, or has other options."""
+        training = content["training"]
+        return cls(
+            TypeAdapter(SystemOptions | None).validate_python(content["system"]),
+            tuple(content["seeds"]),
+            content["simulated"],
+            checked("model", MODELS, content["model"]),
+            content["basis"],
+            training
+            and Training(
+                checked("objective", OBJECTIVES, training["objective"]),
+                checked("sequence", SEQUENCES, training["sequence"]),
+                checked("optimiser", OPTIMISERS, training["optimiser"]),
+                training["device"],
+            ),
+            tuple(map(cls.stored, content["parts"])),
+        )
 
-@dataclass(frozen=True)
-class LoopOptions(Options):
-    """Of the closed loops with a fitted ensemble, at most `loops`; canonical: the gauge of the energies in the cost."""
+
+@dataclass(frozen=True, kw_only=True)
+class LoopOptions(LoopPlan):
+    """Of the closed loops with a fitted ensemble."""
 
     fit: FitOptions
-    controller: ControllerOptions
-    task: Task
-    loops: int
-    canonical: bool
 
 
 @dataclass(frozen=True)

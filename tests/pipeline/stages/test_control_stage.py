@@ -8,7 +8,7 @@ from configurations import changed
 from repro.config.registry import groups, settings
 from repro.control.controller import CONTROLLERS
 from repro.control.predictive_model import PredictiveModel
-from repro.control.task import Task
+from repro.control.task import LoopPlan, Task
 from repro.data.random_force import random_force
 from repro.errors import UserError
 from repro.mechanics.system import load
@@ -52,7 +52,7 @@ def drive(folder, plan, data):
 @pytest.mark.parametrize("setting", ["sip", "sip_adaptive", "energy_shaping", "sip_printed"])
 def test_a_setting_drives_and_leaves_its_rows(setting, tmp_path, data):
     disturbed = task("random", seconds=2.0, mismatch=0.1, noise=0.5)
-    summary = drive(tmp_path, control.LoopPlan(controller(setting), disturbed, 2, True), data)
+    summary = drive(tmp_path, LoopPlan(controller=controller(setting), task=disturbed, loops=2, canonical=True), data)
     table = pd.read_parquet(tmp_path / control.LOOPS)
     assert set(COLUMNS) <= set(table) and len(table) == summary["loops"] == 2
     assert list(table["member"]) == [0, 1] and list(table["x_des"]) == [0.8, -0.8]
@@ -120,7 +120,7 @@ def test_the_disc_is_the_papers_unless_another_is_chosen():
 
 
 def test_the_recording_shows_motion_solver_and_clearance(tmp_path, data):
-    plan = control.LoopPlan(controller("sip"), task("hanging", seconds=2.0), 1, False)
+    plan = LoopPlan(controller=controller("sip"), task=task("hanging", seconds=2.0), loops=1, canonical=False)
     drive(tmp_path, plan, data)
     with np.load(tmp_path / control.FIRST) as stored:
         loop_recording.record(tmp_path, "run", "title", {"setting": "sip"}, dict(stored), load("sip"))

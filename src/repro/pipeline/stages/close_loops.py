@@ -1,7 +1,7 @@
 """Closed loops as a stage: drives the true plant from many starts, and writes the results as tables."""
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,8 +9,10 @@ import numpy as np
 import pandas as pd
 
 from repro.control.loop_tables import row, save, trajectory
+from repro.control.task import LoopPlan
 from repro.data.dataset import Dataset
-from repro.library.closed_loops import LoopPlan, closed_loops
+from repro.learning.result import Progress
+from repro.library.closed_loops import closed_loops
 from repro.mechanics.system import System
 from repro.models.model import Model
 from repro.pipeline.stage_options import LoopOptions
@@ -33,8 +35,7 @@ def make(folder: Path, options: LoopOptions, upstream: Mapping[str, Run]) -> Jso
     fit, inputs = upstream["fit"], upstream["fit"].upstream
     model, weights = model_of(options.fit, inputs), load_parameters(fit.record.folder)
     system, data = simulated_system(options.fit), dataset(inputs["data"])
-    plan = LoopPlan(options.controller, options.task, options.loops, options.canonical)
-    return drive(folder, model, weights, options.fit.seeds, system, data, plan, progress.report)
+    return drive(folder, model, weights, options.fit.seeds, system, data, options, progress.report)
 
 
 def drive(
@@ -45,7 +46,7 @@ def drive(
     system: System,
     data: Dataset,
     plan: LoopPlan,
-    report: Callable[[float, str], None],
+    report: Progress,
 ) -> Json:
     """Close every loop of a plan with the members' weights (member, n_parameters); returns a summary."""
     disc = plan.task.disc(system)

@@ -210,14 +210,10 @@ def _coefficients(fit: Fit) -> Json:
 def _metrics(
     fit: Fit, data: Dataset, system: System | None, gauge: Gauge, rollout: ModelRollout | None
 ) -> Iterator[MetricValues]:
-    test, train = data.test, data.train
+    test = data.test
     yield from pointwise(fit.model, fit.parameters, test, system, "test", gauge)
-    early = min(TRAIN_SAMPLES, train.samples)
-    head = Dataset(
-        q=train.q[:, :early], qd=train.qd[:, :early], qdd=train.qdd[:, :early], tau=train.tau[:, :early],
-        time=train.time[:early], episode=train.episode[:early], n_train=early,
-        coordinates=train.coordinates, time_step=train.time_step,
-    )  # fmt: skip
+    early = min(TRAIN_SAMPLES, data.n_train)
+    head = data.select(slice(early), early)
     for metric in pointwise(fit.model, fit.parameters, head, None, "train", gauge):
         if metric.name in ("mae_tau", "mae_qdd"):
             yield metric

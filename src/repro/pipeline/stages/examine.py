@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from repro.data.dataset import Dataset
 from repro.evaluation.identifiability import Identifiability, identifiability
@@ -68,8 +69,6 @@ def metrics(members: Sequence[Identifiability]) -> Iterator[MetricValues]:
 
 def keep(folder: Path, phases: dict[str, list[Identifiability]], seeds: Sequence[int]) -> None:
     """Write one row per phase, seed and direction: singular value, and a description where it is not identifiable."""
-    import pandas as pd
-
     rows = [
         (seed, phase, order, float(value), one.words[order - one.rank] if order >= one.rank else "")
         for phase, members in phases.items()
