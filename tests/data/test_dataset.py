@@ -7,7 +7,9 @@ import pytest
 
 from repro.data.dataset import Dataset
 from repro.data.free_motion import free_motion
+from repro.data.random_force import random_force
 from repro.errors import UserError
+from repro.library.datasets import for_members
 from repro.mechanics.system import load
 
 
@@ -92,3 +94,16 @@ def test_a_missing_file_is_named(data: Dataset, tmp_path: Path, name: str) -> No
 def test_arrays_that_do_not_fit_are_refused(data: Dataset, wrong: dict) -> None:
     with pytest.raises(ValueError, match=next(iter(wrong))):
         replace(data, **wrong)
+
+
+def test_members_are_taken_with_all_that_belongs_to_them():
+    recorded = {"measured": "states", "labels": "differenced"}
+    data = random_force(load("sip"), seeds=[0, 1], samples=20, episode_steps=10, **recorded)
+    swapped = data.of_members([1, 0, 1])
+    assert swapped.members == 3
+    for name in ("q", "qd", "qdd", "tau"):
+        np.testing.assert_array_equal(getattr(swapped, name), getattr(data, name)[[1, 0, 1]])
+    np.testing.assert_array_equal(swapped.measurement.qd, data.measurement.qd[[1, 0, 1]])
+    np.testing.assert_array_equal(swapped.time, data.time)
+    for_two = for_members(data.of_members([1]), 2)  # as many fits of one recording: each has what the sensors recorded
+    np.testing.assert_array_equal(for_two.measurement.q, data.measurement.q[[1, 1]])

@@ -163,6 +163,6 @@ def test_a_run_opens_to_its_model_data_and_tables(outputs):
 
 def test_weights_of_older_code_are_refused(outputs, monkeypatch):
     record = made(outputs, "t1")
-    monkeypatch.setattr("repro.pipeline.stages.stored_fit.load_parameters", lambda folder: np.zeros((2, 9)))
+    monkeypatch.setattr("repro.pipeline.finished_run.load_parameters", lambda folder: np.zeros((2, 9)))
     with pytest.raises(UserError, match="has 9 weights per seed, its model now takes 4"):
         _ = repro.load_run(record.id, root=outputs).parameters

@@ -22,10 +22,6 @@ def predicted(model: Model, parameters: np.ndarray, *arrays: ArrayLike | None) -
         raise UserError(f"arrays of shape {shape}: the last axis needs {model.n_q} coordinates")
     flat = [np.repeat(array.reshape(1, -1, model.n_q), len(parameters), axis=0) for array in given]
     terms = predict(model, parameters, *flat, *[np.zeros_like(flat[0])] * (4 - len(flat)))
-    values = {name: getattr(terms, name) for name in ALL}
-    return Terms(
-        **{
-            name: None if value is None else value.reshape(len(parameters), *shape[:-1], *value.shape[2:])
-            for name, value in values.items()
-        }
-    )
+    defined = {name: value for name in ALL if (value := getattr(terms, name)) is not None}
+    leading = len(parameters), *shape[:-1]
+    return Terms(**{name: value.reshape(*leading, *value.shape[2:]) for name, value in defined.items()})

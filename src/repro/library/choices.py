@@ -24,10 +24,8 @@ def model(name: str, **options: Any) -> ModelOptions:
 
     Parameters
     ----------
-    name
-        Of its file.
-    options
-        As in conf/model; the others keep their defaults.
+    name, options
+        Of its file, and as in conf/model; the other options keep their defaults.
 
     Returns
     -------
@@ -56,10 +54,8 @@ def optimiser(name: str, **options: Any) -> OptimiserOptions:
 
     Parameters
     ----------
-    name
-        Of its file.
-    options
-        As in conf/optimiser; the others keep their defaults.
+    name, options
+        Of its file, and as in conf/optimiser; the other options keep their defaults.
 
     Returns
     -------
@@ -85,10 +81,8 @@ def objective(name: str, **options: Any) -> ObjectiveOptions:
 
     Parameters
     ----------
-    name
-        Of its file.
-    options
-        As in conf/objective; the others keep their defaults.
+    name, options
+        Of its file, and as in conf/objective; the other options keep their defaults.
 
     Returns
     -------
@@ -114,10 +108,8 @@ def sequence(name: str, **options: Any) -> SequenceOptions:
 
     Parameters
     ----------
-    name
-        Of its file.
-    options
-        As in conf/sequence; the others keep their defaults.
+    name, options
+        Of its file, and as in conf/sequence; the other options keep their defaults.
 
     Returns
     -------
@@ -143,10 +135,8 @@ def metric(name: str, **options: Any) -> MetricOptions:
 
     Parameters
     ----------
-    name
-        Of its file.
-    options
-        As in conf/metric; the others keep their defaults.
+    name, options
+        Of its file, and as in conf/metric; the other options keep their defaults.
 
     Returns
     -------
@@ -172,10 +162,8 @@ def controller(name: str, **options: Any) -> ControllerOptions:
 
     Parameters
     ----------
-    name
-        Of its file.
-    options
-        As in conf/control; the others keep their defaults.
+    name, options
+        Of its file, and as in conf/control; the other options keep their defaults.
 
     Returns
     -------

@@ -1,7 +1,6 @@
 """Datasets from Python: one's own arrays or data frame, or a simulated system."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -182,9 +181,7 @@ def for_members(data: Dataset, members: int) -> Dataset:
         return data
     if data.members != 1:
         raise UserError(f"the data have {data.members} members and {members} seeds are given: one of both, or as many")
-    arrays = {name: getattr(data, name) for name in ("q", "qd", "qdd", "tau", "energy")}
-    repeated: dict[str, Any] = {name: a if a is None else np.repeat(a, members, axis=0) for name, a in arrays.items()}
-    return replace(data, **repeated)
+    return data.of_members([0] * members)
 
 
 def _members(name: str, values: ArrayLike) -> np.ndarray:

@@ -71,13 +71,11 @@ class Ensemble:
             Of the same kind, with one member.
         """
         part = slice(index, index + 1)
-        arrays = {name: getattr(self.data, name)[part] for name in ("q", "qd", "qdd", "tau")}
-        energy = None if self.data.energy is None else self.data.energy[part]
         curves = [(step, name, values[part]) for step, name, values in self.curves_]
         information = None if self.information_ is None else self.information_[part]
         return replace(
             self, information_=information, weights_=self.weights_[part], seeds=self.seeds[part],
-            status_=self.status_[part], curves_=curves, data=replace(self.data, **arrays, energy=energy),
+            status_=self.status_[part], curves_=curves, data=self.data.of_members([index]),
         )  # fmt: skip
 
     def tau(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> np.ndarray:
@@ -85,10 +83,8 @@ class Ensemble:
 
         Parameters
         ----------
-        q, qd
-            Positions (m, rad) and velocities (m/s, rad/s), (..., n_q); leading axes broadcast.
-        qdd
-            Accelerations (m/s^2, rad/s^2), (..., n_q).
+        q, qd, qdd
+            Positions, velocities and accelerations (m, rad, s), (..., n_q); leading axes broadcast.
 
         Returns
         -------
