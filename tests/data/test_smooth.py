@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from repro.data.measurement import Measurement
+from repro.data.dataset import Measurement
 from repro.data.smooth import PRIOR, _Filter, _motion, smooth
 
 TIMES = np.array([0.0, 0.1, 0.17, 0.3, 0.42])

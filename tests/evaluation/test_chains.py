@@ -18,7 +18,7 @@ TRUE = [0.25, 10.0, 10.0, 0.3]
 
 def test_a_true_link_makes_the_true_chain_and_a_wrong_one_does_not():
     weights = torch.tensor([TRUE, [0.25, 10.1, 10.0, 0.3]], dtype=torch.float64)
-    found = {metric.name: metric.values for metric in chain_errors(MODEL, weights, LINK, [3, 30], "test")}
+    found = {metric.name: metric.values for metric in chain_errors(MODEL, weights, LINK, [3, 30])}
     assert {name.rpartition("_")[2] for name in found} == {"3", "30"}
     for links in (3, 30):
         assert found[f"chain_error_{links}"][0] < 1e-12

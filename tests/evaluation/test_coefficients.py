@@ -32,7 +32,7 @@ def test_a_basis_that_misses_a_term_has_no_true_coefficients(system, no_weights)
     partial = SimpleNamespace(LINEAR=True, kinetic=lambda q, qd, m: {"xd^2": qd[0] ** 2}, potential=t1.potential)
     model = Lagrangian(partial, 2)
     assert true_coefficients(model, system) is None
-    assert list(coefficient_errors(model, no_weights, system, "test")) == []
+    assert list(coefficient_errors(model, no_weights, system)) == []
 
 
 def test_errors_count_false_and_missing_terms(system):
@@ -42,7 +42,7 @@ def test_errors_count_false_and_missing_terms(system):
     members[1, model.coefficient_names.index("x^2")] = 0.03
     members[2, model.coefficient_names.index("cos(theta)")] = 0.0
     members[3] += np.where(true != 0, 0.01, 0.0)
-    errors = {m.name: m.values for m in coefficient_errors(model, torch.from_numpy(members), system, "test")}
+    errors = {m.name: m.values for m in coefficient_errors(model, torch.from_numpy(members), system)}
     np.testing.assert_array_equal(errors["false_terms"], [0, 1, 0, 0])
     np.testing.assert_array_equal(errors["missing_terms"], [0, 0, 1, 0])
     np.testing.assert_array_equal(errors["support_exact"], [1, 0, 0, 1])
@@ -59,6 +59,6 @@ def test_identities_between_the_terms_are_no_error():
         shifted[names.index(name)] += share
     wrong = shifted.copy()
     wrong[names.index("cos(theta2)")] += 0.25
-    errors = list(coefficient_errors(model, torch.from_numpy(np.stack([shifted, wrong])), dip, "test"))
+    errors = list(coefficient_errors(model, torch.from_numpy(np.stack([shifted, wrong])), dip))
     assert [error.name for error in errors] == ["coefficient_error"]
     np.testing.assert_allclose(errors[0].values, [0, 0.25], atol=1e-12)

@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from repro.data.random_force import random_force
-from repro.evaluation.damping import damping_errors
+from repro.evaluation.dissipation import damping_errors
 from repro.learning.objective import Objective
 from repro.learning.optimisers.least_squares import LeastSquares
 from repro.learning.result import NoCheckpoint, silent
@@ -33,7 +33,7 @@ def data(damped):
 
 
 def _errors(model, parameters, data, system):
-    return {metric.name: metric.values for metric in damping_errors(model, parameters, data.test, system, "test")}
+    return {metric.name: metric.values for metric in damping_errors(model, parameters, data.test, system)}
 
 
 @pytest.mark.parametrize("shape", ["diagonal", "full"])

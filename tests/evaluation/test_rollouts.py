@@ -36,14 +36,14 @@ def test_the_true_model_rolls_out_as_the_data(exact, data):
     rollout = first_points(*exact, data.test)
     assert rollout.model.shape == (2, 120, 4)
     np.testing.assert_allclose(rollout.model, rollout.plant, atol=1e-9)
-    errors = _values(rollout_errors(rollout, "test", data.test))
+    errors = _values(rollout_errors(rollout, data.test))
     assert max(errors["rollout_qd[0]"].max(), errors["rollout_qd[1]"].max()) < 1e-10
 
 
 def test_the_true_model_has_no_error_over_steps_and_windows(exact, data):
-    for values in _values(one_step_errors(*exact, data.test, "test")).values():
+    for values in _values(one_step_errors(*exact, data.test)).values():
         np.testing.assert_allclose(values, 0, atol=1e-13)
-    assert _values(window_error(*exact, data.test, "test"))["rollout_error"].max() < 1e-12
+    assert _values(window_error(*exact, data.test))["rollout_error"].max() < 1e-12
 
 
 def test_a_rollout_starts_anew_with_every_episode(exact, data):
@@ -102,7 +102,7 @@ def test_an_euler_step_of_the_true_model_is_of_first_order(exact, system):
     for step in (0.01, 0.005):
         part = _single_steps(system, step)
         rollout = first_points(model, parameters[:1], part)
-        errors.append(_values(rollout_errors(rollout, "test", part)))
+        errors.append(_values(rollout_errors(rollout, part)))
     for component in ("[0]", "[1]"):
         ratio = errors[0][f"onestep_euler_qd{component}"] / errors[1][f"onestep_euler_qd{component}"]
         assert ratio == pytest.approx(4.0, rel=0.05)
@@ -125,7 +125,7 @@ def test_an_exact_step_uses_each_members_own_weights(exact, data):
     model, parameters = exact
     mixed = parameters.clone()
     mixed[1, 3] = 0.5
-    errors = _values(one_step_errors(model, mixed, data.test, "test"))["onestep_exact_qd[1]"]
+    errors = _values(one_step_errors(model, mixed, data.test))["onestep_exact_qd[1]"]
     assert errors[0] < 1e-13
     assert errors[1] > 1e-3
 
@@ -133,7 +133,7 @@ def test_an_exact_step_uses_each_members_own_weights(exact, data):
 def test_a_window_error_grows_with_the_error_of_the_model_and_is_at_most_one(exact, data):
     model, parameters = exact
     errors = [
-        _values(window_error(model, parameters * scale, data.test, "test"))["rollout_error"]
+        _values(window_error(model, parameters * scale, data.test))["rollout_error"]
         for scale in (torch.tensor([1.0, 1.0, 1.0, factor]) for factor in (1.001, 1.1, -20.0))
     ]
     assert np.all(errors[0] < errors[1]) and np.all(errors[1] < errors[2]) and np.all(errors[2] <= 1)
@@ -155,24 +155,24 @@ def test_a_window_error_is_a_geometric_mean_of_relative_distances(exact, system,
 
     monkeypatch.setattr(model_motion, "simulate", moving)
     expected = np.exp(np.log(speeds / (1 + np.sqrt(1 + speeds**2))).mean())
-    np.testing.assert_allclose(_values(window_error(*exact, part, "test"))["rollout_error"], expected, rtol=1e-12)
+    np.testing.assert_allclose(_values(window_error(*exact, part))["rollout_error"], expected, rtol=1e-12)
 
 
 def test_a_model_that_blows_up_has_infinite_errors_and_the_largest_window_error(exact, data):
     model, parameters = exact
     broken = parameters.clone()
     broken[1] = torch.tensor([0.4, -1e-12, 0.0, 0.98])  # no inertia of the pole: it is thrown away at once
-    rollout = _values(rollout_errors(first_points(model, broken, data.test), "test", data.test))
+    rollout = _values(rollout_errors(first_points(model, broken, data.test), data.test))
     assert np.isinf(rollout["rollout_qd[1]"][1]) and rollout["rollout_qd[1]"][0] < 1e-10
-    assert _values(window_error(model, broken, data.test, "test"))["rollout_error"][1] > 0.5
+    assert _values(window_error(model, broken, data.test))["rollout_error"][1] > 0.5
 
 
 def test_short_data_have_no_windows_and_no_steps(exact, data):
     short = replace(data, **{name: getattr(data, name)[:, :30] for name in ("q", "qd", "qdd", "tau")},
                     time=data.time[:30], episode=data.episode[:30], n_train=0)  # fmt: skip
-    assert list(window_error(*exact, short, "test")) == []
+    assert list(window_error(*exact, short)) == []
     apart = replace(short, episode=np.arange(30))
-    assert list(one_step_errors(*exact, apart, "test")) == []
+    assert list(one_step_errors(*exact, apart)) == []
     np.testing.assert_array_equal(first_points(*exact, apart).model, first_points(*exact, apart).plant)
 
 

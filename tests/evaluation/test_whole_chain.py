@@ -46,7 +46,7 @@ def test_the_longer_the_chain_the_more_noise_costs(data):
 
 
 def test_with_fewer_samples_than_unknowns_the_motion_is_lost(data):
-    found = {m.name: m.values for m in whole_chain_errors(data, [0, 1], LINK, 0.1, [2, 110], "test")}
+    found = {m.name: m.values for m in whole_chain_errors(data, [0, 1], LINK, 0.1, [2, 110])}
     assert set(found) == {f"whole_chain_{name}_{links}" for name in ("error", "seconds") for links in (2, 110)}
     assert found["whole_chain_error_110"].min() > 2 * found["whole_chain_error_2"].max()
     assert found["whole_chain_seconds_2"].min() > 0

@@ -32,7 +32,7 @@ def _selected(data, model, optimiser, system, seeds=DRAWS):
     problem = TrainingProblem(model, [make_task(model, data.train, Objective())], seeds)
     start = torch.zeros(len(seeds), model.n_parameters, dtype=torch.float64)
     fitted = optimiser.fit(problem, start, silent, NoCheckpoint())
-    errors = {m.name: m.values for m in coefficient_errors(model, fitted.parameters, system, "test")}
+    errors = {m.name: m.values for m in coefficient_errors(model, fitted.parameters, system)}
     return fitted, errors
 
 

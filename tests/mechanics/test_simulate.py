@@ -9,7 +9,7 @@ from repro.codegen import c_library
 from repro.codegen.array_evaluation import evaluate
 from repro.codegen.straight_line import PART
 from repro.errors import UserError
-from repro.mechanics import c_engine
+from repro.mechanics import integrators
 from repro.mechanics import simulate as engines
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.runge_kutta import rk4_step
@@ -259,10 +259,10 @@ def test_without_a_compiler_casadi_takes_over_with_one_notice(caplog: pytest.Log
 
 def test_compiled_code_is_kept_and_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    c_engine.CompiledIntegrator(["qdd[0] = 2.0 * u[0]"], 0, 1, 1)
+    integrators.CompiledIntegrator(["qdd[0] = 2.0 * u[0]"], 0, 1, 1)
     (library,) = (tmp_path / "repro").iterdir()
     made = library.stat().st_mtime_ns
-    c_engine.CompiledIntegrator(["qdd[0] = 2.0 * u[0]"], 0, 1, 1)
+    integrators.CompiledIntegrator(["qdd[0] = 2.0 * u[0]"], 0, 1, 1)
     assert [(path, path.stat().st_mtime_ns) for path in (tmp_path / "repro").iterdir()] == [(library, made)]
 
 

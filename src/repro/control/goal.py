@@ -32,11 +32,6 @@ class Goal:
             within = np.abs(self.error(states[..., : len(self.q)])) < self.tolerance
         return np.asarray(np.all(within[..., judged], axis=-1) & np.all(np.isfinite(states), axis=-1))
 
-    @property
-    def judged_translations(self) -> list[int]:
-        """Positions of the coordinates in m that the goal fixes."""
-        return [i for i, c in enumerate(self.coordinates) if c.unit == "m" and np.isfinite(self.tolerance[i])]
-
     def place(self, name: str) -> float:
         """The goal's value of the coordinate of that name; nan where there is none."""
         values = {coordinate.name: float(q) for coordinate, q in zip(self.coordinates, self.q, strict=True)}
@@ -72,7 +67,7 @@ def judge(time: np.ndarray, states: np.ndarray, clearance: np.ndarray | None, go
     contact = clearance is not None and bool(np.any(clearance < 0))
     away = np.flatnonzero(~there)
     first = away[-1] + 1 if away.size else 0
-    places = goal.judged_translations
+    places = [i for i, c in enumerate(goal.coordinates) if c.unit == "m" and np.isfinite(goal.tolerance[i])]
     return Outcome(
         success=bool(np.all(there[last])) and time[-1] >= goal.hold and not contact,
         contact=contact,

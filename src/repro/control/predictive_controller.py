@@ -49,8 +49,7 @@ class PredictiveController:
             inputs = self._held(shared)
             guess = self._rolled_out(state, inputs, shared)
         else:
-            inputs = self._shifted_inputs()
-            guess = self._shifted(state, inputs)
+            inputs, guess = self._shifted(self.plan, state)
         tries = [self.solver(parameters, guess)]
         if not _is_good(tries[0]):
             tries.append(self.solver(parameters, self._rolled_out(state, inputs, shared)))
@@ -82,18 +81,13 @@ class PredictiveController:
         n_q = self.of.model.n_q
         return np.tile(self._limited(shared[n_q : n_q + self.of.n_u]), (self.of.n_intervals, 1))
 
-    def _shifted_inputs(self) -> np.ndarray:
-        assert self.plan is not None
-        passed = (self.plan.age + 1) * self.of.problem.time_step
-        return np.asarray(self.plan.inputs[self._interval_at(self.times[:-1] + passed)])
-
-    def _shifted(self, state: np.ndarray, inputs: np.ndarray) -> np.ndarray:
-        """The last plan moved to the present time, from the measured state."""
-        assert self.plan is not None
-        at = self.times + (self.plan.age + 1) * self.of.problem.time_step
-        states = np.stack([np.interp(at, self.times, column) for column in self.plan.states.T], axis=1)
+    def _shifted(self, plan: Plan, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The inputs of a plan from the present time on, and a guess: its states moved there, from the measured one."""
+        at = self.times + (plan.age + 1) * self.of.problem.time_step
+        inputs = plan.inputs[self._interval_at(at[:-1])]
+        states = np.stack([np.interp(at, self.times, column) for column in plan.states.T], axis=1)
         states[0] = state
-        return self.of.guess(states, inputs)
+        return inputs, self.of.guess(states, inputs)
 
     def _rolled_out(self, state: np.ndarray, inputs: np.ndarray, shared: np.ndarray) -> np.ndarray:
         """A roll-out of the model; near the goal the state is held instead, because an open-loop motion may fall."""

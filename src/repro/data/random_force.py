@@ -83,7 +83,8 @@ def random_force(
     episodes = -(-samples // length)
     shape = episodes * -(-length // held), len(limits)
     inputs = np.stack([s["force"].uniform(-limits, limits, shape) for s in streams])
-    inputs = _over_samples(inputs, episodes, held, length)[:, :samples]
+    inputs = np.repeat(inputs.reshape(len(streams), episodes, -1, len(limits)), held, axis=2)[:, :, :length]
+    inputs = inputs.reshape(len(streams), -1, len(limits))[:, :samples]
     starts = np.stack([_starts(system, episodes, start, reset, s["reset"]) for s in streams])
     states, tau = _trajectories(system, starts, inputs, length, step)
     exact = Dataset.from_motion(
@@ -124,13 +125,6 @@ def _held_samples(time_step: float, sample_step: float | None) -> tuple[float, i
     if held < 1 or abs(held * sample_step - time_step) > 1e-9:
         raise UserError(f"sample_step = {sample_step}: time_step = {time_step} s must be a whole multiple of it")
     return sample_step, held
-
-
-def _over_samples(inputs: np.ndarray, episodes: int, held: int, length: int) -> np.ndarray:
-    """Inputs (member, hold, n_u), anew at every episode, as (member, sample, n_u)."""
-    members, _, n_u = inputs.shape
-    samples = np.repeat(inputs.reshape(members, episodes, -1, n_u), held, axis=2)[:, :, :length]
-    return samples.reshape(members, -1, n_u)
 
 
 def _starts(system: System, episodes: int, start: str | None, reset: str, stream: np.random.Generator) -> np.ndarray:

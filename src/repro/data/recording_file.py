@@ -10,9 +10,8 @@ import numpy as np
 
 from repro.data.checks import check_positive, training_size
 from repro.data.data_options import RecordingFile
-from repro.data.dataset import Dataset
+from repro.data.dataset import Dataset, Measurement
 from repro.data.differentiation import difference, differences_of_positions
-from repro.data.measurement import Measurement
 from repro.data.plausibility import contradictions, remarks
 from repro.data.recorded_rows import RecordedRows, chosen, joined, samples_of
 from repro.data.sensors import estimated, unwrapped
@@ -44,7 +43,8 @@ def from_file(source: RecordingFile, system: System | None, *, members: int = 1)
         raise UserError("data.coordinates.names: name the coordinates, or choose a system that has them")
     else:
         coordinates = system.coordinates
-    stamps = tuple(tuple(map(_stamp, files)) for files in files_read(source))
+    stats = [[(path, path.stat()) for path in files] for files in files_read(source)]
+    stamps = (tuple((str(path), stat.st_mtime_ns, stat.st_size) for path, stat in files) for files in stats)
     return _read(source, system, coordinates, *stamps).of_members([0] * members)
 
 
@@ -52,10 +52,6 @@ def files_read(source: RecordingFile) -> tuple[list[Path], list[Path]]:
     """The files to learn from, and those for testing alone; UserError where there are none."""
     files, tests = ([file for path in paths for file in files_of(path)] for paths in (source.paths, source.test_paths))
     return files, tests
-
-
-def _stamp(path: Path) -> Stamp:
-    return str(path), path.stat().st_mtime_ns, path.stat().st_size
 
 
 @lru_cache(maxsize=8)
@@ -86,7 +82,10 @@ def _read(
     steps = np.diff(samples.time)[samples.episode[1:] == samples.episode[:-1]]
     if not len(steps):
         raise UserError(f"{names}: every episode has a single sample")
-    time_step = _time_step(names, source.time_step, steps)
+    time_step = float(np.median(steps)) if source.time_step is None else source.time_step
+    if abs(np.median(steps) - time_step) > UNEVEN * time_step:
+        differs = f"time_step = {time_step} s, but the time column advances by {np.median(steps):.6g} s"
+        raise UserError(f"{names}: {differs}")
     uneven = float(np.abs(steps / time_step - 1).max())
     if uneven > UNEVEN:
         derived.append(f"the sampling intervals differ by up to {uneven:.0%} from their median")
@@ -180,13 +179,6 @@ def _motion(rows: RecordedRows, labels: str) -> tuple[RecordedMotion, Measuremen
     what = "qdd is not recorded: it was" if rows.qdd is None else "qdd was"
     said = f"{what} differenced from qd, which blurs it over each step and multiplies noise"
     return RecordedMotion(rows.q, rows.qd, difference(rows.qd, rows.time, rows.episode)), recorded, [said]
-
-
-def _time_step(names: str, given: float | None, steps: np.ndarray) -> float:
-    median = float(np.median(steps))
-    if given is not None and abs(median - given) > UNEVEN * given:
-        raise UserError(f"{names}: time_step = {given} s, but the time column advances by {median:.6g} s")
-    return median if given is None else given
 
 
 def _running_on(time: np.ndarray, episode: np.ndarray, time_step: float) -> np.ndarray:

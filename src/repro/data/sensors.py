@@ -5,9 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from repro.data.dataset import Dataset
+from repro.data.dataset import Dataset, Measurement
 from repro.data.differentiation import difference, savitzky_golay
-from repro.data.measurement import Measurement
 from repro.data.smooth import smooth
 from repro.mechanics.inputs import generalised_force, input_matrix
 from repro.mechanics.system import System

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from repro.data.measurement import EXACT, Measurement
+from repro.data.dataset import EXACT, Measurement
 
 INTENSITIES = 10.0 ** np.arange(0, 9)  # (m/s^3)^2 s: decades that are compared
 RATIOS = 10.0 ** np.arange(0, 17)  # of an intensity to the variance of a sensor

@@ -36,7 +36,7 @@ def true_coefficients(model: Lagrangian, system: System) -> np.ndarray | None:
     return np.concatenate(parts)
 
 
-def coefficient_errors(model: Lagrangian, parameters: np.ndarray, system: System, split: str) -> Iterator[MetricValues]:
+def coefficient_errors(model: Lagrangian, parameters: np.ndarray, system: System) -> Iterator[MetricValues]:
     """Largest coefficient error, and whether exactly the true terms are non-zero.
 
     In a redundant basis an error counts after what the identities between its terms undo, and there is no one support.
@@ -48,15 +48,15 @@ def coefficient_errors(model: Lagrangian, parameters: np.ndarray, system: System
     identities = _identities(model, system)
     error = ours - true
     error = error - error @ identities.T @ identities
-    yield MetricValues(split, "coefficient_error", np.abs(error).max(1), "kg, kg m, kg m^2, J")
+    yield MetricValues("test", "coefficient_error", np.abs(error).max(1), "kg, kg m, kg m^2, J")
     if len(identities):
         return
     kept, wanted = np.abs(ours) > SMALL * np.abs(true).max(), true != 0
     false_terms = (kept & ~wanted).sum(1).astype(float)
     missing = (~kept & wanted).sum(1).astype(float)
-    yield MetricValues(split, "false_terms", false_terms, "1")
-    yield MetricValues(split, "missing_terms", missing, "1")
-    yield MetricValues(split, "support_exact", ((false_terms == 0) & (missing == 0)).astype(float), "1")
+    yield MetricValues("test", "false_terms", false_terms, "1")
+    yield MetricValues("test", "missing_terms", missing, "1")
+    yield MetricValues("test", "support_exact", ((false_terms == 0) & (missing == 0)).astype(float), "1")
 
 
 def _identities(model: Lagrangian, system: System) -> np.ndarray:

@@ -55,7 +55,12 @@ def phase_space(model: Model) -> PhaseSpace:
     n = model.n_q
     x, guess, h = casadi.SX.sym("x", 2 * n), casadi.SX.sym("guess", 2 * n), casadi.SX.sym("h")
     parameters = casadi.SX.sym("parameters", model.n_parameters)
-    energy = casadi.Function("energy", [x, parameters], [_hamiltonian(model, x, parameters)], {"cse": True})
+    velocity, potential = (
+        _velocity(model, x, parameters),
+        model.energies(x[:n], casadi.SX.zeros(n), parameters).potential,
+    )
+    total = 0.5 * casadi.dot(x[n:], velocity) + potential
+    energy = casadi.Function("energy", [x, parameters], [total], {"cse": True})
     middle, move = (x + guess) / 2, guess - x
     at_middle = casadi.SX.sym("middle", 2 * n)
     slope = casadi.Function(
@@ -67,7 +72,7 @@ def phase_space(model: Model) -> PhaseSpace:
     following = x + h * (_structure(model, middle, parameters) @ mean_slope)
     q, qd = casadi.SX.sym("q", n), casadi.SX.sym("qd", n)
     phase = casadi.vertcat(q, model.momentum(q, qd, parameters))
-    rates = casadi.vertcat(x[:n], _velocity(model, x, parameters))
+    rates = casadi.vertcat(x[:n], velocity)
     return PhaseSpace(
         energy,
         casadi.Function("to_phase", [casadi.vertcat(q, qd), parameters], [casadi.densify(phase)]),
@@ -126,12 +131,6 @@ def _solve(
         if not (change > TOLERANCE).any():  # one that is not finite moves no further
             break
     return np.where((change <= TOLERANCE)[:, None], guess, np.nan)
-
-
-def _hamiltonian(model: Model, x: casadi.SX, parameters: casadi.SX) -> casadi.SX:
-    q, p = x[: model.n_q], x[model.n_q :]
-    rest = casadi.SX.zeros(model.n_q)
-    return 0.5 * casadi.dot(p, _velocity(model, x, parameters)) + model.energies(q, rest, parameters).potential
 
 
 def _velocity(model: Model, x: casadi.SX, parameters: casadi.SX) -> casadi.SX:

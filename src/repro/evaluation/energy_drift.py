@@ -57,13 +57,13 @@ def random_starts(system: System) -> np.ndarray:
     return np.concatenate([draw[0] * np.where(turns, np.pi, 0.0), draw[1] * np.where(turns, RATE, SPEED)], axis=1)
 
 
-def energy_errors(motion: FreeMotion, horizons: Sequence[float], split: str) -> Iterator[MetricValues]:
+def energy_errors(motion: FreeMotion, horizons: Sequence[float]) -> Iterator[MetricValues]:
     """Mean over the starts of the largest energy error so far, a metric a horizon; and of all of them the worst."""
     largest = np.maximum.accumulate(motion.gap, axis=-1)
     for horizon in horizons:
         index = round(horizon / TIME_STEP)
-        yield MetricValues(split, f"energy_error_{horizon:g}s", largest[..., index].mean(1), "J")
-    yield MetricValues(split, "energy_error_worst", largest[..., -1].max(1), "J")
+        yield MetricValues("test", f"energy_error_{horizon:g}s", largest[..., index].mean(1), "J")
+    yield MetricValues("test", "energy_error_worst", largest[..., -1].max(1), "J")
 
 
 def energy_curves(motion: FreeMotion, seeds: Sequence[int]) -> Iterator[tuple[int, str, float, float]]:

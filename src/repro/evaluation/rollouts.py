@@ -84,18 +84,18 @@ def first_points(model: Model, parameters: np.ndarray, part: Dataset, system: Sy
     return ModelRollout(part.time[:points] - part.time[0], plant, states, euler)
 
 
-def rollout_errors(rollout: ModelRollout, split: str, part: Dataset) -> Iterator[MetricValues]:
+def rollout_errors(rollout: ModelRollout, part: Dataset) -> Iterator[MetricValues]:
     """Mean errors of velocities over the first test points: open loop, and one explicit Euler step (C5)."""
     for component, coordinate in enumerate(part.coordinates):
         column = part.n_q + component
         unit = coordinate.rate_unit
         for name, states in (("rollout_qd", rollout.model), ("onestep_euler_qd", rollout.one_step_euler)):
             error = finite_or_infinite(np.abs(states[..., column] - rollout.plant[..., column]))
-            yield MetricValues(split, f"{name}[{component}]", error.mean(1), unit)
+            yield MetricValues("test", f"{name}[{component}]", error.mean(1), unit)
 
 
 def one_step_errors(
-    model: Model, parameters: np.ndarray, part: Dataset, split: str, system: System | None = None
+    model: Model, parameters: np.ndarray, part: Dataset, system: System | None = None
 ) -> Iterator[MetricValues]:
     """Mean errors of velocities after one sample time of the model's exact flow, over the first test points."""
     inside = np.flatnonzero(np.diff(part.episode[: min(POINTS, part.samples)]) == 0)
@@ -107,11 +107,11 @@ def one_step_errors(
     error = finite_or_infinite(np.abs(following - states[:, inside + 1]))
     for component, coordinate in enumerate(part.coordinates):
         unit = coordinate.rate_unit
-        yield MetricValues(split, f"onestep_exact_qd[{component}]", error[..., part.n_q + component].mean(1), unit)
+        yield MetricValues("test", f"onestep_exact_qd[{component}]", error[..., part.n_q + component].mean(1), unit)
 
 
 def window_error(
-    model: Model, parameters: np.ndarray, part: Dataset, split: str, system: System | None = None
+    model: Model, parameters: np.ndarray, part: Dataset, system: System | None = None
 ) -> Iterator[MetricValues]:
     """Relative error over 2 s windows, as Finzi et al. (2020): the geometric mean of |z - z'| / (|z| + |z'|).
 
@@ -132,11 +132,11 @@ def window_error(
     distance = np.linalg.norm(z - z_hat, axis=-1)
     relative = distance / (np.linalg.norm(z, axis=-1) + np.linalg.norm(z_hat, axis=-1))
     relative = np.where(np.isfinite(relative), np.maximum(relative, 1e-16), 1.0)
-    yield MetricValues(split, "rollout_error", np.exp(np.log(relative).mean((1, 2))), "1")
+    yield MetricValues("test", "rollout_error", np.exp(np.log(relative).mean((1, 2))), "1")
     size = np.sqrt((z**2).sum(-1).mean((1, 2), keepdims=True))
     beyond = np.pad(~(distance <= VALID * size), ((0, 0), (0, 0), (0, 1)), constant_values=True)
-    yield MetricValues(split, "valid_time", beyond.argmax(-1).mean(1) * part.time_step, "s")
-    yield MetricValues(split, "rollout_diverged", 1.0 - np.isfinite(distance).all(-1).mean(1), "1")
+    yield MetricValues("test", "valid_time", beyond.argmax(-1).mean(1) * part.time_step, "s")
+    yield MetricValues("test", "rollout_diverged", 1.0 - np.isfinite(distance).all(-1).mean(1), "1")
 
 
 def _embedded(states: np.ndarray, start: np.ndarray, part: Dataset) -> np.ndarray:

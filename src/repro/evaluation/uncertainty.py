@@ -65,7 +65,7 @@ class Uncertainty:
 
 
 def uncertainty_metrics(
-    model: Model, parameters: np.ndarray, information: np.ndarray, part: Dataset, split: str
+    model: Model, parameters: np.ndarray, information: np.ndarray, part: Dataset
 ) -> Iterator[MetricValues]:
     """Standard errors and expected errors of tau and qdd at test samples, one value per member.
 
@@ -79,8 +79,8 @@ def uncertainty_metrics(
     bounds = np.array(
         [expected_errors(model, *each, part) for each in zip(parameters, members, range(len(members)), strict=True)]
     )
-    yield MetricValues(split, "bound_mae_tau", bounds[:, 0], FORCE)
-    yield MetricValues(split, "bound_mae_qdd", bounds[:, 1], ACCELERATION)
+    yield MetricValues("test", "bound_mae_tau", bounds[:, 0], FORCE)
+    yield MetricValues("test", "bound_mae_qdd", bounds[:, 1], ACCELERATION)
 
 
 def in_words(model: Model, parameters: np.ndarray, information: np.ndarray, n_kinetic: int) -> dict[str, str]:

@@ -26,7 +26,7 @@ class Samples:
 
 
 def whole_chain_errors(
-    data: Dataset, seeds: Sequence[int], system: System, noise: float, links: Sequence[int], split: str
+    data: Dataset, seeds: Sequence[int], system: System, noise: float, links: Sequence[int]
 ) -> Iterator[MetricValues]:
     """For each number of links: relative error of the state after 10 s, and seconds of learning and simulating.
 
@@ -44,8 +44,8 @@ def whole_chain_errors(
             state = follow(learn(samples), start, truth.mass)
             seconds.append(time.process_time() - begun)
             gaps.append(np.linalg.norm(state - final) / np.linalg.norm(final))
-        yield MetricValues(split, f"whole_chain_error_{number}", np.nan_to_num(np.array(gaps), nan=np.inf), "1")
-        yield MetricValues(split, f"whole_chain_seconds_{number}", np.array(seconds), "s")
+        yield MetricValues("test", f"whole_chain_error_{number}", np.nan_to_num(np.array(gaps), nan=np.inf), "1")
+        yield MetricValues("test", f"whole_chain_seconds_{number}", np.array(seconds), "s")
 
 
 def draw(

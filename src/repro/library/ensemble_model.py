@@ -29,7 +29,8 @@ class EnergyValues:
 class Ensemble:
     """An ensemble with its weights.
 
-    Inputs are (..., n_q) in SI units; the first axis of what comes out is the member.
+    Inputs are (..., n_q) in SI units; the first axis of what comes out is the member. Predictions raise UserError for
+    arrays of another width, and where the model does not define the quantity.
 
     model    the model that all members share
     weights_ (member, n_parameters)
@@ -91,11 +92,6 @@ class Ensemble:
         numpy.ndarray
             (member, ..., n_q) in N or N m.
 
-        Raises
-        ------
-        UserError
-            For a model that predicts accelerations only, and for arrays of another width.
-
         Examples
         --------
         >>> import repro
@@ -120,11 +116,6 @@ class Ensemble:
         -------
         numpy.ndarray
             (member, ..., n_q) in m/s^2 or rad/s^2; not finite where the mass matrix is singular.
-
-        Raises
-        ------
-        UserError
-            For arrays of another width.
         """
         return self._defined("acceleration", self._predicted(q, qd, None, tau))
 
@@ -142,11 +133,6 @@ class Ensemble:
         -------
         numpy.ndarray
             (member, ..., n_q) in kg m/s or kg m^2/s.
-
-        Raises
-        ------
-        UserError
-            For a model without a Lagrangian, and for arrays of another width.
         """
         return self._defined("momentum", self._predicted(q, qd))
 
@@ -162,11 +148,6 @@ class Ensemble:
         -------
         numpy.ndarray
             (member, ..., n_q, n_q) in kg, kg m or kg m^2.
-
-        Raises
-        ------
-        UserError
-            For a model without a Lagrangian, and for arrays of another width.
         """
         return self._defined("mass", self._predicted(q, np.zeros_like(q, dtype=float) if qd is None else qd))
 
@@ -185,11 +166,6 @@ class Ensemble:
         -------
         EnergyValues
             `kinetic`, `potential` and `hamiltonian`, each (member, ...) in J.
-
-        Raises
-        ------
-        UserError
-            For a model without a Lagrangian, and for arrays of another width.
 
         Examples
         --------
@@ -276,7 +252,3 @@ class Ensemble:
         if value is None:
             raise UserError(f"{type(self.model).__name__} predicts no {name}")
         return np.asarray(value)
-
-    def _needs_expressions(self, what: str) -> None:
-        if self.model.not_symbolic is not None:
-            raise UserError(f"{what} needs the model as expressions: {self.model.not_symbolic}")

@@ -189,7 +189,8 @@ class FittedModel(Ensemble):
         """
         from repro.export.member import LearnedMember, write
 
-        self._needs_expressions("export")
+        if self.model.not_symbolic is not None:
+            raise UserError(f"export needs the model as expressions: {self.model.not_symbolic}")
         card: dict[str, object] = {"model": type(self.model).__name__, "data": dict(self.data.provenance)}
         name = "recorded" if self.system is None else self.system.name
         exported = LearnedMember(

@@ -14,8 +14,7 @@ import numpy as np
 from repro.codegen.c_library import CompilerError, has_compiler
 from repro.codegen.straight_line import statements
 from repro.errors import UserError
-from repro.mechanics.c_engine import CompiledIntegrator
-from repro.mechanics.casadi_engine import InterpretedIntegrator
+from repro.mechanics.integrators import CompiledIntegrator, InterpretedIntegrator
 from repro.mechanics.substeps import SubstepRule
 
 ENGINES = ("auto", "c", "casadi")

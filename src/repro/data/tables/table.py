@@ -1,5 +1,6 @@
 """One table of a recording: its columns by name, and the numbers in them."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -34,9 +35,9 @@ class RecordedTable:
             if name in self.frame.columns:
                 found.append(name)
                 continue
-            elements = [str(column) for column in self.frame.columns if _is_element(str(column), name)]
+            columns = [str(column) for column in self.frame.columns]
+            elements = [column for column in columns if re.fullmatch(rf"{re.escape(name)}\[\d+\]", column)]
             if not elements:
-                columns = [str(column) for column in self.frame.columns]
                 raise UserError(
                     f"{self.path}: there is no column {name!r}{nearest(name, columns)}; it has {', '.join(columns)}"
                 )
@@ -61,8 +62,3 @@ class RecordedTable:
                 f"{self.path}: column {name!r} holds {str(series.iloc[row])!r} in data row {row + 1}, "
                 "which is no number"
             ) from None
-
-
-def _is_element(column: str, name: str) -> bool:
-    start, _, index = column.rpartition("[")
-    return start == name and index.endswith("]") and index[:-1].isdigit()

@@ -10,11 +10,10 @@ import pandas as pd
 
 from repro.data.dataset import Dataset
 from repro.evaluation.coefficients import coefficient_errors
-from repro.evaluation.damping import damping_errors
+from repro.evaluation.dissipation import damping_errors, passivity
 from repro.evaluation.doubts import doubts, mean_predictor_errors
 from repro.evaluation.energy_drift import energy_curves, energy_errors, free_motion_energies
 from repro.evaluation.identifiability import Identifiability
-from repro.evaluation.passivity_metrics import passivity
 from repro.evaluation.pointwise import MetricValues, pointwise
 from repro.evaluation.rollouts import (
     ModelRollout,
@@ -142,7 +141,7 @@ def measure(
     motion = None
     if system is not None and horizons and rollout is not None:
         motion = free_motion_energies(fit.model, fit.parameters, system, max(horizons))
-        metrics += energy_errors(motion, horizons, "test")
+        metrics += energy_errors(motion, horizons)
     rows = [
         (seed, metric.split, metric.name, float(value), metric.unit)
         for metric in metrics
@@ -171,10 +170,10 @@ def _chains(options: RunOptions, fit: Fit, data: Dataset, system: System | None)
         return
     if options.chain:
         chains = plugin("evaluation", "chains")
-        yield from chains.chain_errors(fit.model, fit.parameters, system, options.chain, "test")
+        yield from chains.chain_errors(fit.model, fit.parameters, system, options.chain)
     if options.whole_chain and options.fit.simulated:
         whole = plugin("evaluation", "whole_chain")
-        yield from whole.whole_chain_errors(data, fit.seeds, system, options.tau_noise, options.whole_chain, "test")
+        yield from whole.whole_chain_errors(data, fit.seeds, system, options.tau_noise, options.whole_chain)
 
 
 def _watched(fit: Run, seeds: Sequence[int]) -> Iterator[MetricValues]:
@@ -194,7 +193,7 @@ def _uncertainty(fit: Fit, test: Dataset) -> Iterator[MetricValues]:
         yield MetricValues("train", f"sensor_noise[{number}]", values, "m, rad, m/s, rad/s")
     for number, zeros in enumerate(np.array(fit.notes.get("zeros", [])).T):
         yield MetricValues("train", f"encoder_zero[{number}]", zeros, "rad")
-    yield from uncertainty_metrics(fit.model, fit.parameters, fit.information, test, "test")
+    yield from uncertainty_metrics(fit.model, fit.parameters, fit.information, test)
 
 
 def _coefficients(fit: Fit) -> Json:
@@ -219,14 +218,14 @@ def _metrics(
             yield metric
     learned = without_damping(fit.model)
     if system is not None and isinstance(learned, Lagrangian) and learned.linear:
-        yield from coefficient_errors(learned, fit.parameters[:, : learned.n_parameters], system, "test")
+        yield from coefficient_errors(learned, fit.parameters[:, : learned.n_parameters], system)
     if system is not None and fit.model.energetic:
-        yield from damping_errors(fit.model, fit.parameters, test, system, "test")
+        yield from damping_errors(fit.model, fit.parameters, test, system)
     if rollout is not None:
-        yield from rollout_errors(rollout, "test", test)
-        yield from one_step_errors(fit.model, fit.parameters, test, "test", system)
-        yield from window_error(fit.model, fit.parameters, test, "test", system)
-        yield from passivity(fit.model, fit.parameters, test, system, "test")
+        yield from rollout_errors(rollout, test)
+        yield from one_step_errors(fit.model, fit.parameters, test, system)
+        yield from window_error(fit.model, fit.parameters, test, system)
+        yield from passivity(fit.model, fit.parameters, test, system)
     each = np.ones(len(fit.seeds))
     yield MetricValues("train", "fit_seconds", each * fit.seconds / len(fit.seeds), "s")
     yield MetricValues("train", "epochs", each * fit.notes.get("epochs", 0), "1")

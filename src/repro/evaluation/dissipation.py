@@ -1,4 +1,4 @@
-"""How well friction is identified: the learned damping matrix C = d(friction)/dqd against the true one."""
+"""Whether the dissipation is right: the damping matrix C = d(friction)/dqd against the true one, and Theorem 1."""
 
 from collections.abc import Iterator
 from functools import lru_cache
@@ -8,17 +8,17 @@ import numpy as np
 
 from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
-from repro.evaluation.pointwise import MetricValues
+from repro.evaluation.model_motion import is_compiled
+from repro.evaluation.pointwise import MetricValues, finite_or_infinite
 from repro.mechanics.coordinate import joint_rates
 from repro.mechanics.system import System
 from repro.models.model import Model
+from repro.models.passivity_margin import States, margins, worst_margin
 
-STATES = 2000  # test samples over which C is averaged
+STATES = 2000  # test samples over which C is averaged, and random states at which passivity is tried
 
 
-def damping_errors(
-    model: Model, parameters: np.ndarray, part: Dataset, system: System, split: str
-) -> Iterator[MetricValues]:
+def damping_errors(model: Model, parameters: np.ndarray, part: Dataset, system: System) -> Iterator[MetricValues]:
     """Relative errors of C over the test states, whole (Frobenius) and per joint, and its least eigenvalue.
 
     Nothing for a model without friction, or a system without damping. The coefficient of a joint is C along the motion
@@ -35,13 +35,31 @@ def damping_errors(
     if system.is_coupled:  # the other part of a general C is that coupling
         learned = symmetric
     error = np.linalg.norm(learned - true, axis=(-2, -1)).mean(1) / np.linalg.norm(true, axis=(-2, -1)).mean(1)
-    yield MetricValues(split, "damping_error", error, "1")
+    yield MetricValues("test", "damping_error", error, "1")
     joints = np.linalg.inv(joint_rates(system.n_q, system.jointed))  # columns: one joint alone turns
     ours, theirs = (np.einsum("ic,mnij,jc->mnc", joints, matrix, joints) for matrix in (learned, true))
     for joint in np.flatnonzero(system.damping):
         gap = np.abs(ours[..., joint] - theirs[..., joint]).mean(1) / theirs[..., joint].mean(1)
-        yield MetricValues(split, f"damping_error[{joint}]", gap, "1")
-    yield MetricValues(split, "min_eig_C", np.linalg.eigvalsh(symmetric).min((1, 2)), "N s/m, N m s")
+        yield MetricValues("test", f"damping_error[{joint}]", gap, "1")
+    yield MetricValues("test", "min_eig_C", np.linalg.eigvalsh(symmetric).min((1, 2)), "N s/m, N m s")
+
+
+def passivity(model: Model, parameters: np.ndarray, part: Dataset, system: System | None) -> Iterator[MetricValues]:
+    """The worst margin over random states by the model's own energy and by the plant's, and how often the latter fails.
+
+    Nothing where the model's equations are singular, or neither compiled nor evaluated by the model itself.
+    """
+    if not is_compiled(model) and type(model).port_values is Model.port_values:
+        return
+    velocities = part.qd.reshape(-1, part.n_q).std(axis=0)
+    states = States.random(part.coordinates, velocities, STATES, np.random.default_rng(9))
+    weights = np.asarray(parameters, dtype=float)
+    if model.energetic:
+        yield MetricValues("test", "passivity_margin", worst_margin(model, weights, states), "1")
+    if system is not None:
+        by_plant = finite_or_infinite(np.stack([margins(model, member, states, system) for member in weights]))
+        yield MetricValues("test", "passivity_margin_plant", by_plant.max(1), "1")
+        yield MetricValues("test", "gains_energy", (by_plant > 1e-9).mean(1), "1")
 
 
 @lru_cache(maxsize=16)
