@@ -55,11 +55,8 @@ def phase_space(model: Model) -> PhaseSpace:
     n = model.n_q
     x, guess, h = casadi.SX.sym("x", 2 * n), casadi.SX.sym("guess", 2 * n), casadi.SX.sym("h")
     parameters = casadi.SX.sym("parameters", model.n_parameters)
-    velocity, potential = (
-        _velocity(model, x, parameters),
-        model.energies(x[:n], casadi.SX.zeros(n), parameters).potential,
-    )
-    total = 0.5 * casadi.dot(x[n:], velocity) + potential
+    velocity, at_rest = _velocity(model, x, parameters), model.energies(x[:n], casadi.SX.zeros(n), parameters)
+    total = 0.5 * casadi.dot(x[n:], velocity) + at_rest.potential
     energy = casadi.Function("energy", [x, parameters], [total], {"cse": True})
     middle, move = (x + guess) / 2, guess - x
     at_middle = casadi.SX.sym("middle", 2 * n)

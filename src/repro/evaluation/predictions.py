@@ -39,8 +39,8 @@ def predict(
         if terms.mass is None:
             return replace(terms, port_error=None)
         return _split(model, evaluate(_quantities(model), *arrays))
-    pairs = ((weights[m : m + 1], [array[m : m + 1] for array in arrays]) for m in range(len(q)))
-    return _joined([_by_torch(model, *of_member) for of_member in pairs], axis=0)
+    own = [slice(member, member + 1) for member in range(len(q))]
+    return _joined([_by_torch(model, weights[m], [array[m] for array in arrays]) for m in own], axis=0)
 
 
 def _by_torch(model: Model, weights: np.ndarray, arrays: Sequence[np.ndarray]) -> Terms:

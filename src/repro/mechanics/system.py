@@ -205,15 +205,15 @@ def load_system(options: SystemOptions) -> System:
     )
     for constant in options.constants:
         _check_choice(f"constant of {options.name}", constant, found.constants())
-    settings: dict[str, Any] = {"damping": options.damping, "coulomb": options.coulomb}
+    given: dict[str, Any] = {"damping": options.damping, "coulomb": options.coulomb, **options.constants}
     for setting in OF_LINKS:
         value, usual = getattr(options, setting), getattr(SystemOptions, setting)
         if setting in found.settings:
-            settings[setting] = value
+            given[setting] = value
         elif value != usual:
             goes = f"system={options.name} goes with {setting} = {usual}"
             raise UserError(f"{setting} = {value}: is for the links of the paper; {goes}")
-    return found(**settings, **options.constants)
+    return found(**given)
 
 
 def _check_choice(what: str, value: str, allowed: Sequence[str]) -> None:

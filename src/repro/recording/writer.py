@@ -20,7 +20,7 @@ from repro.recording.contents import PLANT, Recording, RunRecording, part
 from repro.recording.input_arrows import log_inputs
 from repro.recording.layout import CARD, LEARNING_TIMELINE, TIMELINE, blueprint, layout_of
 from repro.tracking.files import replacing
-from repro.tracking.plain_data import flattened
+from repro.tracking.plain_data import Json, flattened
 
 # The same for all recordings, so that the viewer shares settings between them.
 APPLICATION = "repro"
@@ -79,7 +79,7 @@ def write_whole(
         # a value that is absent has no type, and rerun holds every name to one type
         present = {key: value for key, value in flattened(recording.card).items() if value is not None}
         plain = (bool, int, float, str)
-        entries = {key: value if isinstance(value, plain) else str(value) for key, value in present.items()}
+        entries: Json = {key: value if isinstance(value, plain) else str(value) for key, value in present.items()}
         stream.send_property("run", rr.AnyValues(**{"title": recording.title, **entries}))
         text = card_page(recording.title, recording.card)
         stream.log(CARD, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
