@@ -1,17 +1,20 @@
 """Shooting through a neural ODE: the same equation of motion as the model's, and weights that come nearer."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
 
-from repro.bench.neural_ode import NeuralODE, race, recorded
+from repro.bench.neural_ode import RECORDED, NeuralODE, race
+from repro.data.random_force import random_force
 from repro.evaluation.predictions import predict
 from repro.mechanics.system import load
 from repro.models.kinds.structured import Structured
 
 
 def _rival(system: str, samples: int) -> NeuralODE:
-    data = recorded(load(system), seeds=[3], samples=samples)
+    data = random_force(load(system), [3], replace(RECORDED, samples=samples))
     return NeuralODE(Structured(data.n_q, data.train.qd[0].std(0), hidden=(4,)), data)
 
 

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 from cart_task import random_start
 from scipy.optimize import least_squares
+from simulated import random_force
 
 from repro.codegen.array_evaluation import evaluate
 from repro.control.adaptation import Identification, MomentumBalance, Prior, sampled
 from repro.control.conditions import measured, sensor_errors
 from repro.control.state_filter import FilteredIdentification
-from repro.data.random_force import random_force
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
 from repro.mechanics.system import load

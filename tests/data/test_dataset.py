@@ -4,10 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from simulated import free_motion, random_force
 
 from repro.data.dataset import Dataset
-from repro.data.free_motion import free_motion
-from repro.data.random_force import random_force
 from repro.errors import UserError
 from repro.library.datasets import for_members
 from repro.mechanics.system import load

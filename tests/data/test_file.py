@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from simulated import random_force
 
 from repro.data.data_options import Columns, OwnCoordinates, RecordingFile, Units
-from repro.data.random_force import random_force
 from repro.data.recording_file import from_file
 from repro.errors import UserError
 from repro.mechanics.system import load

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
+from simulated import free_motion
 
 from repro.codegen.array_evaluation import evaluate
-from repro.data.free_motion import free_motion
 from repro.errors import UserError
 from repro.mechanics.chain import LinkAngles
 from repro.mechanics.derive import dynamics_of

@@ -2,10 +2,10 @@ import time
 
 import numpy as np
 import pytest
+from simulated import random_force
 
 from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
-from repro.data.random_force import random_force
 from repro.errors import UserError
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import load

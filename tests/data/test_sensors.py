@@ -2,9 +2,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from simulated import random_force
 
 from repro.data.dataset import Dataset
-from repro.data.random_force import random_force
 from repro.errors import UserError
 from repro.mechanics.system import load
 

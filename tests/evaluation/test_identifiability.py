@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
+from simulated import free_motion, random_force
 
-from repro.data.free_motion import free_motion
-from repro.data.random_force import random_force
 from repro.evaluation.identifiability import identifiability
 from repro.learning.objective import Objective
 from repro.learning.optimisers.least_squares import regression

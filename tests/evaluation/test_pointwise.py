@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from simulated import random_force
 
-from repro.data.random_force import random_force
 from repro.evaluation.pointwise import pointwise
 from repro.evaluation.predictions import truth
 from repro.mechanics.system import load

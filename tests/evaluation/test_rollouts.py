@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from simulated import random_force
 
 from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
-from repro.data.random_force import random_force
 from repro.evaluation import model_motion
 from repro.evaluation.rollouts import (
     POINTS,

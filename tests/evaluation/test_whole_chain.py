@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from simulated import random_force
 
-from repro.data.random_force import random_force
 from repro.evaluation.chains import simulate_chain
 from repro.evaluation.whole_chain import draw, follow, learn, whole_chain_errors
 from repro.mechanics.system import load

@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from simulated import free_motion, random_force
 
-from repro.data.free_motion import free_motion
-from repro.data.random_force import random_force
 from repro.learning.objective import Objective
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem

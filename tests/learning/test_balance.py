@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 import torch
+from simulated import random_force
 
 from repro.data.dataset import Dataset
-from repro.data.random_force import random_force
 from repro.errors import UserError
 from repro.learning.members import MemberProblem
 from repro.learning.objective import Objective

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import torch
+from simulated import random_force
 
-from repro.data.random_force import random_force
 from repro.learning.objective import Objective
 from repro.learning.optimisers.least_squares import LeastSquares, regression, solve
 from repro.learning.result import NoCheckpoint, silent

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from simulated import random_force
 
 from repro.data.dataset import Dataset
-from repro.data.random_force import random_force
 from repro.evaluation.predictions import predict
 from repro.evaluation.uncertainty import Uncertainty, expected_errors
 from repro.learning.objective import Objective

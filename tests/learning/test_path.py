@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from simulated import random_force
 
 from repro.codegen.lanes import can_compile
 from repro.data.dataset import Dataset
-from repro.data.random_force import random_force
 from repro.learning.path.kalman import Linearised, smoothed, whitened
 from repro.learning.path.path_fit import MemberPath, PathOptions, fit_path
 from repro.learning.path.windows import Windows

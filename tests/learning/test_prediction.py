@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from simulated import random_force
 from tensors import assert_close
 
-from repro.data.random_force import random_force
 from repro.evaluation.model_motion import model_motion
 from repro.learning.objective import Objective
 from repro.learning.objectives import mixed, prediction

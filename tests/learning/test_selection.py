@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import torch
 import yaml
+from simulated import random_force
 
-from repro.data.random_force import random_force
 from repro.evaluation.coefficients import coefficient_errors
 from repro.learning.objective import Objective
 from repro.learning.optimisers.basis_selection import Selection, thresholded_least_squares

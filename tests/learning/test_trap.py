@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import torch
+from simulated import random_force
 
-from repro.data.random_force import random_force
 from repro.evaluation.pointwise import pointwise
 from repro.learning.objective import Objective
 from repro.learning.optimisers.lbfgs import LBFGS

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import torch
 import yaml
+from simulated import random_force
 
 from repro.codegen.array_evaluation import evaluate
-from repro.data.random_force import random_force
 from repro.errors import UserError
 from repro.library.ensemble import build_model
 from repro.mechanics.derive import dynamics_of

@@ -6,9 +6,9 @@ import casadi
 import numpy as np
 import pytest
 import torch
+from simulated import random_force
 
 from repro.codegen.array_evaluation import evaluate
-from repro.data.random_force import random_force
 from repro.errors import UserError
 from repro.evaluation.pointwise import pointwise
 from repro.learning.objective import Objective

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 import torch
+from simulated import random_force
 from tensors import assert_close
 
-from repro.data.random_force import random_force
 from repro.learning.objective import Objective
 from repro.learning.objectives import inverse
 from repro.learning.optimisers.levenberg_marquardt import LevenbergMarquardt

@@ -6,10 +6,10 @@ import casadi
 import numpy as np
 import pytest
 import torch
+from simulated import random_force
 from tensors import assert_close
 
 from repro.codegen.array_evaluation import evaluate
-from repro.data.random_force import random_force
 from repro.mechanics.derive import derive
 from repro.mechanics.system import load
 from repro.models.bases import t2

@@ -8,7 +8,7 @@ with respect to q are analytic here, which is quicker than differentiating T and
 import math
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -19,6 +19,7 @@ from repro.bench.accuracy import METRICS
 from repro.bench.pairing import PairedComparison, Pairs
 from repro.bench.scale import BenchScale
 from repro.bench.training_case import PENDULUM
+from repro.data.data_options import RandomForce
 from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
 from repro.learning.objective import Objective
@@ -36,8 +37,8 @@ BATCH = 512  # roll-outs
 RATE = 1e-2  # of Adam, which falls to 0 along half a cosine
 TRIED = 20  # steps, by which the number of steps within some seconds is found
 ERROR_SCALE = 20.0  # m/s^2 and rad/s^2, of the weights of the balance
-recorded = partial(
-    random_force, reset="random", measured="states", q_noise=1e-3, qd_noise=1e-2, labels="smoothed", episode_steps=50
+RECORDED = RandomForce(
+    reset="random", measured="states", q_noise=1e-3, qd_noise=1e-2, labels="smoothed", episode_steps=50
 )
 
 
@@ -132,7 +133,8 @@ def race(seeds: range, samples: int, patience: float, clock: Callable[[], float]
     ours, other = [], []
     for seed in seeds:
         whole = samples + samples // 2
-        data = recorded(load(PENDULUM), seeds=[seed], samples=whole, train_fraction=samples / whole)
+        source = replace(RECORDED, samples=whole, train_fraction=samples / whole)
+        data = random_force(load(PENDULUM), [seed], source)
         rival = NeuralODE(Structured(data.n_q, data.train.qd[0].std(0)), data)
         start = rival.model.initial([np.random.default_rng([seed, 1])])[0]
         by_path(rival, start, seed)  # a warm-up: code is generated here

@@ -9,6 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from repro.data.data_options import RandomForce
 from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
 from repro.errors import UserError
@@ -87,7 +88,7 @@ def random_case(n_q: int, hidden: Sequence[int], samples: int) -> TrainingCase:
 
 def pendulum(seeds: Sequence[int], samples: int) -> Dataset:
     """The single pendulum under a random force, in short episodes."""
-    return random_force(load(PENDULUM), seeds=seeds, samples=samples, episode_steps=EPISODE_STEPS)
+    return random_force(load(PENDULUM), seeds, RandomForce(samples=samples, episode_steps=EPISODE_STEPS))
 
 
 def started(model: Model, dataset: Dataset) -> TrainingCase:

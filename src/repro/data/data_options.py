@@ -33,7 +33,22 @@ class Regime(StrEnum):
 
 @dataclass(frozen=True)
 class RandomForce(Options):
-    """Options of D, simulated under a random force; see `repro.data.random_force`."""
+    """Options of D, simulated under inputs U(-force_limit, force_limit) held over each step of time_step s.
+
+    regime, episode_steps  one `long` trajectory, or `episodes` that start anew every episode_steps samples
+    samples                of each member; the first train_fraction of them are for training, of which train_samples
+                           keeps only the first so many, so that fits from more or from less data meet the same test
+    force_limit            of every input in its unit; None takes the system's limit of each
+    start, reset           name of a state of rest of the system, its first one by default; each episode begins at
+                           that `start`, or at `random` within the system's `reset_ranges`
+    measured, labels       `accelerations`, only `states` or only `positions` are recorded; what is not is `exact`,
+                           `differenced`, of local polynomials (`savitzky_golay`) or `smoothed`
+    sample_step            s between two samples, a whole part of time_step, which it is by default
+    X_noise                standard deviations of q, qd, qdd, tau in their units, and `force` of the recorded inputs
+    quantisation           steps of the encoders of lengths (m) and angles (rad), or empty
+    encoder_zero, wrapped  rad that every recorded angle is off; angles are recorded within (-pi, pi]
+    common                 every member has the data of the first seed
+    """
 
     source: Literal["random_force"] = "random_force"
     regime: Regime = Regime.EPISODES
@@ -58,10 +73,20 @@ class RandomForce(Options):
     wrapped: bool = False
     common: bool = False
 
+    @property
+    def noise(self) -> dict[str, float]:
+        """Standard deviations by name."""
+        return {name: getattr(self, f"{name}_noise") for name in ("tau", "qdd", "q", "qd", "force")}
+
 
 @dataclass(frozen=True)
 class FreeMotionOptions(Options):
-    """Options of D_H, motion without force; see `repro.data.free_motion`."""
+    """Options of D_H, motion without force from rest.
+
+    grid, initial_angles  so many values of each coordinate in all combinations (`product`), or with all links at the
+                          same angle (`diagonal`)
+    steps, time_step      samples of each trajectory, and s between them
+    """
 
     source: Literal["free_motion"] = "free_motion"
     initial_angles: Count = 100
@@ -166,8 +191,3 @@ def _paths(given: str | tuple[str, ...]) -> tuple[Path, ...]:
 
 
 DataSource = RandomForce | RecordingFile  # what conf/data chooses from
-
-
-def arguments(options: RandomForce | FreeMotionOptions) -> dict[str, Any]:
-    """The options as keywords of the function that makes the data."""
-    return {field.name: getattr(options, field.name) for field in fields(options) if field.name != "source"}

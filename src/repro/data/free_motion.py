@@ -7,6 +7,7 @@ import numpy as np
 
 from repro.codegen.array_evaluation import evaluate
 from repro.data.checks import check_choice, check_positive, check_seeds, training_size
+from repro.data.data_options import FreeMotionOptions
 from repro.data.dataset import Dataset
 from repro.errors import UserError
 from repro.mechanics.derive import dynamics_of
@@ -19,29 +20,21 @@ MOST_STARTS = 200_000
 
 
 def free_motion(
-    system: System,
-    *,
-    seeds: Sequence[int],
-    initial_angles: int = 100,
-    grid: str = "product",
-    steps: int = 10,
-    time_step: float = 0.04,
-    train_fraction: float = 0.8,
+    system: System, seeds: Sequence[int], source: FreeMotionOptions, train_fraction: float = 0.8
 ) -> Dataset:
-    """Simulate free motion from rest at each point of a grid over [0.03, 3.11] rad, for `steps` samples (V-B).
+    """Simulate free motion from rest at each point of a grid over [0.03, 3.11] rad (V-B).
 
-    Translations lie within their `reset_ranges`. grid: `product` has `initial_angles` values of each coordinate in all
-    combinations, `diagonal` has all links at the same angle.
-    Every member has the same trajectories; its seed shuffles which whole ones are for training. The energy of all
+    Translations lie within their `reset_ranges`. Every member has the same trajectories; its seed shuffles which whole ones are for training. The energy of all
     samples of a trajectory is that of its start, V there. UserError for a damped system or an argument out of range.
     """
     check_seeds(seeds)
-    check_positive(initial_angles=initial_angles, steps=steps, time_step=time_step)
-    check_choice("grid", grid, ("product", "diagonal"))
+    steps, time_step = source.steps, source.time_step
+    check_positive(initial_angles=source.initial_angles, steps=steps, time_step=time_step)
+    check_choice("grid", source.grid, ("product", "diagonal"))
     if not system.frictionless:
         friction = f"damping = {list(system.damping)}, coulomb = {list(system.coulomb)}"
         raise UserError(f"{friction}: free motion keeps its energy only without friction")
-    q_start = _grid(system, initial_angles, grid)
+    q_start = _grid(system, source.initial_angles, source.grid)
     n_train = training_size(len(q_start), train_fraction, "initial_angles") * steps
     dynamics = dynamics_of(system)
     at_rest = np.zeros_like(q_start)
@@ -61,10 +54,10 @@ def free_motion(
         n_train=n_train,
         energy=energy[order].reshape(len(seeds), samples),
         provenance={
-            "source": "free_motion",
+            "source": source.source,
             "seeds": [int(seed) for seed in seeds],
-            "initial_angles": initial_angles,
-            "grid": grid,
+            "initial_angles": source.initial_angles,
+            "grid": source.grid,
             "steps": steps,
         },
     )

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from repro.data.checks import training_size
-from repro.data.data_options import RandomForce, arguments
+from repro.data.data_options import RandomForce
 from repro.data.dataset import Dataset
 from repro.data.differentiation import difference
 from repro.data.random_force import random_force
@@ -167,7 +167,7 @@ def simulate(system: str | System, *, seeds: int | Sequence[int] = 1, **options:
     """
     plant = system_of(system) if isinstance(system, str) else system
     source = validated(RandomForce, "simulate", options)
-    return random_force(plant, seeds=seed_list(seeds), **arguments(source))
+    return random_force(plant, seed_list(seeds), source)
 
 
 def seed_list(seeds: int | Sequence[int]) -> tuple[int, ...]:

@@ -4,9 +4,8 @@ from dataclasses import fields, replace
 
 import pytest
 import torch
+from simulated import free_motion, random_force
 
-from repro.data.free_motion import free_motion
-from repro.data.random_force import random_force
 from repro.learning.objective_options import EnergyForm
 from repro.learning.objectives import inverse
 from repro.learning.sequence_options import SEQUENCES

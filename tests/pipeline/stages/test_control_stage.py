@@ -4,12 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 from configurations import changed
+from simulated import random_force
 
 from repro.config.registry import groups, settings
 from repro.control.controller import CONTROLLERS
 from repro.control.predictive_model import PredictiveModel
 from repro.control.task import LoopPlan, Task
-from repro.data.random_force import random_force
 from repro.errors import UserError
 from repro.mechanics.system import load
 from repro.models.kinds.truth import Truth, true_model

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pandas as pd
+from simulated import random_force
 
 from repro.data.data_options import Columns, FreeMotionOptions, RandomForce, RecordingFile
 from repro.data.dataset import Dataset
-from repro.data.random_force import random_force
 from repro.mechanics.system import load, load_system
 from repro.mechanics.system_options import SystemOptions
 from repro.pipeline.stage_options import DataOptions

@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch
+from simulated import random_force
 
-from repro.data.random_force import random_force
 from repro.evaluation.predictions import predict
 from repro.learning.optimisers import adam, least_squares, levenberg_marquardt
 from repro.learning.phases import TrainingData, phases_of

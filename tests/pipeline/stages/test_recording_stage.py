@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch
+from simulated import random_force
 
-from repro.data.random_force import random_force
 from repro.library import run_recording as module
 from repro.library.run_recording import record
 from repro.mechanics.system import load

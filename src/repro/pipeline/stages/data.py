@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import assert_never
 
-from repro.data.data_options import FreeMotionOptions, RandomForce, RecordingFile, arguments
+from repro.data.data_options import FreeMotionOptions, RandomForce, RecordingFile
 from repro.data.dataset import Dataset
 from repro.data.free_motion import free_motion
 from repro.data.random_force import random_force
@@ -35,10 +35,10 @@ def _dataset(options: DataOptions) -> Dataset:
     match source:
         case RandomForce():
             assert system is not None
-            return random_force(system, seeds=options.seeds, **arguments(source))
+            return random_force(system, options.seeds, source)
         case FreeMotionOptions():
             assert system is not None
-            return free_motion(system, seeds=options.seeds, **arguments(source))
+            return free_motion(system, options.seeds, source)
         case RecordingFile():
             return from_file(source, system, members=len(options.seeds))
         case _:
