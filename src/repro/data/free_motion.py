@@ -24,8 +24,9 @@ def free_motion(
 ) -> Dataset:
     """Simulate free motion from rest at each point of a grid over [0.03, 3.11] rad (V-B).
 
-    Translations lie within their `reset_ranges`. Every member has the same trajectories; its seed shuffles which whole ones are for training. The energy of all
-    samples of a trajectory is that of its start, V there. UserError for a damped system or an argument out of range.
+    Translations lie within their `reset_ranges`. Every member has the same trajectories; its seed shuffles which whole
+    ones are for training. The energy of all samples of a trajectory is that of its start, V there. UserError for a
+    damped system or an argument out of range.
     """
     check_seeds(seeds)
     steps, time_step = source.steps, source.time_step
