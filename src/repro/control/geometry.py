@@ -26,25 +26,24 @@ class Disc:
 
 def distances_squared(shapes: Sequence[Shape], centre: Sequence[float], m: Any) -> list[Any]:
     """Squared distance of each solid shape to a centre, m^2; m: a maths namespace with fmin and fmax."""
-    return [squared for shape in shapes for squared in _to_shape(shape, centre, m)]
-
-
-def _to_shape(shape: Shape, centre: Sequence[float], m: Any) -> list[Any]:
-    match shape:
-        case Segment(solid=True):
-            return [_to_segment(shape.a, shape.b, centre, m)]
-        case Circle(solid=True):
-            across, up = shape.centre[0] - centre[0], shape.centre[1] - centre[1]
-            return [m.fmax(m.sqrt(across**2 + up**2) - shape.radius, 0.0) ** 2]
-        case Block(solid=True):
-            across, up = centre[0] - shape.centre[0], centre[1] - shape.centre[1]
-            cosine, sine = m.cos(shape.angle), m.sin(shape.angle)
-            own = cosine * across + sine * up, cosine * up - sine * across
-            return [sum(m.fmax(m.fabs(at) - half, 0.0) ** 2 for at, half in zip(own, shape.half, strict=True))]
-        case Segment() | Circle() | Block() | Spring() | InputArrow() | Turn():
-            return []
-        case other:
-            assert_never(other)
+    found = []
+    for shape in shapes:
+        match shape:
+            case Segment(solid=True):
+                found.append(_to_segment(shape.a, shape.b, centre, m))
+            case Circle(solid=True):
+                across, up = shape.centre[0] - centre[0], shape.centre[1] - centre[1]
+                found.append(m.fmax(m.sqrt(across**2 + up**2) - shape.radius, 0.0) ** 2)
+            case Block(solid=True):
+                across, up = centre[0] - shape.centre[0], centre[1] - shape.centre[1]
+                cosine, sine = m.cos(shape.angle), m.sin(shape.angle)
+                own = cosine * across + sine * up, cosine * up - sine * across
+                found.append(sum(m.fmax(m.fabs(at) - half, 0.0) ** 2 for at, half in zip(own, shape.half, strict=True)))
+            case Segment() | Circle() | Block() | Spring() | InputArrow() | Turn():
+                pass
+            case other:
+                assert_never(other)
+    return found
 
 
 def _to_segment(start: Point, end: Point, centre: Sequence[float], m: Any) -> Any:

@@ -45,7 +45,9 @@ def coefficient_errors(model: Lagrangian, parameters: np.ndarray, system: System
     if true is None:
         return
     ours = np.asarray(parameters, dtype=float)[:, : len(true)]
-    identities = _identities(model, system)
+    both = (model.kinetic_features, model.potential_features)
+    # orthonormal combinations (k, n_parameters) of terms that vanish everywhere, in T or in V
+    identities = block_diag(*(null_space(_values(features, *_states(system))).T for features in both))
     error = ours - true
     error = error - error @ identities.T @ identities
     yield MetricValues("test", "coefficient_error", np.abs(error).max(1), "kg, kg m, kg m^2, J")
@@ -57,12 +59,6 @@ def coefficient_errors(model: Lagrangian, parameters: np.ndarray, system: System
     yield MetricValues("test", "false_terms", false_terms, "1")
     yield MetricValues("test", "missing_terms", missing, "1")
     yield MetricValues("test", "support_exact", ((false_terms == 0) & (missing == 0)).astype(float), "1")
-
-
-def _identities(model: Lagrangian, system: System) -> np.ndarray:
-    """Orthonormal combinations (k, n_parameters) of terms that vanish everywhere, in T or in V."""
-    both = (model.kinetic_features, model.potential_features)
-    return np.asarray(block_diag(*(null_space(_values(features, *_states(system))).T for features in both)))
 
 
 def _states(system: System) -> tuple[np.ndarray, np.ndarray]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from repro.control.task import Task
 from repro.library.drawn_motion import drawn_shapes
-from repro.mechanics.system import System, load_system
+from repro.mechanics.system import load_system
 from repro.mechanics.system_options import Reading, SystemOptions
 from repro.recording.contents import DrawnShape
 
@@ -26,16 +26,12 @@ def loop_shapes(
     system = load_system(SystemOptions(name, reading, constants=constants))
     q = np.stack([series[c.name] for c in system.coordinates], axis=-1)
     states = np.concatenate([q, np.zeros_like(q)], axis=-1)
-    goal = np.append(_goal(system, settings, place), np.zeros(system.n_q))[None]
+    end, moved = str(settings.get("task.end", Task.end)), () if place is None else (place,)
+    reached = Task(name="", end=end, x_des=moved, goal=_numbers(settings, "task.goal.")).goals(system)[0]
+    goal = np.append(reached.q, np.zeros(system.n_q))[None]
     limits = [_numbers(settings, "control.").get("force_limit", each.limit) for each in system.inputs]
     inputs = np.stack([series[each.name] for each in system.inputs], axis=-1) / limits
     return drawn_shapes(system, states), drawn_shapes(system, goal), np.nan_to_num(inputs)
-
-
-def _goal(system: System, settings: Mapping[str, object], place: float | None) -> np.ndarray:
-    moved = () if place is None else (place,)
-    end = str(settings.get("task.end", Task.end))
-    return Task(name="", end=end, x_des=moved, goal=_numbers(settings, "task.goal.")).goals(system)[0].q
 
 
 def _numbers(settings: Mapping[str, object], prefix: str) -> dict[str, float]:

@@ -112,7 +112,10 @@ def recording_of(
 
 
 def _curves(learned: Mapping[str, pd.DataFrame]) -> dict[str, LearningCurve]:
-    """Every quantity by name; as a logarithm unless some are negative, since the viewer has no logarithmic axis."""
+    """Every quantity by name; as a logarithm unless some are negative, since the viewer has no logarithmic axis.
+
+    A curve is constant between its own steps, and not finite after its last one.
+    """
     result = {}
     for name in dict.fromkeys(name for rows in learned.values() for name in rows["name"]):
         lines = {label: rows[rows["name"] == name].groupby("step")["value"].mean() for label, rows in learned.items()}
@@ -120,16 +123,12 @@ def _curves(learned: Mapping[str, pd.DataFrame]) -> dict[str, LearningCurve]:
         together = pd.concat(lines.values())
         logarithmic = not (together < 0).any()
         steps = together.index.unique().sort_values()
-        values = {label: _held(line, steps) for label, line in lines.items()}
+        values = {label: line.reindex(steps).ffill().where(steps <= line.index[-1]) for label, line in lines.items()}
         if logarithmic:
-            values = {label: np.log10(np.where(line > 0, line, np.nan)) for label, line in values.items()}
-        result[f"log10 {name}" if logarithmic else name] = LearningCurve(step=steps.to_numpy(), values=values)
+            values = {label: np.log10(line.where(line > 0)) for label, line in values.items()}
+        curve = LearningCurve(steps.to_numpy(), {label: line.to_numpy() for label, line in values.items()})
+        result[f"log10 {name}" if logarithmic else name] = curve
     return result
-
-
-def _held(line: pd.Series, steps: pd.Index) -> np.ndarray:
-    """A curve at the steps of all curves: constant between its own steps, not finite after its last."""
-    return line.reindex(steps).ffill().where(steps <= line.index[-1]).to_numpy()
 
 
 def record_ensemble(ensemble: Ensemble, path: Path) -> Path:

@@ -75,19 +75,14 @@ def _record(folder: Path, stage: Stage, runs: Sequence[OpenedRun], labels: Mappi
     tested = {labels[run.id]: tested_by(run.table("trajectories"), member) for run in runs}
     curves = {labels[run.id]: run.table("curves") for run in runs}
     learned = {label: rows[rows["member"] == member] for label, rows in curves.items()}
-    card = {
-        "seed": member,
-        **{labels[run.id]: {**_settings(run), **run.record.summary["median"]} for run in runs},
-        "command": stage.command,
-    }
+    card: Json = {"seed": member}
+    for run in runs:
+        named = {name: value for name in NAMING if (value := run.card.get(name))}
+        card[labels[run.id]] = {"run": run.id, **named, **run.record.summary["median"]}
+    card["command"] = stage.command
     title = f"{system.name}: {len(runs)} models"
     write_recording(folder / FILENAME, recording_of(stage.id, title, card, tested, learned, system))
     return {"member": member}
-
-
-def _settings(run: OpenedRun) -> Json:
-    named = {name: run.card.get(name) for name in NAMING}
-    return {"run": run.id, **{name: value for name, value in named.items() if value}}
 
 
 def _labels(cards: Mapping[str, Json]) -> dict[str, str]:

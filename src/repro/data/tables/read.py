@@ -39,11 +39,8 @@ def files_of(path: Path) -> list[Path]:
     found = [each for each in path.iterdir() if each.suffix.lower() in FORMATS and not each.name.startswith(".")]
     if not found:
         raise UserError(f"{path}: the folder has no file that ends in {', '.join(FORMATS)}")
-    return sorted(found, key=_natural)
-
-
-def _natural(path: Path) -> tuple[str, ...]:
-    return tuple(part.zfill(12) if part.isdigit() else part for part in re.split(r"(\d+)", path.name))
+    parts = {file: re.split(r"(\d+)", file.name) for file in found}
+    return sorted(found, key=lambda file: [part.zfill(12) if part.isdigit() else part for part in parts[file]])
 
 
 def _parquet(path: Path, content: bytes) -> pd.DataFrame:

@@ -3,7 +3,6 @@
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -27,7 +26,6 @@ LOOPS, TRAJECTORIES, FIRST = "control.parquet", "closed_loops.parquet", "first_l
 SHOWN = 2  # loops whose trajectories are stored
 # What the loops so far have left; a stage that was interrupted finds these files again.
 _SO_FAR, _FIRST_SO_FAR = f"{CHECKPOINT_PREFIX}-loops.json", f"{CHECKPOINT_PREFIX}-{FIRST}"
-Row = dict[str, str | int | float | bool | None]
 
 
 def make(folder: Path, options: LoopOptions, upstream: Mapping[str, Run]) -> Json:
@@ -50,7 +48,8 @@ def drive(
 ) -> Json:
     """Close every loop of a plan with the members' weights (member, n_parameters); returns a summary."""
     disc = plan.task.disc(system)
-    rows, trajectories = _finished(folder)
+    finished = json.loads((folder / _SO_FAR).read_bytes()) if (folder / _SO_FAR).exists() else {}
+    rows, trajectories = finished.get("rows", []), [tuple(point) for point in finished.get("trajectories", [])]
     for number, member, loop in closed_loops(model, parameters, system, data, plan, report, first=len(rows)):
         rows.append(row(loop, seeds[member]))
         if number < SHOWN:
@@ -69,11 +68,3 @@ def drive(
         "contacts": int(table["contact"].sum()),
         "killed": int(table["killed"].sum()),
     }
-
-
-def _finished(folder: Path) -> tuple[list[Row], list[tuple[Any, ...]]]:
-    """Rows and trajectories of the loops that an interrupted attempt has finished."""
-    if not (folder / _SO_FAR).exists():
-        return [], []
-    content = json.loads((folder / _SO_FAR).read_bytes())
-    return content["rows"], [tuple(point) for point in content["trajectories"]]

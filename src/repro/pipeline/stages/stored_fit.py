@@ -15,6 +15,8 @@ from repro.pipeline.stage_options import FitOptions
 from repro.tracking.load import Run
 
 PARAMETERS, CURVES = "parameters.npz", "curves.parquet"
+# Stored datasets never change, and several stages of a run read the same ones.
+_loaded = lru_cache(maxsize=4)(Dataset.load)
 
 
 def dataset(stage: Run) -> Dataset:
@@ -35,8 +37,7 @@ def free_data(upstream: Mapping[str, Run]) -> Dataset | None:
 def load_parameters(folder: Path) -> np.ndarray:
     """The fitted weights (member, n_parameters)."""
     with np.load(folder / PARAMETERS) as stored:
-        parameters: np.ndarray = stored["parameters"]
-        return parameters
+        return np.asarray(stored["parameters"])
 
 
 def load_information(folder: Path) -> np.ndarray | None:
@@ -70,12 +71,6 @@ def part_of(options: FitOptions, fit: Run, seeds: Sequence[int]) -> SubModel:
     weights = load_parameters(fit.record.folder)
     chosen = [options.seeds.index(seed) for seed in seeds]
     return SubModel(model_of(options, fit.upstream), weights[chosen])
-
-
-@lru_cache(maxsize=4)
-def _loaded(folder: Path) -> Dataset:
-    """Stored datasets never change, and several stages of a run read the same ones."""
-    return Dataset.load(folder)
 
 
 def _numbered(upstream: Mapping[str, Run], word: str) -> list[str]:
