@@ -6,10 +6,12 @@ from repro.codegen.array_evaluation import evaluate
 from repro.errors import UserError
 from repro.mechanics.chain import LinkAngles
 from repro.mechanics.derive import dynamics_of
-from repro.mechanics.system import load, names
+from repro.mechanics.system import load
+from repro.mechanics.system_options import SYSTEMS
+from repro.plugins.plugin import plugin_names
 
-SWINGING = [load(name) for name in names() if name != "link"]  # it is released from its rest length alone
-SWINGING += [load(name, "printed") for name in names() if isinstance(load(name), LinkAngles)]
+SWINGING = [load(name) for name in plugin_names(SYSTEMS) if name != "link"]  # it is released from its rest length alone
+SWINGING += [load(name, "printed") for name in plugin_names(SYSTEMS) if isinstance(load(name), LinkAngles)]
 
 every_system = pytest.mark.parametrize(
     "system", SWINGING, ids=lambda system: f"{system.name}-{getattr(system, 'reading', '')}"

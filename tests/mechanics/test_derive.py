@@ -4,10 +4,12 @@ import pytest
 
 from repro.codegen.array_evaluation import BLOCK, evaluate
 from repro.mechanics.derive import Dynamics, derive, dynamics_of, euler_lagrange
-from repro.mechanics.system import System, load, names
+from repro.mechanics.system import System, load
+from repro.mechanics.system_options import SYSTEMS
+from repro.plugins.plugin import plugin_names
 
 every_system = pytest.mark.parametrize(
-    "system", [load(name) for name in names()] + [load(name, "printed") for name in ("sip", "dip")]
+    "system", [load(name) for name in plugin_names(SYSTEMS)] + [load(name, "printed") for name in ("sip", "dip")]
 )
 
 

@@ -10,10 +10,12 @@ from repro.mechanics.derive import dynamics_of
 from repro.mechanics.inputs import input_limits, input_matrix, under_inputs
 from repro.mechanics.shapes import Circle, InputArrow, Segment, Spring, Turn
 from repro.mechanics.simulate import simulate
-from repro.mechanics.system import System, load, names
+from repro.mechanics.system import System, load
+from repro.mechanics.system_options import SYSTEMS
+from repro.plugins.plugin import plugin_names
 
 COUNT = 20
-SYSTEMS = [load(name) for name in names()]
+SYSTEMS = [load(name) for name in plugin_names(SYSTEMS)]
 every_system = pytest.mark.parametrize("system", SYSTEMS, ids=lambda system: system.name)
 
 

@@ -15,9 +15,11 @@ from repro.mechanics.inputs import (
     under_inputs,
 )
 from repro.mechanics.simulate import simulate
-from repro.mechanics.system import load, names
+from repro.mechanics.system import load
+from repro.mechanics.system_options import SYSTEMS
+from repro.plugins.plugin import plugin_names
 
-SYSTEMS = [load(name) for name in names()]
+SYSTEMS = [load(name) for name in plugin_names(SYSTEMS)]
 QUADROTOR = load("quadrotor")
 every_system = pytest.mark.parametrize("system", SYSTEMS, ids=lambda system: system.name)
 

@@ -8,10 +8,12 @@ from repro.errors import UserError
 from repro.mechanics.chain import DAMPING_FRAMES, READINGS, Chain, LinkAngles
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
-from repro.mechanics.system import System, load, names
+from repro.mechanics.system import System, load
+from repro.mechanics.system_options import SYSTEMS
+from repro.plugins.plugin import plugin_names
 
 MISPRINTED = ("dip", "printed")  # its T and V are not those of its bodies
-READ = [name for name in names() if isinstance(load(name), LinkAngles)]
+READ = [name for name in plugin_names(SYSTEMS) if isinstance(load(name), LinkAngles)]
 SYSTEMS = [load(name, reading) for name in READ for reading in READINGS if (name, reading) != MISPRINTED]
 
 CHAINS = [system for system in SYSTEMS if isinstance(system, Chain)]

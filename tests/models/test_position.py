@@ -13,23 +13,25 @@ from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.chain import Chain
-from repro.mechanics.system import load, names
+from repro.mechanics.system import load
+from repro.mechanics.system_options import SYSTEMS
 from repro.models.bases import raw
 from repro.models.context import Context
 from repro.models.kinds.structured import Structured
 from repro.models.position import cart_with_links, position_features
+from repro.plugins.plugin import plugin_names
 
 ROD = load("rod")
 
 
-@pytest.mark.parametrize("name", [name for name in names() if isinstance(load(name), Chain)])
+@pytest.mark.parametrize("name", [name for name in plugin_names(SYSTEMS) if isinstance(load(name), Chain)])
 def test_a_cart_with_links_shows_its_angles_alone(name):
     system = load(name)
     assert position_features(system.coordinates, np.full(system.n_q, 3.0)) == cart_with_links(system.n_q)
 
 
 def test_a_cyclic_angle_is_not_shown_and_cosines_do_for_angles_from_the_vertical_alone():
-    shown = {name: position_features(load(name).coordinates) for name in names()}
+    shown = {name: position_features(load(name).coordinates) for name in plugin_names(SYSTEMS)}
     assert shown["furuta"].angles == (1,)
     by_cosines = {name for name, features in shown.items() if features.upright_angles}
     assert by_cosines == {

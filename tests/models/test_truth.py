@@ -6,13 +6,15 @@ import pytest
 
 from repro.errors import UserError
 from repro.mechanics.derive import dynamics_of
-from repro.mechanics.system import load, names
+from repro.mechanics.system import load
+from repro.mechanics.system_options import SYSTEMS
 from repro.models.bases import t1
 from repro.models.context import Context
 from repro.models.kinds.degenerate import Degenerate, driven_cyclic
 from repro.models.kinds.truth import Options, Truth, build, true_model
+from repro.plugins.plugin import plugin_names
 
-SYSTEMS = [
+READINGS = [
     ("sip", "physical"),
     ("sip", "printed"),
     ("sip_rod", "physical"),
@@ -21,7 +23,7 @@ SYSTEMS = [
 ]
 
 
-@pytest.mark.parametrize(("name", "reading"), SYSTEMS)
+@pytest.mark.parametrize(("name", "reading"), READINGS)
 def test_energies_are_those_of_the_system(name, reading):
     system = load(name, reading)
     model = Truth(system)
@@ -53,7 +55,7 @@ def test_without_the_true_system_it_is_refused():
 
 
 FRICTION = [
-    *((name, {"coulomb": [0.2] * load(name).n_q}) for name in names()),
+    *((name, {"coulomb": [0.2] * load(name).n_q}) for name in plugin_names(SYSTEMS)),
     *((name, {"damping_frame": "absolute"}) for name in ("sip", "dip")),
     *((name, {"damping_growth": 2.0}) for name in ("sip", "dip")),
 ]
@@ -79,7 +81,7 @@ def test_the_misprinted_double_pendulum_is_a_model_without_weights():
     assert true_model(load("dip", "printed"), damped=False).n_parameters == 0
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", plugin_names(SYSTEMS))
 def test_the_degenerate_model_is_exact_along_the_driven_cyclic_coordinate_or_refused(name):
     system = load(name)
     index = driven_cyclic(system)

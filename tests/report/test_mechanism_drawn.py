@@ -8,7 +8,9 @@ from synthetic_loops import loop, results
 
 from repro.library.drawn_motion import drawn_shapes
 from repro.library.loop_shapes import loop_shapes
-from repro.mechanics.system import load, names
+from repro.mechanics.system import load
+from repro.mechanics.system_options import SYSTEMS
+from repro.plugins.plugin import plugin_names
 from repro.report.figures.mechanism import at_steps, draw_goal, draw_shapes, draw_track, tip, window_of
 from repro.report.paper import load_animations, load_figures, paper_folder
 from repro.results.stored_loop import find_loop
@@ -38,7 +40,7 @@ def stored(system, run="run-1", **others):
     return loop(0, others.pop("success", True), run=run, **(chosen | others)), moving, q
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", plugin_names(SYSTEMS))
 def test_a_window_holds_all_that_is_drawn_and_what_is_removed_leaves_nothing(name):
     system = load(name)
     q = motion_of(system, np.random.default_rng(1))

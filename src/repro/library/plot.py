@@ -1,23 +1,17 @@
 """What a fit looks like: forces, energies and the learning curve of one member."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from matplotlib.figure import Figure
 
 from repro.data.dataset import units
 from repro.library.ensemble_model import Ensemble
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 POINTS = 300
 STYLES = {"measured": {"color": "#111111", "ls": "-"}, "model": {"color": "#d55e00", "ls": "--"}}
 
 
-def plot(fitted: Ensemble) -> "Figure":
+def plot(fitted: Ensemble) -> Figure:
     """One axis for each force, one for the energies, one for the learning curve; of the first member."""
-    from matplotlib.figure import Figure
-
     first, model = fitted.member(0), fitted.model
     part = first.data.test
     shown = slice(0, min(POINTS, part.samples))

@@ -123,11 +123,11 @@ def _curves(learned: Mapping[str, pd.DataFrame]) -> dict[str, LearningCurve]:
         together = pd.concat(lines.values())
         logarithmic = not (together < 0).any()
         steps = together.index.unique().sort_values()
-        values = {label: line.reindex(steps).ffill().where(steps <= line.index[-1]) for label, line in lines.items()}
+        held = {label: line.reindex(steps).ffill().where(steps <= line.index[-1]) for label, line in lines.items()}
+        values = {label: line.to_numpy() for label, line in held.items()}
         if logarithmic:
-            values = {label: np.log10(line.where(line > 0)) for label, line in values.items()}
-        curve = LearningCurve(steps.to_numpy(), {label: line.to_numpy() for label, line in values.items()})
-        result[f"log10 {name}" if logarithmic else name] = curve
+            values = {label: np.log10(np.where(line > 0, line, np.nan)) for label, line in values.items()}
+        result[f"log10 {name}" if logarithmic else name] = LearningCurve(step=steps.to_numpy(), values=values)
     return result
 
 

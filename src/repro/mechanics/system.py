@@ -11,7 +11,7 @@ import numpy as np
 from repro.errors import UserError
 from repro.mechanics.coordinate import Coordinate, Input, jointed
 from repro.mechanics.shapes import Point, Segment, Shape
-from repro.mechanics.system_options import SystemOptions
+from repro.mechanics.system_options import SYSTEMS, SystemOptions
 from repro.plugins.plugin import plugin, plugin_names
 
 Range = tuple[float, float]
@@ -175,11 +175,6 @@ class System(ABC):
         return {"name": self.name} | asdict(self) | {name: list(getattr(self, name)) for name in ("damping", "coulomb")}
 
 
-def names() -> tuple[str, ...]:
-    """Names of all systems: one per file of mechanics/systems."""
-    return plugin_names("mechanics.systems")
-
-
 def load(
     name: str,
     reading: str = SystemOptions.reading,
@@ -196,8 +191,8 @@ def load(
 
 def load_system(options: SystemOptions) -> System:
     """The true system that options describe; UserError for what is not allowed."""
-    _check_choice("system", options.name, names())
-    module = plugin("mechanics.systems", options.name)
+    _check_choice("system", options.name, plugin_names(SYSTEMS))
+    module = plugin(SYSTEMS, options.name)
     (found,) = (
         member
         for member in vars(module).values()

@@ -7,6 +7,8 @@ from typing import Any, Literal
 
 from repro.plugins.options import Options
 
+SYSTEMS = "mechanics.systems"  # the folder of these choices
+
 
 class Reading(StrEnum):
     """Of the paper's conventions: angles from upright and energies that balance, or eq. (13) and the DIP as printed."""

@@ -14,7 +14,7 @@ from repro.learning.objective_options import OBJECTIVES
 from repro.learning.optimiser_options import OPTIMISERS
 from repro.learning.sequence_options import SEQUENCES
 from repro.learning.training_options import Training
-from repro.mechanics.system_options import SystemOptions
+from repro.mechanics.system_options import SYSTEMS, SystemOptions
 from repro.pipeline.stage_options import (
     DataOptions,
     FitOptions,
@@ -261,7 +261,7 @@ class Pipeline:
 
 
 def _system_code(options: DataOptions | FitOptions) -> list[str]:
-    return [] if options.system is None else [plugin_module("mechanics.systems", options.system.name)]
+    return [] if options.system is None else [plugin_module(SYSTEMS, options.system.name)]
 
 
 def _code_of(fit: FitOptions) -> list[str]:

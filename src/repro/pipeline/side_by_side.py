@@ -5,6 +5,7 @@ from pathlib import Path
 
 from repro.errors import UserError
 from repro.library.run_recording import recording_of, tested_by
+from repro.mechanics.system_options import SYSTEMS
 from repro.pipeline.finished_run import OpenedRun, open_run
 from repro.plugins.plugin import plugin_module
 from repro.recording.contents import FILENAME
@@ -50,7 +51,7 @@ def compared(ids: Sequence[str], root: Path | None = None) -> Path:
         f"comparison-{system.name}",
         {"labels": labels, "member": min(common)},
         {f"run_{number}": run.id for number, run in enumerate(runs, start=1)},
-        (plugin_module("pipeline.stages", "record_run"), plugin_module("mechanics.systems", system.name)),
+        (plugin_module("pipeline.stages", "record_run"), plugin_module(SYSTEMS, system.name)),
         f"repro view {' '.join(labels)}",
     )
     record = Store(where).compute(stage, lambda folder: _record(folder, stage, runs, labels))
