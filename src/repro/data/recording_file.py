@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -76,7 +75,7 @@ def _read(
         raise UserError(f"{names}: {problems[0]} (data.checks=warn reads it as it is)")
     suspicious = remarks(*recorded, samples.time, samples.episode, coordinates, samples.row)
     samples, n_train = _parted(samples, source)
-    motion, recording, derived = _motion(samples, source.labels)
+    (q, qd, qdd), recording, derived = _motion(samples, source.labels)
     if not samples.tau.any():
         derived.append("no force acts in this recording: the scale of L cannot be learned from it")
     steps = np.diff(samples.time)[samples.episode[1:] == samples.episode[:-1]]
@@ -91,9 +90,9 @@ def _read(
         derived.append(f"the sampling intervals differ by up to {uneven:.0%} from their median")
     warnings = [*samples.notes, *notes, *turned, *problems, *suspicious, *derived]
     return Dataset(
-        q=motion.q[None],
-        qd=motion.qd[None],
-        qdd=motion.qdd[None],
+        q=q[None],
+        qd=qd[None],
+        qdd=qdd[None],
         tau=samples.tau[None],
         time=_running_on(samples.time, samples.episode, time_step),
         episode=np.cumsum(np.append(0, np.diff(samples.episode) != 0)),
@@ -154,31 +153,26 @@ def _parted(samples: RecordedRows, source: RecordingFile) -> tuple[RecordedRows,
     return chosen(samples, np.argsort(test, kind="stable")), int(np.sum(~test))
 
 
-class RecordedMotion(NamedTuple):
-    """Positions, velocities and accelerations, (sample, n_q) each."""
-
-    q: np.ndarray
-    qd: np.ndarray
-    qdd: np.ndarray
+Motion = tuple[np.ndarray, np.ndarray, np.ndarray]  # q, qd, qdd, (sample, n_q) each
 
 
-def _motion(rows: RecordedRows, labels: str) -> tuple[RecordedMotion, Measurement, list[str]]:
+def _motion(rows: RecordedRows, labels: str) -> tuple[Motion, Measurement, list[str]]:
     """The motion as the method of `labels` makes it, what was recorded, and what is said about it."""
     recorded = Measurement(rows.q[None], None if rows.qd is None else rows.qd[None])
     if labels in ESTIMATED:
-        *found, recorded = estimated(recorded, rows.time, rows.episode, labels)
-        return RecordedMotion(*(each[0] for each in found)), recorded, []
+        q, qd, qdd, recorded = estimated(recorded, rows.time, rows.episode, labels)
+        return (q[0], qd[0], qdd[0]), recorded, []
     if rows.qd is None:
         qd, qdd = differences_of_positions(rows.q, rows.time, rows.episode)
         what = "qd and qdd are not recorded: they were" if rows.qdd is None else "qd is not recorded: it was"
         kept = qdd if rows.qdd is None or labels == "differenced" else rows.qdd
         said = f"{what} differenced from q, which multiplies its noise; data.labels=smoothed estimates them"
-        return RecordedMotion(rows.q, qd, kept), recorded, [said]
+        return (rows.q, qd, kept), recorded, [said]
     if rows.qdd is not None and labels == "recorded":
-        return RecordedMotion(rows.q, rows.qd, rows.qdd), recorded, []
+        return (rows.q, rows.qd, rows.qdd), recorded, []
     what = "qdd is not recorded: it was" if rows.qdd is None else "qdd was"
     said = f"{what} differenced from qd, which blurs it over each step and multiplies noise"
-    return RecordedMotion(rows.q, rows.qd, difference(rows.qd, rows.time, rows.episode)), recorded, [said]
+    return (rows.q, rows.qd, difference(rows.qd, rows.time, rows.episode)), recorded, [said]
 
 
 def _running_on(time: np.ndarray, episode: np.ndarray, time_step: float) -> np.ndarray:

@@ -74,8 +74,7 @@ def estimated(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, Measurement]:
     """q, qd, qdd (member, sample, n_q) by the method of `labels`, and the record with the noise that was assumed."""
     if labels == "smoothed":
-        found = smooth(recorded, time, episode)
-        return found.q, found.qd, found.qdd, replace(recorded, q_noise=found.q_noise, qd_noise=found.qd_noise)
+        return smooth(recorded, time, episode)
     if labels == "savitzky_golay":
         return (*savitzky_golay(recorded.q, recorded.qd, time, episode), recorded)
     qd = difference(recorded.q, time, episode) if recorded.qd is None else recorded.qd

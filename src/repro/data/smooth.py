@@ -3,7 +3,7 @@
 Every coordinate is the triple integral of white noise (a white-jerk process) with an intensity of maximum likelihood.
 """
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,21 +16,13 @@ TRIED_SAMPLES = 300
 PRIOR = np.array([1.0, 1e3, 1e6])  # variances of position, velocity and acceleration at the start of an episode
 
 
-@dataclass(frozen=True)
-class Smoothed:
-    """Estimated motion (member, sample, n_q), and the noise of the sensors (n_q,), given or of maximum likelihood."""
+def smooth(
+    measured: Measurement, time: np.ndarray, episode: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, Measurement]:
+    """q, qd, qdd (member, sample, n_q), and the record with the noise of the sensors, given or of maximum likelihood.
 
-    q: np.ndarray
-    qd: np.ndarray
-    qdd: np.ndarray
-    q_noise: np.ndarray
-    qd_noise: np.ndarray | None
-
-
-def smooth(measured: Measurement, time: np.ndarray, episode: np.ndarray) -> Smoothed:
-    """Smooth every episode for itself; time (sample,) s may be uneven, and samples that are NaN are skipped.
-
-    Noise that is not given is estimated: one value per coordinate, the median of the members'.
+    Every episode is smoothed for itself; time (sample,) s may be uneven, and samples that are NaN are skipped. Noise
+    that is not given is estimated: one value per coordinate, the median of the members'.
     """
     members, _, n_q = measured.q.shape
     blocks = _Blocks(time, episode)
@@ -49,7 +41,7 @@ def smooth(measured: Measurement, time: np.ndarray, episode: np.ndarray) -> Smoo
     intensity = INTENSITIES[losses.argmin(0)]
     states = _Filter(position, velocity, blocks.steps, variances, intensity).smoothed()
     q, qd, qdd = (blocks.join(states[..., order], members) for order in range(3))
-    return Smoothed(q, qd, qdd, position_noise, velocity_noise)
+    return q, qd, qdd, replace(measured, q_noise=position_noise, qd_noise=velocity_noise)
 
 
 def _noise(

@@ -40,7 +40,10 @@ def free_motion_energies(model: Model, parameters: np.ndarray, system: System, s
     Models with a quadratic T are integrated by the discrete gradient, all others by RK4.
     """
     weights, steps = np.asarray(parameters, dtype=float), round(seconds / TIME_STEP)
-    starts = random_starts(system)
+    draw = np.random.default_rng(8).uniform(-1, 1, (2, STARTS, system.n_q))
+    turns = np.array([coordinate.is_angle for coordinate in system.coordinates])
+    # anywhere in angle, and moving
+    starts = np.concatenate([draw[0] * np.where(turns, np.pi, 0.0), draw[1] * np.where(turns, RATE, SPEED)], axis=1)
     plant = simulate(
         dynamics_of(system).acceleration, starts, np.zeros((STARTS, steps, system.n_q)), TIME_STEP, angles=system.angles
     )
@@ -48,13 +51,6 @@ def free_motion_energies(model: Model, parameters: np.ndarray, system: System, s
     predicted = predicted.reshape(len(weights), STARTS, steps + 1, -1)
     true = np.broadcast_to(_energy(system, plant), predicted.shape[:-1])
     return FreeMotion(np.arange(steps + 1) * TIME_STEP, true, _energy(system, predicted))
-
-
-def random_starts(system: System) -> np.ndarray:
-    """Anywhere in angle, moving, (STARTS, 2 n_q)."""
-    draw = np.random.default_rng(8).uniform(-1, 1, (2, STARTS, system.n_q))
-    turns = np.array([coordinate.is_angle for coordinate in system.coordinates])
-    return np.concatenate([draw[0] * np.where(turns, np.pi, 0.0), draw[1] * np.where(turns, RATE, SPEED)], axis=1)
 
 
 def energy_errors(motion: FreeMotion, horizons: Sequence[float]) -> Iterator[MetricValues]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from repro.data.dataset import Dataset
 from repro.learning.optimiser import Optimiser
-from repro.learning.optimiser_options import OptimiserOptions
+from repro.learning.optimiser_options import OPTIMISERS
 from repro.learning.phases import TrainingData, phases_of
 from repro.learning.result import Checkpoint, Fitted, NoCheckpoint, Progress, silent
 from repro.learning.training import train
@@ -30,14 +30,6 @@ def build_model(
     return model
 
 
-def build_optimiser(options: OptimiserOptions, device: str = "cpu") -> Optimiser:
-    """The optimiser that its file of learning/optimisers builds, on a device."""
-    optimiser: Optimiser = plugin("learning.optimisers", options.kind).build(options)
-    if device != "cpu":
-        optimiser = plugin("learning.device", "device_adam").DeviceAdam.of(optimiser, device)
-    return optimiser
-
-
 def fit_ensemble(
     model: Model,
     training: Training | None,
@@ -52,7 +44,9 @@ def fit_ensemble(
         return Fitted(parameters, status=["ok"] * len(parameters), notes={"epochs": 0}), 0.0
     phases = phases_of(model, training.objective, training.sequence, data)
     started = time.process_time()
-    optimiser = build_optimiser(training.optimiser, training.device)
+    optimiser: Optimiser = plugin(OPTIMISERS, training.optimiser.kind).build(training.optimiser)
+    if training.device != "cpu":
+        optimiser = plugin("learning.device", "device_adam").DeviceAdam.of(optimiser, training.device)
     fitted = train(phases, optimiser, parameters, progress, checkpoint or NoCheckpoint())
     fitted = training.objective.finished(model, data.forced[-1].train, fitted, progress)
     return fitted, time.process_time() - started

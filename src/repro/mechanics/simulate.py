@@ -4,9 +4,8 @@ Generated C integrates where a compiler is there, CasADi's virtual machine other
 """
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
-from typing import Protocol
 
 import casadi as ca
 import numpy as np
@@ -18,13 +17,8 @@ from repro.mechanics.integrators import CompiledIntegrator, InterpretedIntegrato
 from repro.mechanics.substeps import SubstepRule
 
 ENGINES = ("auto", "c", "casadi")
-
-
-class Integrator(Protocol):
-    """A compiled acceleration that fills states (batch, steps + 1, 2 n_q) from states[:, 0]."""
-
-    def __call__(self, rule: SubstepRule, u: np.ndarray, parameters: np.ndarray, states: np.ndarray) -> None:
-        """Integrate with these sub-steps; u (batch, steps, n_u), parameters (1 or batch, n_p)."""
+# Takes a rule, u (batch, steps, n_u) and parameters (1 or batch, n_p), and fills states (batch, steps + 1, 2 n_q).
+Integrator = Callable[[SubstepRule, np.ndarray, np.ndarray, np.ndarray], None]
 
 
 @lru_cache(maxsize=1)
@@ -84,6 +78,8 @@ def simulate(
     states = np.empty((len(u), u.shape[1] + 1, 2 * n_q))
     states[:, 0] = initial
     everywhere = range(n_q) if angles is None else angles
-    rule = SubstepRule.for_angles(time_step, everywhere) if substeps is None else SubstepRule.fixed(time_step, substeps)
+    rule = SubstepRule.for_angles(time_step, everywhere)
+    if substeps is not None:
+        rule = SubstepRule(time_step, (), substeps, substeps, 0.0)
     compiled(acceleration, engine)(rule, u, weights, states)
     return states

@@ -26,11 +26,6 @@ class SubstepRule:
     per_rate: float
 
     @classmethod
-    def fixed(cls, time_step: float, substeps: int) -> "SubstepRule":
-        """Always the same number of sub-steps."""
-        return cls(time_step, (), substeps, substeps, 0.0)
-
-    @classmethod
     def for_angles(cls, time_step: float, angles: Sequence[int]) -> "SubstepRule":
         """As many sub-steps as keep the turn of every angle within one of them below ANGLE."""
         finer = max(1, len(angles)) ** CHAIN_EXPONENT

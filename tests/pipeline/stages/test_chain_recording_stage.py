@@ -8,6 +8,7 @@ from repro.mechanics.system import load
 from repro.models.bases import spring
 from repro.models.damped import Damped
 from repro.models.lagrangian import Lagrangian
+from repro.models.ports import ChainLink
 from repro.pipeline.stages.record_chain import record
 from repro.recording.writer import read_recording
 
@@ -18,8 +19,9 @@ MODEL = Damped(Lagrangian(spring, 1), "diagonal")
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("chain")
-    weights = np.array([[0.25, 10.0, 10.0, 0.3], [0.25, 12.0, 10.0, 0.3]])
-    summary = record(folder, "run-1", "a title", {"key": 1}, MODEL, weights, [3, 8], LINK, 4)
+    weights = np.array([0.25, 10.0, 10.0, 0.3])
+    both = ChainLink.true(LINK), ChainLink.learned(MODEL, weights)
+    summary = record(folder, ("run-1", "a title", {"key": 1}), both, 3, 4)
     assert summary == {"member": 3, "links": 4}
     return folder
 

@@ -6,8 +6,6 @@ from pathlib import Path
 import numpy as np
 
 from repro.evaluation.chains import KEPT, TIME_STEP, Motion, random_start, simulate_chain
-from repro.mechanics.system import System
-from repro.models.model import Model
 from repro.models.ports import ChainLink
 from repro.pipeline.stage_options import RecordingOptions
 from repro.pipeline.stages.stored_fit import load_parameters, model_of, simulated_system
@@ -24,29 +22,22 @@ def make(folder: Path, options: RecordingOptions, run: Run, command: str) -> dic
     card = {**summary["card"], "test medians": summary["median"], "command": command}
     model, weights = model_of(options.fit, fit.upstream), load_parameters(fit.record.folder)
     assert options.links is not None
-    seeds, system = options.fit.seeds, simulated_system(options.fit)
-    return record(folder, run.id, options.title, card, model, weights, seeds, system, options.links)
+    both = ChainLink.true(simulated_system(options.fit)), ChainLink.learned(model, weights[0])
+    return record(folder, (run.id, options.title, card), both, options.fit.seeds[0], options.links)
 
 
 def record(
-    folder: Path,
-    run: str,
-    title: str,
-    card: Mapping[str, object],
-    model: Model,
-    parameters: np.ndarray,
-    seeds: Sequence[int],
-    system: System,
-    links: int,
+    folder: Path, described: tuple[str, str, Mapping[str, object]], both: Sequence[ChainLink], seed: int, links: int
 ) -> dict[str, int]:
-    """Write recording.rrd: 10 s of free motion of the true chain and of that of the first member."""
-    start = random_start(links)
-    plant = simulate_chain(ChainLink.true(system), start)
-    learned = simulate_chain(ChainLink.learned(model, parameters[0]), start)
+    """Write recording.rrd: 10 s of free motion of chains of the true and of a learned link.
+
+    described: the run's id, title and card.
+    """
+    plant, learned = (simulate_chain(link, random_start(links)) for link in both)
     time = np.arange(len(plant.energy)) * KEPT * TIME_STEP
-    models = {f"seed {seeds[0]}": _drawn(learned)}
-    write_chain_recording(folder / FILENAME, ChainRecording(run, title, card, time, _drawn(plant), models))
-    return {"member": int(seeds[0]), "links": links}
+    recording = ChainRecording(*described, time, _drawn(plant), {f"seed {seed}": _drawn(learned)})
+    write_chain_recording(folder / FILENAME, recording)
+    return {"member": seed, "links": links}
 
 
 def _drawn(motion: Motion) -> ChainMotion:
