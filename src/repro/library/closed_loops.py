@@ -38,19 +38,13 @@ def closed_loops(
     train, task, options = data.train, plan.task, plan.controller
     samples = train.q[0][:PRIOR_SAMPLES], train.qd[0][:PRIOR_SAMPLES], train.qdd[0][:PRIOR_SAMPLES]
     disc, starts = task.disc(system), task.starts(system, len(parameters))[: plan.loops]
+    lengths, bounds = {"time_step": options.time_step, "seconds": task.seconds}, task.bounds(system)
     predictive = PredictiveModel(model, system, plan.canonical)
     with plugin(CONTROLLERS, options.kind).build(options, predictive, disc, samples) as make_controller:
         for number, (start, member) in list(enumerate(starts))[first:]:
             report(number / len(starts), f"closed loop {number + 1} of {len(starts)}")
             driving = make_controller(wrong_weights(parameters[member], task, start), start.goal)
-            yield (
-                number,
-                member,
-                run_loop(
-                    system, driving, start, task,
-                    time_step=options.time_step, seconds=task.seconds, disc=disc, bounds=task.bounds(system),
-                ),
-            )  # fmt: skip
+            yield number, member, run_loop(system, driving, start, task, **lengths, disc=disc, bounds=bounds)
 
 
 @dataclass(frozen=True)
