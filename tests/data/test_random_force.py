@@ -58,7 +58,7 @@ def test_episodes_start_where_they_should(start: str) -> None:
     data = random_force(SYSTEM, **SMALL, start=start)
     first = np.append(True, np.diff(data.episode) > 0)
     assert first.sum() == 4
-    np.testing.assert_array_equal(data.q[:, first], np.broadcast_to(getattr(SYSTEM, start), (2, 4, 2)))
+    np.testing.assert_array_equal(data.q[:, first], np.broadcast_to(SYSTEM.at_rest(start), (2, 4, 2)))
     np.testing.assert_array_equal(data.qd[:, first], 0)
 
 

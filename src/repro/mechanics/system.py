@@ -178,14 +178,14 @@ class System(ABC):
 def load(
     name: str,
     reading: str = SystemOptions.reading,
-    damping: Sequence[float] = (),
+    damping: Sequence[float] | None = None,
     damping_frame: str = SystemOptions.damping_frame,
     damping_growth: float = SystemOptions.damping_growth,
-    coulomb: Sequence[float] = (),
+    coulomb: Sequence[float] | None = None,
     **constants: float,
 ) -> System:
     """The system of that name, its constants changed where given; UserError for what is not allowed."""
-    friction = tuple(damping), damping_frame, damping_growth, tuple(coulomb)
+    friction = tuple(damping or ()), damping_frame, damping_growth, tuple(coulomb or ())
     return load_system(SystemOptions(name, reading, *friction, constants))  # type: ignore[arg-type]
 
 
