@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from repro.config.registry import settings
+from repro.control.controller import ControllerOptions
 from repro.control.task import Task
 from repro.mechanics.system import load
 
@@ -53,9 +54,9 @@ def test_spreads_and_bounds_by_name_come_before_those_by_unit():
     ],
 )
 def test_what_does_not_fit_a_system_is_a_line(system, changes, told):
-    assert next(task("swing_up", **changes).problems(load(system))).startswith(told)
+    assert next(task("swing_up", **changes).problems(load(system), ControllerOptions())).startswith(told)
 
 
 def test_swing_up_fits_pendulums():
     for name in ("torque_pendulum", "acrobot", "pendubot", "furuta", "dip"):
-        assert [*task("swing_up").problems(load(name))] == []
+        assert [*task("swing_up").problems(load(name), ControllerOptions())] == []

@@ -208,3 +208,7 @@ def test_what_cannot_be_controlled_is_refused_in_one_line(data, fitted):
         opaque.control(task, plant=repro.system("sip"))
     with pytest.raises(UserError, match=r"task\.start = 'flying'"):
         fitted.control(repro.task("flying"))
+    with pytest.raises(UserError, match=r"task\.delay = 0\.05: must be shorter than control\.time_step = 0\.04"):
+        fitted.control(repro.task(delay=0.05))
+    with pytest.raises(UserError, match=r"task\.damping = \[0\.1\]: needs 2 numbers"):
+        fitted.control(repro.task(damping=[0.1]))

@@ -202,17 +202,13 @@ def _closed_loop(config: Config) -> Iterator[str]:
         suited = ", ".join(name for name in plugin_names(SYSTEMS) if control.fits(load(name)))
         yield f"{choice}: drives {control.drives}; {own}; use system={suited}"
     yield from control.problems(system)
-    yield from task.problems(system)
+    yield from task.problems(system, control)
     if config.model.from_true_system and not isinstance(system, Chain):
         exact = f"model={config.model.kind}: has no coefficients for system={system.name}"
         if task.mismatch and task.mismatch_kind == "coefficients":
             yield f"task.mismatch = {task.mismatch}: {exact}; use task.mismatch_kind=physical"
         if control.adapts:
             yield f"control.adaptive = True: {exact}; use a fitted model, such as model=structured"
-    if task.delay >= control.time_step:
-        yield f"task.delay = {task.delay}: must be shorter than control.time_step = {control.time_step}"
-    if len(task.damping) not in (0, system.n_q):
-        yield f"task.damping = {list(task.damping)}: needs {system.n_q} numbers, or none"
 
 
 Rules = tuple[Callable[[Config], Iterator[str]], ...]

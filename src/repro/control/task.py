@@ -101,8 +101,8 @@ class Task(Conditions):
         """The absolute values of a state (2 n_q,) up to which a loop goes on."""
         return self._both(system, self.limits, np.inf)
 
-    def problems(self, system: System) -> Iterator[str]:
-        """What does not fit a system, one line each."""
+    def problems(self, system: System, controller: ControllerOptions) -> Iterator[str]:
+        """What does not fit a system and its controller, one line each."""
         states, coordinates = tuple(system.rest_states), [coordinate.name for coordinate in system.coordinates]
         for key, name in (("start", self.start), ("end", self.end)):
             if name not in states:
@@ -111,6 +111,10 @@ class Task(Conditions):
         for key, values in named.items():
             for name in set(values) - {*coordinates, *(() if key == "goal" else UNITS)}:
                 yield f"task.{key}.{name}: system={system.name} has coordinates {', '.join(coordinates)}"
+        if self.delay >= controller.time_step:
+            yield f"task.delay = {self.delay}: must be shorter than control.time_step = {controller.time_step}"
+        if len(self.damping) not in (0, system.n_q):
+            yield f"task.damping = {list(self.damping)}: needs {system.n_q} numbers, or none"
         disc = self.disc(system)
         at_rest = system.shapes(list(system.at_rest()), np)
         if disc is not None and not distances_squared(at_rest, disc.centre, np):

@@ -72,7 +72,7 @@ class FittedModel(Ensemble):
         if system is None:
             raise UserError('control: no plant is known; give one, such as plant=repro.system("sip")')
         options = choices.controller(controller) if isinstance(controller, str) else controller
-        problems = [*task.problems(system), *options.problems(system)]
+        problems = [*task.problems(system, options), *options.problems(system)]
         if not options.fits(system):
             problems.append(f"{options.kind} drives {options.drives}, not {system.name}")
         if problems:
