@@ -15,7 +15,9 @@ from matplotlib.figure import Figure
 import repro
 from repro.library.drawn_motion import drawn_shapes
 from repro.library.loop_shapes import loop_shapes
-from repro.mechanics.system import load, names
+from repro.mechanics.system import load
+from repro.mechanics.system_options import SYSTEMS
+from repro.plugins.plugin import plugin_names
 from repro.report.animation import DrawnLoop, animate
 from repro.report.figures.mechanism import draw_shapes, window_of
 from repro.results.run_card import RunCard
@@ -28,7 +30,7 @@ AT_REST = Path(__file__).parent / "mechanisms" / "at_rest.png"
 def at_rest() -> Path:
     """One picture of all systems, a little away from rest, under 60 % of their inputs."""
     canvas = Figure(figsize=(8, 8), layout="constrained")
-    for panel, name in zip(canvas.subplots(4, 4).ravel(), names(), strict=True):
+    for panel, name in zip(canvas.subplots(4, 4).ravel(), plugin_names(SYSTEMS), strict=True):
         system = load(name)
         moved = [0.3 * (-1) ** i if c.is_angle else 0.1 for i, c in enumerate(system.coordinates)]
         shapes = drawn_shapes(system, np.append(system.at_rest() + moved, np.zeros(system.n_q))[None])
