@@ -1,7 +1,9 @@
 """What each kind of stage depends on beside the stages upstream: its options are all that its work is handed."""
 
 import hashlib
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from pydantic import TypeAdapter
 
@@ -18,7 +20,6 @@ from repro.models.model_options import MODELS, ModelOptions
 from repro.plugins.checked import checked
 from repro.plugins.options import Options
 from repro.tracking.files import file_digest
-from repro.tracking.plain_data import Json
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class FitOptions(Options):
     parts: tuple["FitOptions", ...] = ()
 
     @classmethod
-    def stored(cls, content: Json) -> "FitOptions":
+    def stored(cls, content: Mapping[str, Any]) -> "FitOptions":
         """Read back from a run.json; UserError where its model does not exist any more, or has other options."""
         training = content["training"]
         return cls(
