@@ -1,9 +1,8 @@
 """Peers compute the same numbers, and are left out where they are not installed."""
 
-from importlib.util import find_spec
-
 import numpy as np
 import pytest
+from peer_packages import needs
 
 from repro.bench import peers as module
 from repro.bench.batched_peer import jax_batched_step
@@ -14,16 +13,6 @@ from repro.bench.scale import SCALES
 from repro.bench.training_case import lagrangian_case, torch_step
 from repro.models.bases import library, t2
 from repro.models.lagrangian import Lagrangian
-
-
-def needs(package):
-    """Mark a test that compares with a package of the extra `peers`, which the project works without."""
-    marks = (
-        pytest.mark.extras,
-        pytest.mark.filterwarnings("ignore"),
-        pytest.mark.skipif(find_spec(package) is None, reason="needs the extra `peers`"),
-    )
-    return lambda test: [test := mark(test) for mark in marks][-1]
 
 
 @needs("jax")
