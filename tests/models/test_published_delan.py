@@ -57,14 +57,12 @@ class Motion:
         tau = gravity + speed**2 * (self.tau - gravity)
         return replace(self, qd=speed * self.qd, qdd=speed**2 * self.qdd, tau=tau)
 
-    def split(self, angles: bool) -> Dataset:
-        """The held-out characters last; without `angles` the joints are coordinates like any other."""
+    def split(self) -> Dataset:
+        """The held-out characters last."""
         held_out = np.isin(self.character, HELD_OUT)
         order, names = np.argsort(held_out, kind="stable"), ("q1", "q2")
         arrays = {name: getattr(self, name)[order] for name in ("q", "qd", "qdd", "tau")}
-        made = repro.dataset(
-            **arrays, time_step=STEP_S, episode=self.character[order], coordinates=names, angles=names if angles else ()
-        )
+        made = repro.dataset(**arrays, time_step=STEP_S, episode=self.character[order], coordinates=names, angles=names)
         return replace(made, n_train=int((~held_out).sum()))
 
 
@@ -110,3 +108,20 @@ def adam(rate: float, epochs: int) -> OptimiserOptions:
 def torque_mse(fitted: FittedModel, test: Dataset) -> float:
     predicted = fitted.tau(test.q[0], test.qd[0], test.qdd[0])[0]
     return float(((predicted - test.tau[0]) ** 2).sum(-1).mean())
+
+
+def test_the_figure_of_the_readme_is_reached() -> None:
+    data = first_commit().split()
+    fitted = repro.fit(data, delan("softplus"), optimiser=adam(5e-4, 10_000))
+    assert torque_mse(fitted, data.test) < 2 * FIRST_COMMIT
+
+
+def test_the_stored_results_are_met_within_a_factor_of_two() -> None:
+    data = present().split()
+    fitted = repro.fit(data, delan("tanh"), optimiser=adam(1e-4, 5000))
+    assert STORED[0] / 2 < torque_mse(fitted, data.test) < 2 * STORED[1]
+
+
+def test_levenberg_marquardt_is_a_thousand_times_closer() -> None:
+    data = present().split()
+    assert torque_mse(repro.fit(data, "structured"), data.test) < STORED[0] / 1000

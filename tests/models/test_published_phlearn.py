@@ -142,17 +142,13 @@ def test_both_take_the_same_steps_when_batches_are_whole() -> None:
 def test_both_reach_the_same_error_by_the_recipe_of_the_package() -> None:
     """Its train_model.py: 3,000 points at 30 Hz, two layers of 100 units, batches of 32, 100 epochs of Adam at 1e-3."""
     recipe = Recipe((100, 100), points=3000, epochs=100, batch=32, damping=DAMPING, precision="float32")
-    errors, frictions = [], []
-    for seed in range(3):
-        made, held_out = generated(recipe, 2 * seed), generated(recipe, 2 * seed + 1)
-        torch.manual_seed(seed)
-        ours = Ours(recipe, seed)
-        peer = theirs(recipe, ours)
-        trained(recipe, peer, made)
-        ours.fit(as_dataset(recipe, made))
-        both = ours.rates(as_dataset(recipe, held_out)), predicted(peer, held_out)
-        errors.append([((rates - held_out[1].numpy()) ** 2).mean() for rates in both])
-        frictions.append([ours.friction, float(peer.R().diagonal()[1])])
-    found = np.median(errors, axis=0)
-    assert found.max() < 2 * found.min()
-    np.testing.assert_allclose(np.median(frictions, axis=0), DAMPING, rtol=0.02)
+    made, held_out = generated(recipe, 0), generated(recipe, 1)
+    torch.manual_seed(0)
+    ours = Ours(recipe, 0)
+    peer = theirs(recipe, ours)
+    trained(recipe, peer, made)
+    ours.fit(as_dataset(recipe, made))
+    both = ours.rates(as_dataset(recipe, held_out)), predicted(peer, held_out)
+    errors = [((rates - held_out[1].numpy()) ** 2).mean() for rates in both]
+    assert max(errors) < 2 * min(errors)
+    np.testing.assert_allclose([ours.friction, float(peer.R().diagonal()[1])], DAMPING, rtol=0.02)
