@@ -15,15 +15,15 @@ from torch import nn
 
 import repro
 from repro.data.dataset import Dataset
-from repro.learning.adam import Adam
 from repro.learning.native import shuffled
 from repro.learning.objective import Objective
 from repro.learning.objectives import port
+from repro.learning.optimisers.adam import Adam
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
-from repro.models.hamiltonian import Hamiltonian
+from repro.models.kinds.hamiltonian import Hamiltonian
 from repro.models.position import PositionFeatures
 
 if TYPE_CHECKING:
