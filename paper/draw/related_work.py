@@ -42,6 +42,8 @@ def draw(results: Results) -> "Canvas | None":
     shown = [system for system, groups in found.items() if any(groups.values())]
     if not shown:
         return None
+    from matplotlib.ticker import LogLocator, NullFormatter
+
     canvas = new_canvas(TEXT_WIDTH, 3.4)
     panels = canvas.subplots(1, len(shown), squeeze=False)[0]
     for system, panel in zip(shown, panels, strict=True):
@@ -49,8 +51,12 @@ def draw(results: Results) -> "Canvas | None":
             _line(panel, group, name, role.marked_line_style)
         panel.set_xscale("log")
         panel.set_yscale("log")
+        panel.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        panel.xaxis.set_major_formatter("{x:g}")
+        panel.xaxis.set_minor_formatter(NullFormatter())
         panel.set_xlabel("CPU time of a fit [s]")
-        panel.set_title(f"{SYSTEMS[system]}: MAE q̈ [m/s², rad/s²]")
+        panel.set_title(SYSTEMS[system])
+    panels[0].set_ylabel("MAE q̈ [m/s², rad/s²]")
     canvas.legend(handles=panels[0].lines, loc="outside lower center", ncols=5)
     return canvas
 
