@@ -51,7 +51,7 @@ def draw(results: Results) -> "Canvas | None":
             _line(panel, group, name, role.marked_line_style)
         panel.set_xscale("log")
         panel.set_yscale("log")
-        panel.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        panel.xaxis.set_major_locator(LogLocator())
         panel.xaxis.set_major_formatter("{x:g}")
         panel.xaxis.set_minor_formatter(NullFormatter())
         panel.set_xlabel("CPU time of a fit [s]")
