@@ -12,6 +12,7 @@ from repro.report.paper import load_figures, paper_folder
 from repro.report.terminal import show
 from repro.results.gather import gather
 from repro.results.stored import read_stored
+from repro.tracking.files import file_digest
 from repro.tracking.paths import project_folder
 
 ROOT = project_folder()
@@ -49,6 +50,28 @@ def test_an_unchanged_report_is_not_made_again_and_a_changed_one_is_without_page
     assert first.page.stat().st_mtime_ns > stamp
     assert {path.stem for path in left.parent.iterdir()} == {one, other}
     assert build(quick_store.outputs, "quick", stale={one, other}).stale == 2
+
+
+@pytest.mark.usefixtures("pages_only")
+def test_a_finished_run_that_was_listed_before_it_was_made_is_no_change(quick_store):
+    run = quick_store.run("sip_basis", {"mae_tau": [0.2, 0.3]})
+    made = build(quick_store.outputs, "quick")
+    (job,) = quick_store.jobs["sip_basis"]
+    assert job["run"] == run
+    job |= {"settings": {"basis.name": "t2"}, "changed": ["basis.name"]}
+    quick_store.list_job("sip_basis", quick_store.jobs["sip_basis"].pop())
+    assert build(quick_store.outputs, "quick") == made
+
+
+@pytest.mark.usefixtures("pages_only")
+@pytest.mark.parametrize("room", ["claims", "report", "results"])
+def test_other_code_that_gathers_judges_or_draws_makes_the_report_again(room, quick_store, monkeypatch):
+    quick_store.run("sip_basis", {"mae_tau": [0.2, 0.3]})
+    made = build(quick_store.outputs, "quick")
+    assert made.fingerprint == build(quick_store.outputs, "quick").fingerprint
+    changed = next((ROOT / "src" / "repro" / room).glob("[a-z]*.py"))
+    monkeypatch.setattr("repro.report.build.file_digest", lambda path: "" if path == changed else file_digest(path))
+    assert made.fingerprint != build(quick_store.outputs, "quick").fingerprint
 
 
 def test_without_runs_the_error_says_what_there_is_and_how_to_start(store):

@@ -5,7 +5,6 @@ import os
 import re
 import subprocess
 import sys
-import time
 from functools import cache
 
 import pytest
@@ -97,19 +96,21 @@ def test_all_experiments_run_and_a_second_pass_repeats_nothing(tmp_path):
     environment = {**os.environ, "REPRO_OUTPUTS": str(tmp_path)}
 
     def repro(*arguments):
-        started = time.monotonic()
         command = [sys.executable, "-m", "repro.cli", *arguments]
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stdout + done.stderr
-        return done.stdout, time.monotonic() - started
+        return done.stdout
+
+    def made():
+        files = [*tmp_path.glob("*/*/run.json"), *(tmp_path / "report" / "smoke").rglob("*.*")]
+        return {path: path.stat().st_mtime_ns for path in files}
 
     repro("reproduce", "scale=smoke")
-    before = {path: path.stat().st_mtime_ns for path in tmp_path.glob("*/*/run.json")}
-    states = {item["id"]: item["state"] for item in json.loads(repro("status", "--json")[0])}
+    before = made()
+    states = {item["id"]: item["state"] for item in json.loads(repro("status", "--json"))}
     assert set(states.values()) == {"done"}
     listed = {path.stem for path in (tmp_path / "experiments" / "smoke").iterdir()}
     assert listed == {*experiments("paper"), EXPERIMENT}  # the benchmark is listed as one
 
-    _, seconds = repro("reproduce", "scale=smoke")
-    assert seconds < 15  # 5 on an idle machine
-    assert {path: path.stat().st_mtime_ns for path in tmp_path.glob("*/*/run.json")} == before
+    repro("reproduce", "scale=smoke")
+    assert made() == before

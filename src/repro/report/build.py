@@ -20,11 +20,11 @@ from repro.report.tables.every import all_tables
 from repro.report.tables.sensitivity import sensitivity_table
 from repro.results.gather import Gathering, gather
 from repro.results.results import SENSITIVITY, Results
-from repro.results.stored import Stored, read_stored
+from repro.results.stored import Stored, StoredRun, read_stored
 from repro.tracking import progress
 from repro.tracking.files import file_digest, write_text
 from repro.tracking.paths import Paths
-from repro.tracking.plain_data import digest
+from repro.tracking.plain_data import Json, digest
 
 
 def build(outputs: Path, scale: str, *, stale: Collection[str] = ()) -> Summary:
@@ -99,16 +99,23 @@ def render(results: Results, folder: Path) -> list[Verdict]:
 
 
 def _fingerprint(stored: Stored, tried: Stored) -> str:
-    """Digest everything that a report is made from: the runs, the claims, and the code that draws."""
+    """Digest all that a report is made from: the runs, the claims, and the code that gathers, judges and draws."""
     paper, sources = paper_folder(), [*paper_folder().glob("*.yaml")]
-    for folder in (Path(__file__).parent, *(paper / name for name in ("report", "draw", "animations"))):
+    rooms = [Path(__file__).parents[1] / name for name in ("claims", "report", "results")]
+    for folder in (*rooms, *(paper / name for name in ("report", "draw", "animations"))):
         sources += [path for path in folder.rglob("*") if path.is_file() and path.suffix != ".pyc"]
     made_by = [record and vars(record.provenance) for record in (run.record for run in (*stored.runs, *tried.runs))]
     return digest(
         {
-            "runs": [(run.experiment, run.stale, vars(run.listed)) for run in (*stored.runs, *tried.runs)],
+            "runs": [(run.experiment, run.stale, _listed(run)) for run in (*stored.runs, *tried.runs)],
             "stages": [*made_by, *(vars(bench.provenance) for bench in stored.benches)],
             "cases": [vars(case) for case in tried.cases],
             "sources": [file_digest(path) for path in sorted(sources)],
         }
     )
+
+
+def _listed(run: StoredRun) -> Json:
+    """What a list adds to a run: of a finished one not its settings, which are listed only before it is made."""
+    finished = run.outcome == "ok"
+    return vars(replace(run.listed, settings={}, changed=()) if finished else run.listed)

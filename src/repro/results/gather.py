@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 FILES = ("as_printed.yaml", "motions.yaml")
 # Figures show no more; results stay small enough to commit.
-CURVE_STEPS = 400
+CURVE_STEPS = 200
 TRAJECTORY_POINTS = 300
 TRAJECTORY_MEMBERS = 3
 REMEDY = "delete its folder and run again"
