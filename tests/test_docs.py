@@ -10,7 +10,6 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Iterator
-from importlib.util import find_spec
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
@@ -18,6 +17,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from optional import needs_extra
 
 from repro import cli
 from repro.config.compose import plan
@@ -261,7 +261,7 @@ def test_the_python_of_the_readme_runs(block: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.extras
-@pytest.mark.skipif(find_spec("mkdocs") is None, reason="the extra docs is not installed")
+@needs_extra("docs", "mkdocs")
 def test_the_site_builds_without_a_warning_and_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
     site = tmp_path / "site"
     command = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--strict", "--site-dir", str(site)]

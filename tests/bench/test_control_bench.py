@@ -1,9 +1,8 @@
 """Our controller beside do-mpc's: the same problem, so the same plan; and what the timing of a step counts."""
 
-from importlib.util import find_spec
-
 import numpy as np
 import pytest
+from optional import needs_extra
 
 from repro.bench.control import control
 from repro.bench.control_case import CASES, EQUAL, FAST
@@ -12,8 +11,7 @@ from repro.bench.scale import SCALES
 from repro.control.interval import DEGREE, ELEMENTS
 
 SIP, DIP = CASES
-needs_do_mpc = pytest.mark.skipif(find_spec("do_mpc") is None, reason="needs the extra `peers`")
-pytestmark = [pytest.mark.extras, pytest.mark.filterwarnings("ignore"), needs_do_mpc]
+pytestmark = [pytest.mark.extras, pytest.mark.filterwarnings("ignore"), needs_extra("peers", "do_mpc")]
 NEAR = np.array([0.6, 0.3, 0.2, -0.5])  # nearly there: one optimum only
 
 

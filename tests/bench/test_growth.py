@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from optional import needs_compiler
 
 from repro.bench import engines
 from repro.bench.engines import streamed
 from repro.bench.training_case import native_step, random_case, torch_step
-from repro.codegen.c_library import has_compiler
 
 TRUE_T1 = [0.4, 0.025, 0.1, 0.98]
 
@@ -16,7 +16,7 @@ def test_streamed_least_squares_find_the_true_coefficients_across_blocks(monkeyp
     np.testing.assert_allclose(streamed(1_000), TRUE_T1, rtol=1e-9)
 
 
-@pytest.mark.skipif(not has_compiler(), reason="needs a C compiler")
+@needs_compiler
 @pytest.mark.parametrize("equation", ["inverse", "forward"])
 @pytest.mark.parametrize("n_q", [1, 3, 8])
 def test_engines_agree_for_any_number_of_coordinates(n_q, equation):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from peer_packages import needs
+from optional import compares_with
 
 from repro.bench import peers as module
 from repro.bench.batched_peer import jax_batched_step
@@ -15,7 +15,7 @@ from repro.models.bases import library, t2
 from repro.models.lagrangian import Lagrangian
 
 
-@needs("jax")
+@compares_with("jax")
 @pytest.mark.parametrize("equation", ["inverse", "forward"])
 def test_jax_agrees_with_our_engine(equation):
     case = lagrangian_case(t2, (6, 5), 2, 40)
@@ -23,7 +23,7 @@ def test_jax_agrees_with_our_engine(equation):
         np.testing.assert_allclose(other, ours, rtol=0, atol=1e-9 * np.abs(ours).max())
 
 
-@needs("jax")
+@compares_with("jax")
 @pytest.mark.parametrize(("precision", "close"), [("float64", 1e-9), ("float32", 1e-4)])
 def test_the_batched_form_in_jax_agrees_with_our_engine(precision, close):
     case = lagrangian_case(t2, (6, 5), 1, 40)
@@ -31,7 +31,7 @@ def test_the_batched_form_in_jax_agrees_with_our_engine(precision, close):
         np.testing.assert_allclose(other, ours, rtol=0, atol=close * np.abs(ours).max())
 
 
-@needs("pysindy")
+@compares_with("pysindy")
 def test_sindy_pi_finds_the_accelerations_that_we_find():
     candidates, (cart, pole) = implicit_candidates(2048), sindy_pi_fit(2048)()
     for column, row in enumerate((cart, pole)):
@@ -45,7 +45,7 @@ def test_our_selection_finds_the_terms_of_the_lagrangian():
     assert kept == pytest.approx(expected, rel=1e-9)
 
 
-@needs("phlearn")
+@compares_with("phlearn")
 def test_phlearn_gives_a_gradient_of_every_weight_that_matters():
     loss, gradient = phlearn_step(lagrangian_case(t2, (4,), 1, 30))()
     assert loss > 0 and gradient[-1] == 0 and np.abs(gradient[:-1]).max() > 0

@@ -5,19 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from optional import needs_compiler
 
 from repro.bench.batched_peer import torch_compiled_step
 from repro.bench.naive import engineered_features, naive_step, t2_features
 from repro.bench.training_case import TrainingCase, lagrangian_case, native_step, torch_step, triangular_case
-from repro.codegen.c_library import has_compiler
 from repro.errors import UserError
 from repro.models.bases import engineered, t2
 from repro.models.lagrangian import Lagrangian
 
 # torch.func loads its rules for forward mode with a function that torch itself deprecates
 pytestmark = pytest.mark.filterwarnings("ignore:`torch.jit.script` is deprecated:DeprecationWarning")
-
-needs_compiler = pytest.mark.skipif(not has_compiler(), reason="needs a C compiler")
 
 
 def agree(first, second):

@@ -4,12 +4,12 @@ import ctypes
 
 import casadi as ca
 import numpy as np
-import pytest
+from optional import needs_compiler
 
-from repro.codegen.c_library import has_compiler, load_library
+from repro.codegen.c_library import load_library
 from repro.codegen.lanes import FUNCTIONS, LANES, TYPE, vector_function
 
-pytestmark = pytest.mark.skipif(not has_compiler(), reason="kernels are compiled")
+pytestmark = needs_compiler
 
 
 def evaluated(function, values):

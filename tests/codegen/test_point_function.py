@@ -3,10 +3,10 @@
 import casadi as ca
 import numpy as np
 import pytest
+from optional import needs_compiler
 
 from repro.codegen import array_evaluation
 from repro.codegen.array_evaluation import evaluate
-from repro.codegen.c_library import has_compiler
 from repro.codegen.point_function import LEAST_POINTS, MOST_INSTRUCTIONS, pays
 
 X, NOTHING, WEIGHTS = ca.SX.sym("x", 3), ca.SX.sym("nothing", 0), ca.SX.sym("weights", 2)
@@ -14,7 +14,7 @@ MATRIX = ca.horzcat(ca.sin(X) * WEIGHTS[0], ca.exp(X[::-1]) - WEIGHTS[1] ** 2)
 FUNCTION = ca.Function("matrix", [X, NOTHING, WEIGHTS], [MATRIX])
 
 
-@pytest.mark.skipif(not has_compiler(), reason="compares compiled code")
+@needs_compiler
 @pytest.mark.parametrize("one_set_of_weights", [True, False])
 @pytest.mark.parametrize("points", [1, 8, 21])
 def test_compiled_values_are_those_of_casadi(points, one_set_of_weights, monkeypatch):

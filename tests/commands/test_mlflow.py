@@ -3,10 +3,10 @@
 import subprocess
 import sys
 from collections.abc import Callable
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from optional import needs_extra
 
 from repro import cli
 from repro.commands import mlflow
@@ -15,10 +15,7 @@ from repro.export.mlflow_runs import copy_runs
 from repro.tracking.stage import Stage
 from repro.tracking.store import Store
 
-needs_mlflow = pytest.mark.skipif(
-    any(find_spec(name) is None for name in ("mlflow", "sqlalchemy", "alembic")),
-    reason="the extra mlflow is not installed: pip install -e '.[mlflow]'",
-)
+needs_mlflow = needs_extra("mlflow", "mlflow", "sqlalchemy", "alembic")
 # A process of its own: the warnings of MLflow and what it loads are none of this project's.
 PROGRAM = """
 import sys

@@ -1,7 +1,7 @@
 """A mistake in the settings is one clear line that names key, value and what is allowed, before anything runs."""
 
 import pytest
-import torch
+from optional import without_device
 
 from repro import cli
 from repro.plugins.plugin import plugin_names
@@ -171,7 +171,7 @@ def test_help_lists_every_choice_in_the_words_of_its_file(capsys):
     assert bare == []
 
 
-@pytest.mark.skipif(torch.cuda.is_available(), reason="there is a CUDA device")
+@without_device
 def test_a_machine_without_the_device_is_told_before_any_work(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("REPRO_OUTPUTS", str(tmp_path / "outputs"))
     assert cli.main(["run", "-m", "device=cuda", "basis=t1,t2", "scale=smoke"]) == 2

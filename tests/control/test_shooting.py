@@ -5,8 +5,8 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
+from optional import needs_compiler
 
-from repro.codegen.c_library import has_compiler
 from repro.control.optimal_control_problem import NodeWeights, Obstacle
 from repro.control.predictive_model import PredictiveModel
 from repro.control.programme import programme
@@ -19,7 +19,7 @@ from repro.models.kinds.structured import Structured
 from repro.models.kinds.truth import Truth
 from repro.models.lagrangian import Lagrangian
 
-pytestmark = pytest.mark.skipif(not has_compiler(), reason="the programme is compiled")
+pytestmark = needs_compiler
 
 SCALE = np.array([0.9, 5.0])
 LARGE = {"angle_error": "square", "stage_cost": NodeWeights(kinetic=0.3, angle=2.0, position=1.0, rates=0.1)}

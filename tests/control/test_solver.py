@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from optional import needs_compiler
 
-from repro.codegen.c_library import has_compiler
 from repro.control import solver as module
 from repro.control.optimal_control_problem import Obstacle
 from repro.control.programme import programme
@@ -14,7 +14,6 @@ from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
 
 TIGHT = Limits(tolerance=1e-8, iterations=200)
-needs_compiler = pytest.mark.skipif(not has_compiler(), reason="fatrop's programme is compiled")
 
 
 def solved(of, state, make):

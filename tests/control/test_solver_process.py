@@ -5,13 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from optional import needs_compiler
 
-from repro.codegen.c_library import has_compiler, library_file
+from repro.codegen.c_library import library_file
 from repro.control.shooting import shooting_code
 from repro.control.solver import Limits, compiled_programme
 from repro.control.solver_process import GuardedSolver
 
-pytestmark = pytest.mark.skipif(not has_compiler(), reason="fatrop's programme is compiled")
+pytestmark = needs_compiler
 
 
 @pytest.fixture

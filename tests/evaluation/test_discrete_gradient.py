@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from optional import needs_compiler
 
 from repro.codegen.array_evaluation import evaluate
-from repro.codegen.c_library import has_compiler
 from repro.evaluation import discrete_gradient
 from repro.evaluation.discrete_gradient import integrate, phase_space
 from repro.mechanics.simulate import simulate
@@ -103,7 +103,7 @@ def test_it_goes_on_while_a_damped_motion_comes_to_rest(structure):
     assert np.diff(energy, axis=1).max() < 1e-12
 
 
-@pytest.mark.skipif(not has_compiler(), reason="needs a C compiler")
+@needs_compiler
 @pytest.mark.parametrize("dissipation", ["none", "state"])
 def test_the_compiled_iteration_follows_the_interpreted_one(dissipation, monkeypatch):
     model, parameters = _model(dissipation)
@@ -115,7 +115,7 @@ def test_the_compiled_iteration_follows_the_interpreted_one(dissipation, monkeyp
     np.testing.assert_allclose(integrate(space, start, 300, 0.02, parameters), interpreted, atol=1e-10)
 
 
-@pytest.mark.skipif(not has_compiler(), reason="needs a C compiler")
+@needs_compiler
 def test_a_compiled_step_that_cannot_be_solved_spoils_its_own_trajectory_only(monkeypatch):
     model, parameters = _model()
     space = phase_space(model)

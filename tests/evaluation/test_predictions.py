@@ -5,9 +5,9 @@ from dataclasses import fields
 import numpy as np
 import pytest
 import torch
+from optional import needs_compiler
 
 from repro.codegen import point_function
-from repro.codegen.c_library import has_compiler
 from repro.evaluation import predictions
 from repro.evaluation.predictions import predict, truth
 from repro.mechanics.system import load
@@ -40,7 +40,7 @@ def test_chunks_change_nothing(data, monkeypatch):
     assert pieces.transformed_momentum is None
 
 
-@pytest.mark.skipif(not has_compiler(), reason="compares compiled code")
+@needs_compiler
 @pytest.mark.parametrize("name", MODELS)
 def test_compiled_predictions_are_those_of_torch(name, data, monkeypatch):
     model, members = MODELS[name], range(data.members)

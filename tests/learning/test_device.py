@@ -5,6 +5,7 @@ from contextlib import nullcontext
 import numpy as np
 import pytest
 import torch
+from optional import needs_device, without_device
 
 from repro.errors import UserError
 from repro.learning.device import device_adam
@@ -154,7 +155,7 @@ def test_lists_as_indices_are_sent_once():
     assert len(kept._kept) == 1
 
 
-@pytest.mark.skipif(torch.cuda.is_available(), reason="there is a CUDA device")
+@without_device
 def test_a_step_that_cannot_be_captured_is_taken_as_it_is():
     done = []
     step, reason = captured(lambda: done.append(1))
@@ -162,7 +163,7 @@ def test_a_step_that_cannot_be_captured_is_taken_as_it_is():
     assert reason and len(done) >= 1
 
 
-@pytest.mark.skipif(torch.cuda.is_available(), reason="there is a CUDA device")
+@without_device
 def test_a_machine_without_the_device_is_told_in_one_line():
     with pytest.raises(UserError, match=r"device = 'cuda'.*device=cpu") as told:
         check_device("cuda")
@@ -170,7 +171,7 @@ def test_a_machine_without_the_device_is_told_in_one_line():
     check_device("cpu")
 
 
-@pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a CUDA device")
+@needs_device
 def test_a_graph_gives_what_the_host_gives(data, make_problem, start, monkeypatch):
     model = Lagrangian(t2, 2, hidden=(6,))
     problem, weights = make_problem(model, data), start(model)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import torch
+from optional import needs_compiler
 from tensors import assert_close
 
 from repro.codegen import lanes
@@ -26,7 +27,7 @@ from repro.models.kinds.blackbox import BlackBox
 from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
 
-pytestmark = pytest.mark.skipif(not can_compile(), reason="generated code needs a C compiler")
+pytestmark = needs_compiler
 
 MODELS = {
     "t1": lambda: Lagrangian(t1, 2),

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from optional import needs_compiler
 from simulated import random_force
 
-from repro.codegen.lanes import can_compile
 from repro.data.dataset import Dataset
 from repro.learning.path.kalman import Linearised, smoothed, whitened
 from repro.learning.path.path_fit import MemberPath, PathOptions, fit_path
@@ -67,7 +67,7 @@ def test_steps_are_differentiated_and_need_no_compiler(name: str) -> None:
         np.testing.assert_allclose(slope @ direction, (ahead - behind) / (2 * h), atol=2e-7)
 
 
-@pytest.mark.skipif(not can_compile(), reason="needs a C compiler")
+@needs_compiler
 @pytest.mark.parametrize("name", MODELS)
 def test_steps_are_compiled_where_a_compiler_is(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The interpreted steps give the same values an order of magnitude more slowly, so that nothing else shows them."""

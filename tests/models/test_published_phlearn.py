@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 import torch
-from peer_packages import needs
+from optional import compares_with
 from torch import nn
 
 import repro
@@ -122,7 +122,7 @@ def predicted(model: "PseudoHamiltonianNN", made: tuple[list[torch.Tensor], torc
     return model.time_derivative(False, *made[0]).detach().numpy()
 
 
-@needs("phlearn")
+@compares_with("phlearn")
 def test_both_take_the_same_steps() -> None:
     recipe = Recipe((20, 20), points=300, epochs=50, batch=64, damping=0.0, rate=0.01)
     made, held_out = generated(recipe, 0), generated(recipe, 1)
@@ -137,7 +137,7 @@ def test_both_take_the_same_steps() -> None:
 
 
 @pytest.mark.slow
-@needs("phlearn")
+@compares_with("phlearn")
 def test_both_reach_the_same_error_by_the_recipe_of_the_package() -> None:
     """Its train_model.py: 3,000 points at 30 Hz, two layers of 100 units, batches of 32, 100 epochs of Adam at 1e-3."""
     recipe = Recipe((100, 100), points=3000, epochs=100, batch=32, damping=DAMPING)

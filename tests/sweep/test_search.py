@@ -1,8 +1,7 @@
 """A search by Optuna: its options, what it may choose from, and that it finds what is best."""
 
-from importlib.util import find_spec
-
 import pytest
+from optional import needs_extra
 
 from repro import cli
 from repro.errors import UserError
@@ -45,7 +44,7 @@ def test_without_the_extra_the_line_says_what_to_install(monkeypatch, capsys):
 
 
 @pytest.mark.extras
-@pytest.mark.skipif(find_spec("optuna") is None, reason="the extra search is not installed")
+@needs_extra("search", "optuna")
 def test_the_spaces_are_those_of_the_grammar():
     from optuna.distributions import CategoricalDistribution, FloatDistribution, IntDistribution
 
@@ -58,7 +57,7 @@ def test_the_spaces_are_those_of_the_grammar():
 
 
 @pytest.mark.extras
-@pytest.mark.skipif(find_spec("optuna") is None, reason="the extra search is not installed")
+@needs_extra("search", "optuna")
 def test_a_search_lists_its_runs_the_best_first(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("REPRO_OUTPUTS", str(tmp_path))
     fixed = ["basis=t1", "optimiser=least_squares", "scale=smoke", "seeds=1", "record=false"]
