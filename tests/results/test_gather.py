@@ -1,5 +1,6 @@
 import json
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -89,6 +90,13 @@ def test_long_curves_are_thinned_and_keep_both_ends(store):
         steps = curves.loc[curves["name"] == name, "step"]
         assert len(steps) == CURVE_STEPS
         assert (steps.min(), steps.max()) == (0, last)
+
+
+def test_curves_keep_six_digits_of_any_size_and_what_is_not_finite(store):
+    values = [1 / 3, -2e143, 4.5e-16, 0.0, np.inf, np.nan]
+    curve = pd.DataFrame({"member": 0, "step": range(6), "name": "loss", "value": values})
+    store.run("sip_basis", {"mae_tau": [1.0]}, curves=curve)
+    np.testing.assert_allclose(store.gathered().curves["value"], values, rtol=1e-6)
 
 
 def test_only_trajectories_that_a_figure_shows_are_kept(store):

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 FILES = ("as_printed.yaml", "motions.yaml")
 # Figures show no more; results stay small enough to commit.
-CURVE_STEPS = 200
+CURVE_STEPS, CURVE_BITS = 200, 20
 TRAJECTORY_POINTS = 300
 TRAJECTORY_MEMBERS = 3
 REMEDY = "delete its folder and run again"
@@ -183,13 +183,15 @@ def _table(run: StoredRun, name: str) -> "pd.DataFrame":
 
 
 def _thinned(curves: "pd.DataFrame") -> Iterator["pd.DataFrame"]:
-    """Each quantity at steps of its own: not all are recorded equally often."""
+    """Each quantity at steps of its own, since not all are recorded equally often; values with six digits."""
     import numpy as np
 
     for _, curve in curves.groupby("name", sort=False):
         steps = np.sort(curve["step"].unique())
         kept = np.linspace(0, len(steps) - 1, min(CURVE_STEPS, len(steps))).round().astype(int)
-        yield curve[curve["step"].isin(steps[kept])]
+        shown = curve[curve["step"].isin(steps[kept])]
+        mantissa, exponent = np.frexp(shown["value"])
+        yield shown.assign(value=np.ldexp(np.round(np.ldexp(mantissa, CURVE_BITS)), exponent - CURVE_BITS))
 
 
 def _first_points(trajectories: "pd.DataFrame") -> "pd.DataFrame":
