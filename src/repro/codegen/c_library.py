@@ -11,6 +11,8 @@ from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 
+from filelock import FileLock
+
 
 class CompilerError(Exception):
     """No C compiler is there, or it refused the source."""
@@ -51,7 +53,11 @@ def library_file(source: str, flags: Sequence[str]) -> Path:
     identity = [source, *flags, _version(), _processor()]
     library = cache_folder() / f"{hashlib.sha256(chr(10).join(identity).encode()).hexdigest()[:32]}.so"
     if not library.exists():
-        _compile(source, flags, library)
+        lock = library.with_suffix(".lock")
+        with FileLock(lock):  # processes that need one library at once compile it once
+            if not library.exists():
+                _compile(source, flags, library)
+            lock.unlink(missing_ok=True)
     return library
 
 
