@@ -32,7 +32,7 @@ static void load_block(const Form *form, const real *data, const int32_t *order,
     const int64_t at = first + s < count ? first + s : first;
     const real *sample = data + size * (order ? order[at] : at);
     if (order && first + s + BLOCK < count)
-      for (int64_t k = 0; k < size; k += 8) __builtin_prefetch(data + size * order[first + s + BLOCK] + k);
+      for (int64_t k = 0; k < size; k += 8) __builtin_prefetch(data + size * order[first + s + BLOCK] + k, 0, 2);
     for (int i = 0; i < INPUTS; i++) {
       in[2 * i * BLOCK + s] = sample[i];
       in[(2 * i + 1) * BLOCK + s] = sample[INPUTS + i];

@@ -24,7 +24,7 @@ static void load_block(const double *data, const int32_t *order, int64_t first, 
     const int64_t at = first + s < count ? first + s : first;
     const double *sample = data + size * (order ? order[at] : at);
     if (order && first + s + BLOCK < count)
-      for (int64_t k = 0; k < size; k += 8) __builtin_prefetch(data + size * order[first + s + BLOCK] + k);
+      for (int64_t k = 0; k < size; k += 8) __builtin_prefetch(data + size * order[first + s + BLOCK] + k, 0, 2);
     for (int k = 0; k < INPUTS * QUANTITIES; k++) jet[k * BLOCK + s] = sample[k];
     for (int k = 0; k < MEASURED; k++) column[k * BLOCK + s] = sample[INPUTS * QUANTITIES + k];
     if (first + s >= count) column[(MEASURED - 1) * BLOCK + s] = 0; /* the weight */

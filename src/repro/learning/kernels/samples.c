@@ -1,6 +1,7 @@
 /* Samples into lanes: rows of STRIDE numbers, whole vectors, become columns with one sample per lane. */
 
-#define AHEAD (4 * LANES) /* samples fetched in advance: their order is random */
+/* samples fetched in advance: their order is random; into the second cache, for which more requests can wait */
+#define AHEAD (4 * LANES)
 typedef int64_t places __attribute__((vector_size(8 * LANES)));
 
 #define EXCHANGED(j, d, own, other) ((j) & (d) ? LANES + (own) : (other))
@@ -20,7 +21,7 @@ static inline __attribute__((always_inline)) void load_samples(const double *dat
     const int64_t at = first + l < count ? first + l : first;
     sample[l] = data + STRIDE * (order ? order[at] : at);
     if (order && first + l + AHEAD < count)
-      for (int k = 0; k < STRIDE; k += 8) __builtin_prefetch(data + STRIDE * (int64_t)order[first + l + AHEAD] + k);
+      for (int k = 0; k < STRIDE; k += 8) __builtin_prefetch(data + STRIDE * (int64_t)order[first + l + AHEAD] + k, 0, 2);
   }
   for (int k = 0; k < STRIDE; k += LANES) {
     vec *rows = columns + k;
