@@ -1,12 +1,14 @@
-"""The classical comparator: energy shaping under partial feedback linearisation, then an LQR near upright.
+"""Energy shaping of the fitted model under partial feedback linearisation, then an LQR near upright.
 
-Spong (1995), "The swing up control problem for the Acrobot"; Tedrake, Underactuated Robotics, section 3.6. It uses the
-true system, and ignores obstacles.
+Spong (1995), "The swing up control problem for the Acrobot"; Tedrake, Underactuated Robotics, section 3.6. Both laws
+come from the model alone: its Legendre energy, its inverse dynamics, and its linearisation at upright. Obstacles are
+ignored.
 """
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import casadi as ca
@@ -14,23 +16,33 @@ import numpy as np
 
 from repro.control.controller import ControllerOptions, ControlStep, MakeController, Samples
 from repro.control.geometry import Disc
+from repro.control.goal import Goal
 from repro.control.predictive_model import PredictiveModel
-from repro.errors import UserError
 from repro.mechanics.chain import Chain
-from repro.mechanics.derive import dynamics_of
-from repro.mechanics.inputs import under_inputs
 from repro.mechanics.system import System
+from repro.plugins.options import NotNegative, Positive
 
-ENERGY_GAIN, POSITION_GAIN, SPEED_GAIN = 10.0, 4.0, 3.0  # of the swing-up
 STATE_COST, FORCE_COST = (10.0, 10.0, 1.0, 1.0), 1.0  # of the LQR
-LQR_ANGLE, LQR_RATE = 0.4, 3.0  # it takes over within this of upright, in rad and rad/s
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options(ControllerOptions):
-    """Options of the classical swing-up of one link."""
+    """Options of the swing-up of one link, and of the regulator near upright.
+
+    energy_gain    m/s^2 per J and rad/s: acceleration of the cart per energy error and rate of the link
+    position_gain  1/s^2: acceleration of the cart per distance from the goal
+    speed_gain     1/s: acceleration of the cart against its speed
+    catch_angle    rad from upright, within which the regulator takes over
+    catch_rate     rad/s, below which it does
+    """
 
     drives: ClassVar[str] = "a cart with one link by one force"
+
+    energy_gain: Positive = 10.0
+    position_gain: NotNegative = 4.0
+    speed_gain: NotNegative = 3.0
+    catch_angle: Positive = 0.4
+    catch_rate: Positive = 3.0
 
     def fits(self, system: System) -> bool:
         """Whether it can drive a system."""
@@ -39,65 +51,101 @@ class Options(ControllerOptions):
 
 @contextmanager
 def build(options: Options, model: PredictiveModel, disc: Disc | None, samples: Samples) -> Iterator[MakeController]:
-    """Makes controllers of the true system; they use nothing else."""
-    (limit,) = options.limits(model.system)
-    yield lambda weights, goal: EnergyShaping(model.system, float(goal.q[0]), limit, options.time_step)
+    """Makes controllers of a model."""
+    laws = Laws(model)
+    yield lambda weights, goal: EnergyShaping(laws, weights, goal, options)
+
+
+@dataclass(frozen=True)
+class Laws:
+    """The functions of a model of a cart with one link that both laws are made of; x = [q, qd] (4,), weights (n,)."""
+
+    model: PredictiveModel
+
+    @cached_property
+    def hamiltonian(self) -> ca.Function:
+        """(x, weights) -> H = p qd - L in J: of all T and V with the same motions the same, but for a constant."""
+        x, weights = self._symbols
+        kinetic, potential = self.model.energy(x, weights)
+        momentum = ca.gradient(kinetic - potential, x)[2:]
+        return ca.Function("hamiltonian", [x, weights], [ca.dot(momentum, x[2:]) - kinetic + potential])
+
+    @cached_property
+    def linearised(self) -> ca.Function:
+        """(x, weights) -> d(xd)/dx (4, 4) and d(xd)/df (4, 1), without force."""
+        x, weights = self._symbols
+        force = ca.MX.sym("f")
+        rate = self.model.derivative(x, force, weights)
+        slopes = ca.graph_substitute([ca.jacobian(rate, x), ca.jacobian(rate, force)], [force], [ca.MX(0.0)])
+        return ca.Function("linearised", [x, weights], slopes)
+
+    def regulator(self, x: np.ndarray, weights: np.ndarray, time_step: float) -> np.ndarray:
+        """The gain (4,) of the regulator at a state of rest, see `lqr`."""
+        of_state, of_force = self.linearised(x, weights)
+        return lqr(np.asarray(of_state), np.asarray(of_force), time_step)
+
+    def inverse(self, x: np.ndarray, qdd: tuple[float, float], weights: np.ndarray) -> np.ndarray:
+        """The generalised force (2,) for an acceleration."""
+        return np.asarray(self.model.inverse(x, qdd, 0.0, weights)).ravel()
+
+    @property
+    def _symbols(self) -> tuple[ca.MX, ca.MX]:
+        return ca.MX.sym("x", 4), ca.MX.sym("w", self.model.model.n_parameters)
 
 
 @dataclass
 class EnergyShaping:
-    """Swings up one link and holds it at x_des, m; UserError for a system with more links."""
+    """Swings up the link of a model with these weights (n,), and holds it at a goal."""
 
-    system: System
-    x_des: float
-    force_limit: float = 4.0
-    time_step: float = 0.04
+    laws: Laws
+    weights: np.ndarray
+    goal: Goal
+    options: Options
 
     def __post_init__(self) -> None:
-        if self.system.n_q != 2:
-            raise UserError(f"energy shaping drives a cart with one link; {self.system.name} has {self.system.n_q - 1}")
-        self._dynamics = dynamics_of(self.system)
-        self._feedback = lqr(self.system, self.time_step)
-        at_rest = np.zeros(2)
-        self._energy_up = float(self._dynamics.potential(self.system.at_rest(), at_rest, []))
+        upright = np.append(self.goal.q, np.zeros(2))
+        self._feedback = self.laws.regulator(upright, self.weights, self.options.time_step)
+        self._energy_up = float(self.laws.hamiltonian(upright, self.weights))
+        (self._limit,) = self.options.limits(self.laws.model.system)
 
     def decide(self, state: np.ndarray) -> ControlStep:
         """The force at a state (4,)."""
-        error = state - np.concatenate([self.system.at_rest(), np.zeros(2)])
-        error[0] -= self.x_des
-        error[1] = (error[1] + np.pi) % (2 * np.pi) - np.pi
-        if abs(error[1]) < LQR_ANGLE and abs(error[3]) < LQR_RATE:
+        error = np.append(self.goal.error(state[:2]), state[2:])
+        if abs(error[1]) < self.options.catch_angle and abs(error[3]) < self.options.catch_rate:
             force = -float(self._feedback @ error)
         else:
             force = self._swing(state, error)
-        return ControlStep(np.clip([force], -self.force_limit, self.force_limit))
+        return ControlStep(np.clip([force], -self._limit, self._limit))
 
     def observe(self, samples: np.ndarray, inputs: np.ndarray) -> None:
         """The controller stays as it is."""
 
     def _swing(self, state: np.ndarray, error: np.ndarray) -> float:
-        q, qd = state[:2], state[2:]
-        mass = np.asarray(self._dynamics.mass_matrix(q, qd, []))
-        energy = 0.5 * mass[1, 1] * qd[1] ** 2 + float(self._dynamics.potential(q, qd, [])) - self._energy_up
+        laws, weights, options = self.laws, self.weights, self.options
+        of_link = np.array([state[0], state[1], 0.0, state[3]])
+        energy = float(laws.hamiltonian(of_link, weights)) - self._energy_up
+        coupling, inertia = laws.inverse(state, (0.0, 1.0), weights) - laws.inverse(state, (0.0, 0.0), weights)
         # the cart's acceleration does the work -M_12 xdd thd on the link
-        pumping = ENERGY_GAIN * energy * np.sign(mass[0, 1]) * abs(np.cos(q[1])) * qd[1]
-        cart = pumping - POSITION_GAIN * error[0] - SPEED_GAIN * error[2]
-        free = np.asarray(self._dynamics.inverse(q, qd, [cart, 0.0], [])).ravel()
-        turning = -free[1] / mass[1, 1]
-        return float(np.asarray(self._dynamics.inverse(q, qd, [cart, turning], [])).ravel()[0])
+        pumping = options.energy_gain * energy * np.sign(coupling) * abs(np.cos(state[1])) * state[3]
+        cart = pumping - options.position_gain * error[0] - options.speed_gain * error[2]
+        turning = -laws.inverse(state, (cart, 0.0), weights)[1] / inertia
+        return float(laws.inverse(state, (cart, turning), weights)[0])
 
 
-def lqr(system: System, time_step: float) -> np.ndarray:
-    """Feedback gain (2 n_q,) of the linear-quadratic regulator at upright, for a force held over each time step, s."""
+def lqr(of_state: np.ndarray, of_force: np.ndarray, time_step: float) -> np.ndarray:
+    """Gain (4,) of the linear-quadratic regulator of a linearised system, for a force held over each time step, s.
+
+    Zero where there is none, as for a model with a singular mass matrix: its link is let go near upright.
+    """
     from scipy.linalg import expm, solve_discrete_are
 
-    n_q = system.n_q
-    x, f = ca.SX.sym("x", 2 * n_q), ca.SX.sym("f")
-    acceleration = under_inputs(dynamics_of(system).acceleration, system)
-    rate = ca.vertcat(x[n_q:], acceleration(x[:n_q], x[n_q:], f, ca.SX(0, 1)))
-    linear = ca.Function("linear", [x, f], [ca.jacobian(rate, x), ca.jacobian(rate, f)])
-    a, b = (np.asarray(part) for part in linear(np.concatenate([system.at_rest(), np.zeros(n_q)]), 0.0))
-    held = expm(np.block([[a, b], [np.zeros((1, 2 * n_q + 1))]]) * time_step)
+    generator = np.block([[of_state, of_force], [np.zeros((1, 5))]])
+    if not np.all(np.isfinite(generator)):
+        return np.zeros(4)
+    held = expm(generator * time_step)
     a, b = held[:-1, :-1], held[:-1, -1:]
-    value = solve_discrete_are(a, b, np.diag(STATE_COST), np.array([[FORCE_COST]]))
+    try:
+        value = solve_discrete_are(a, b, np.diag(STATE_COST), np.array([[FORCE_COST]]))
+    except np.linalg.LinAlgError:
+        return np.zeros(4)
     return np.asarray(np.linalg.solve(FORCE_COST + b.T @ value @ b, b.T @ value @ a)[0])
