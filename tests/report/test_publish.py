@@ -1,5 +1,6 @@
 """What is published: results, tables, figures and the tables of README.md, which must not drift from the results."""
 
+import csv
 import shutil
 import subprocess
 from dataclasses import replace
@@ -10,6 +11,7 @@ import pytest
 from report_drift import drift
 
 from repro.claims.claims import load_claims
+from repro.claims.verdict_kind import VerdictKind
 from repro.claims.verdicts import judge_all
 from repro.errors import UserError
 from repro.report import publish, readme
@@ -109,6 +111,17 @@ def test_the_committed_verdicts_have_not_drifted():
     if not (ROOT / "paper" / "results" / "metrics.parquet").is_file():
         pytest.skip("no results are committed yet")
     assert drift(ROOT) == []
+
+
+def test_a_no_names_the_smallest_change_that_makes_it_hold_or_what_was_tried():
+    with (ROOT / "paper" / "results" / "claims.csv").open(encoding="utf-8", newline="") as rows:
+        verdicts = {row["id"]: row for row in csv.DictReader(rows)}
+    assert len(verdicts) > 50
+    negative = {VerdictKind.NOT_SUPPORTED, VerdictKind.OUTSIDE}
+    noes = {name: row for name, row in verdicts.items() if {row["verdict"], row["leaning"]} & negative}
+    assert [name for name, row in noes.items() if not row["cure"]] == []
+    tried = [row["cure"] for row in noes.values() if not row["cure_runs"]]
+    assert all(cure.startswith("none found among ") or cure.endswith(": not run") for cure in tried)
 
 
 def test_everything_is_drawn_again_from_the_published_results_alone(published, tmp_path):
