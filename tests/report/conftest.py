@@ -51,6 +51,7 @@ def few_results(results: Results) -> Results:
 @pytest.fixture
 def pages_only(monkeypatch: pytest.MonkeyPatch) -> None:
     """A report without figures and PDF."""
+    monkeypatch.setattr("repro.report.build.start_server", lambda modules: None)
     monkeypatch.setattr("repro.report.build.draw_all", lambda *arguments: [])
     monkeypatch.setattr("repro.report.build.write_pdf", lambda *arguments: None)
 

@@ -13,7 +13,7 @@ from repro.results.results import Results
 from repro.results.run_setting import FromRuns, RunSetting
 from repro.results.selectors import NotRunError, Where, one_setting
 from repro.results.statistics import Estimate
-from repro.results.table_schema import CARD, TABLES, Row, records
+from repro.results.table_schema import CARD, TABLES, Row
 
 # Columns of a result table or settings, and the value or values that a run must have there.
 Value = bool | int | float | str
@@ -53,8 +53,8 @@ class Evidence:
 
     def run_rows(self, runs: Iterable[str]) -> list[Row]:
         """The rows of the runs table for these runs."""
-        table = self.results.runs
-        return records(table[table["run"].isin(set(runs))])
+        wanted = set(runs)
+        return [row for row in self.results.rows if row["run"] in wanted]
 
 
 @dataclass(frozen=True)

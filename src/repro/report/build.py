@@ -1,23 +1,26 @@
 """From stored runs, or from results alone, to the whole report."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
-from repro.claims.assumption_effects import assumption_effects, gather_sensitivity
-from repro.claims.assumptions import load_assumptions
-from repro.claims.claims import load_claims
+from repro.claims.assumption_effects import AssumptionEffect, assumption_effects, gather_sensitivity
+from repro.claims.assumptions import Assumption, load_assumptions
+from repro.claims.claims import Claim, load_claims
 from repro.claims.verdicts import Verdict, judge_all
 from repro.errors import UserError
-from repro.report.drawing import draw_all
+from repro.launch.pool import start_server
+from repro.report.drawing import PRELOAD, draw_all
 from repro.report.html.site import write_site
 from repro.report.paper import load_paper, paper_folder
 from repro.report.pdf.document import write_pdf
 from repro.report.placeholders import Texts
-from repro.report.sections import Content, load_sections
+from repro.report.sections import Content, ReportSection, load_sections
 from repro.report.summary import Summary, store_summary, stored_summary, summarise
 from repro.report.tables.every import all_tables
 from repro.report.tables.sensitivity import sensitivity_table
+from repro.report.tables.table import Table
 from repro.results.gather import Gathering, gather
 from repro.results.results import SENSITIVITY, Results
 from repro.results.stored import Stored, StoredRun, read_stored
@@ -73,29 +76,44 @@ def redraw(source: Path, folder: Path) -> Summary:
 
 def render(results: Results, folder: Path) -> list[Verdict]:
     """Judge the claims, and write results/claims.csv, tables, figures, report.pdf and the pages under a folder."""
+    start_server(PRELOAD)  # loads what drawing needs while the effects of assumptions are judged
     paper = paper_folder()
     claims, assumptions = load_claims(paper / "claims.yaml"), load_assumptions(paper / "assumptions.yaml")
     progress.report(0.1, f"{len(claims)} claims are judged")
+    effects = assumption_effects(results.sensitivity, claims) if results.sensitivity is not None else []
+    # Figures are drawn in processes of their own, and the PDF is set outside of Python: the rest need not wait.
+    with ThreadPoolExecutor(max_workers=1) as beside:
+        judging = beside.submit(_judge, results, claims, assumptions, effects, folder)
+        progress.report(0.2, "figures are drawn")
+        figures = draw_all(results, effects, folder / "figures")
+        verdicts, tables, texts, sections = judging.result()
+        content = Content(load_paper(paper), results, verdicts, effects, tables, figures, assumptions, sections, texts)
+        progress.report(0.7, "the PDF is set, pages are written")
+        typesetting = beside.submit(write_pdf, content, folder / "figures", folder / "report.pdf")
+        write_site(content, folder, paper)
+        typesetting.result()
+    return verdicts
+
+
+def _judge(
+    results: Results,
+    claims: Sequence[Claim],
+    assumptions: Sequence[Assumption],
+    effects: Sequence[AssumptionEffect],
+    folder: Path,
+) -> tuple[list[Verdict], list[Table], Texts, list[ReportSection]]:
+    """Judge the claims, write the tables, and fill the texts."""
+    paper = paper_folder()
     verdicts = judge_all(claims, results)
     tables = all_tables(results, verdicts, load_paper(paper))
-    effects = assumption_effects(results.sensitivity, claims) if results.sensitivity is not None else []
     if results.sensitivity is not None:
         tables.append(sensitivity_table(assumptions, effects))
         write_text(folder / "results" / "sensitivity.csv", tables[-1].csv())
     for table in tables:
         table.save(folder / "tables")
     write_text(folder / "results" / "claims.csv", tables[0].csv())
-    progress.report(0.2, "figures are drawn")
-    figures = draw_all(results, effects, folder / "figures")
     texts = Texts(paper / "report", results, verdicts)
-    sections = load_sections(texts)
-    content = Content(load_paper(paper), results, verdicts, effects, tables, figures, assumptions, sections, texts)
-    progress.report(0.7, "the PDF is set")
-    if texts.folder.is_dir():
-        write_pdf(content, folder / "figures", paper / "report", folder / "report.pdf")
-    progress.report(0.8, "pages are written")
-    write_site(content, folder, paper)
-    return verdicts
+    return verdicts, tables, texts, load_sections(texts)
 
 
 def _fingerprint(stored: Stored, tried: Stored) -> str:

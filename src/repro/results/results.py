@@ -1,7 +1,7 @@
 """The gathered tables: everything that verdicts, tables and figures are made from."""
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
@@ -41,6 +41,11 @@ class Results:
         return min(self.runs["scale"], default="")
 
     @cached_property
+    def rows(self) -> Sequence[Row]:
+        """The rows of the runs table."""
+        return records(self.runs)
+
+    @cached_property
     def settings(self) -> tuple[RunSetting, ...]:
         """Every setting of every experiment that has finished runs, in the order of the runs."""
         measured: dict[tuple[str, str], tuple[Measured, dict[str, str]]] = {}
@@ -52,8 +57,9 @@ class Results:
             values.setdefault((name, split), {})[run, member] = value
             units.setdefault(name, unit)
         grouped: dict[tuple[str, str], list[Row]] = {}
-        for row in records(self.runs[(self.runs["setting"] != "") & (self.runs["outcome"] == "ok")]):
-            grouped.setdefault((row["setting"], row["experiment"]), []).append(row)
+        for row in self.rows:
+            if row["setting"] and row["outcome"] == "ok":
+                grouped.setdefault((row["setting"], row["experiment"]), []).append(row)
         return tuple(
             RunSetting({column: rows[0][column] for column in CARD}, tuple(rows), *measured.get(key, ({}, {})))
             for key, rows in grouped.items()
@@ -62,8 +68,7 @@ class Results:
     @cached_property
     def unfinished(self) -> tuple[RunSetting, ...]:
         """The runs that failed or are missing, each as a setting without members."""
-        rows = records(self.runs[(self.runs["setting"] != "") & (self.runs["outcome"] != "ok")])
-        return tuple(RunSetting(row, (row,)) for row in rows)
+        return tuple(RunSetting(row, (row,)) for row in self.rows if row["setting"] and row["outcome"] != "ok")
 
     @cached_property
     def loops(self) -> Mapping[str, "pd.DataFrame"]:

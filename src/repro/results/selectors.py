@@ -54,13 +54,14 @@ def agrees(text: Callable[[str], str], where: Where) -> bool:
 
 def find_loops(results: Results, experiment: str, where: Where) -> "pd.DataFrame":
     """The closed loops of an experiment that agree with `where`: columns of `control`, or dotted keys."""
-    chosen = results.loops.get(experiment, results.control.iloc[:0])
-    configs = results.configs if any("." in name for name in where) else {}
+    loops = results.loops.get(experiment, results.control.iloc[:0])
+    meant = np.ones(len(loops), dtype=bool)
     for name, value in where.items():
-        cells = [configs[run].get(name) for run in chosen["run"]] if "." in name else chosen[name].tolist()
         wanted = _texts(value)
-        chosen = chosen[np.array([cell_text(cell) in wanted for cell in cells], dtype=bool)]
-    return chosen
+        places, kinds = loops["run" if "." in name else name].factorize(use_na_sentinel=False)
+        cells = [results.configs[run].get(name) for run in kinds] if "." in name else kinds
+        meant &= np.array([cell_text(cell) in wanted for cell in cells], dtype=bool)[places]
+    return loops[meant]
 
 
 def loops_of_one_setting(results: Results, experiment: str, where: Where) -> "pd.DataFrame":
@@ -70,7 +71,8 @@ def loops_of_one_setting(results: Results, experiment: str, where: Where) -> "pd
     """
     loops = find_loops(results, experiment, where)
     named = {name for name, value in where.items() if isinstance(value, list)}
-    texts = {column: set(map(cell_text, loops[column])) for column in LOOP_CARD if column not in {*named, OPTIONS}}
+    compared = [column for column in LOOP_CARD if column not in {*named, OPTIONS}]
+    texts = {column: set(map(cell_text, loops[column].unique())) for column in compared}
     differing = _differing(texts)
     if not differing:  # in a column, but perhaps in settings that no column shows
         configs = [results.configs.get(run, {}) for run in loops["run"].unique()]

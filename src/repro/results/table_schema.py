@@ -111,8 +111,11 @@ def cell_text(value: object) -> str:
 
 def records(table: "pd.DataFrame") -> list[Row]:
     """Return the rows with Python values, None where one is missing."""
-    rows: list[Row] = table.astype("object").where(table.notna(), None).to_dict("records")  # type: ignore[assignment]
-    return rows
+    columns = [
+        [None if missing else value for value, missing in zip(table[name].tolist(), table[name].isna(), strict=True)]
+        for name in table
+    ]
+    return [dict(zip(table.columns, row, strict=True)) for row in zip(*columns, strict=True)]
 
 
 def as_column(kind: type, value: object) -> Cell:

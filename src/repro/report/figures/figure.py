@@ -1,6 +1,7 @@
 """What every figure is: a name, a title, a caption, a text alternative, and how to draw it from results."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,7 +30,7 @@ class Figure:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.backends.backend_pdf import FigureCanvasPdf
 
-        with style.applied():
+        with style.applied(), _glyphs_alone():
             canvas = self.draw(results)
             if canvas is None:
                 return False
@@ -42,6 +43,20 @@ class Figure:
             with replacing(folder / f"{self.name}.png") as temporary:
                 FigureCanvasAgg(canvas).print_png(temporary, metadata={"Software": None})
         return True
+
+
+@contextmanager
+def _glyphs_alone() -> Iterator[None]:
+    """Embed fonts without the tables that lay text out: a PDF places every glyph, and to read them takes longest."""
+    from fontTools.subset import Options
+
+    dropped: list[str] = vars(Options)["_drop_tables_default"]  # there is no public name for it
+    before = [*dropped]
+    dropped += ["GDEF", "GPOS", "GSUB", "kern"]
+    try:
+        yield
+    finally:
+        dropped[:] = before
 
 
 def new_canvas(width: float, height: float) -> "Canvas":

@@ -1,5 +1,6 @@
 """The templates and how they write values: escaped unless they are markup of ours."""
 
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -48,8 +49,8 @@ def _environment() -> "Environment":
         auto_reload=False,
     )
     made.globals["signs"] = SIGNS
-    filters: dict[str, Any] = {"fact": fact, "number": writing.number, "prose": prose, "symbols": symbols}
-    made.filters |= filters
+    filters = (fact, writing.number, cells, prose, symbols)
+    made.filters |= {write.__name__: write for write in filters}
     return made
 
 
@@ -58,6 +59,13 @@ def fact(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     return writing.number(value) if value is None or isinstance(value, float) else str(value)
+
+
+def cells(values: Sequence[float]) -> "Markup":
+    """Write numbers as the cells of a row; most of a report's pages are such cells."""
+    from markupsafe import Markup
+
+    return Markup("".join(f"<td>{writing.number(value)}</td>" for value in values))
 
 
 def symbols(text: str) -> "Markup":

@@ -72,7 +72,7 @@ def _pages(
     measured = _measured(results)
     loops = _by_run(records(results.control.drop_duplicates(ONE_LOOP)))
     benches, stages = _by_run(records(results.bench)), _by_run(records(results.stages))
-    listed = _by_run([row for row in records(results.runs) if row["run"]])
+    listed = _by_run([row for row in results.rows if row["run"]])
     for id, rows in listed.items():
         row = rows[0]
         statuses = row["member_status"]

@@ -40,7 +40,7 @@ def write_site(content: Content, folder: Path, paper: Path) -> None:
     front = _front(content) | {
         "animations": _copied(load_animations(paper), paper / "animations", folder / "animations"),
         "finished": content.results.runs.loc[content.results.runs["outcome"] == "ok", "run"].nunique(),
-        "pdf": (folder / "report.pdf").is_file(),
+        "pdf": content.texts.folder.is_dir(),
         "cards": cards,
     }
     pages = {Path("index.html"): rendered("index.html", base="", **shared, **front)}

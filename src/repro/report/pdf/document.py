@@ -23,12 +23,14 @@ TEXTS = "texts"  # the folder of the texts outside the sections, each shown by i
 FIGURES = 1  # shown of a section; the others are in the supplement
 
 
-def write_pdf(content: Content, figures: Path, source: Path, target: Path) -> None:
-    """Typeset the content with the template in `source` (paper/report) and write the PDF atomically.
+def write_pdf(content: Content, figures: Path, target: Path) -> None:
+    """Typeset the content with the template beside its texts and write the PDF atomically; without texts there is none.
 
     `figures` holds the drawn figures as PDF files. Raises UserError for a mistake in a text.
     """
-    write_bytes(target, typeset(document(content), figures, source))
+    source = content.texts.folder
+    if source.is_dir():
+        write_bytes(target, typeset(document(content), figures, source))
 
 
 def typeset(body: Mapping[str, Any], figures: Path, source: Path) -> bytes:

@@ -9,7 +9,7 @@ from repro.report.tables.table import Row, Table
 from repro.results.metric_names import written
 from repro.results.results import Results
 from repro.results.statistics import share
-from repro.results.table_schema import cell_text
+from repro.results.table_schema import cell_text, plain
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -57,10 +57,7 @@ class LoopTable:
 
 
 def _row(results: Results, keys: list[str], loops: "pd.DataFrame") -> Row:
-    def over_loops(column: str, how: Literal["median", "mean"] = "median") -> float | None:
-        values = loops[column].dropna()
-        return float(values.agg(how)) if len(values) else None
-
+    over_loops = {**loops[[*MEDIANS]].median(), **loops[[*MEANS]].mean()}
     place = {key: cell_text(loops[key].iloc[0]) for key in keys}
     success = share(loops["success"].to_numpy(dtype=bool))
     data: dict[str, Any] = {
@@ -70,13 +67,12 @@ def _row(results: Results, keys: list[str], loops: "pd.DataFrame") -> Row:
         "success_high": success.high,
         "contacts": int(loops["contact"].sum()),
         "clearance_min_m": float(loops["clearance_min_m"].min()),
-        **{name: over_loops(name) for name in MEDIANS},
-        **{name: over_loops(name, "mean") for name in MEANS},
+        **{name: plain(value) for name, value in over_loops.items()},
         "killed": int(loops["killed"].sum()),
     }
     shown = [name for name in data if name not in ("success_low", "success_high")]
     runs = tuple(dict.fromkeys(loops["run"]))
-    commands = results.runs[results.runs["run"].isin(runs)]["command"]
+    commands = [row["command"] for row in results.rows if row["run"] in runs]
     return Row(
         cells=(
             *(written(key, value) for key, value in place.items()),

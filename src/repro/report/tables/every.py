@@ -62,7 +62,7 @@ def failures_table(results: Results) -> Table:
     caption = "Runs that an experiment lists and that failed or are missing; no number above counts them as done."
     columns = ("experiment", "run", "outcome", "error")
     rows = []
-    for run in records(results.runs[results.runs["outcome"] != "ok"]):
+    for run in (row for row in results.rows if row["outcome"] != "ok"):
         data = {key: run[key] for key in columns}
         cells = tuple(text or writing.ABSENT for text in data.values())
         rows.append(Row(cells, data, (run["run"],), tuple(filter(None, (run["command"],)))))
