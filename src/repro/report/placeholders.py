@@ -25,7 +25,7 @@ from repro.claims.verdicts import Verdict, headline
 from repro.errors import UserError
 from repro.report import writing
 from repro.report.tables.cost import cost_fact
-from repro.report.tables.verdicts import cure
+from repro.report.tables.verdicts import in_words
 from repro.results.results import Results
 from repro.results.selectors import AmbiguousError, NotRunError, loops_of_one_setting, one_setting, paired_values
 from repro.results.statistics import paired_ratio
@@ -33,6 +33,7 @@ from repro.results.table_schema import CARD, TABLES
 
 NOT_RUN = VerdictKind.NOT_RUN
 AMBIGUOUS = "ambiguous"
+MEASURED = ("short", "ours", "median", "low", "high", "members", "failed")
 HOLDS = (VerdictClass.SUPPORTED, VerdictClass.WITH_CHANGES, VerdictClass.BY_CONSTRUCTION)
 
 
@@ -101,29 +102,18 @@ class _Claim(dict[str, "str | bool"]):
 
 
 def _facts(verdict: Verdict) -> dict[str, str | bool]:
-    estimate = verdict.estimate
     unit = "" if verdict.unit in ("", "1") else f" {verdict.unit.replace('^2', '²')}"
-    ours = writing.interval(estimate)
-    measured = {
-        "short": f"{ours}{unit} ({verdict.verdict})",
-        "ours": ours,
-        "median": writing.number(estimate.median),
-        "low": writing.number(estimate.low),
-        "high": writing.number(estimate.high),
-        "members": str(estimate.n),
-        "failed": str(estimate.failed),
-    }
+    shown = in_words(verdict)
+    shown["short"] = f"{shown['ours']}{unit} ({verdict.verdict})"
     return {
-        **(measured if estimate.n else dict.fromkeys(measured, NOT_RUN)),
-        "printed": writing.number(verdict.claim.printed),
-        "verdict": verdict.verdict,
+        **shown,
+        **({} if verdict.estimate.n else dict.fromkeys(MEASURED, NOT_RUN)),
         "flag": verdict.flag or "no anchor reaches it",
-        "note": verdict.note,
-        "cure": cure(verdict) or "none is known",
+        "cure": shown["cure"] or "none is known",
         "holds": verdict.counted_as in HOLDS,
         "fails": verdict.counted_as is VerdictClass.NOT_SUPPORTED,
         **{re.sub(r"\W", "_", name): verdict.verdict == name for name in VerdictKind},
-        "not_run": not estimate.n,
+        "not_run": not verdict.estimate.n,
     }
 
 

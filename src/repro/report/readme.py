@@ -10,16 +10,30 @@ from repro.report import writing
 from repro.report.paper import load_paper, paper_folder
 from repro.report.tables.front import front_block
 from repro.report.tables.table import markdown_table
-from repro.report.tables.verdicts import cure, mark, measured
+from repro.report.tables.verdicts import in_words
 from repro.results.results import Results
 from repro.tracking.files import write_text
 
 PAGES = {"count": "README.md", "headlines": "README.md", "verdicts": "docs/verdicts.md"}
-SHORT = ("claim", "what the paper says", "printed", "ours [95 %]", "verdict")
-TITLES = (
-    *("claim", "where", "what the paper says", "measured", "printed"),
-    *("ours [95 %]", "units", "verdict", "smallest change"),
-)
+# Columns: what is shown of a verdict, and its title.
+SHORT = {
+    "claim": "claim",
+    "about": "what the paper says",
+    "printed": "printed",
+    "ours": "ours [95 %]",
+    "marked": "verdict",
+}
+LONG = {
+    "claim": "claim",
+    "section": "where",
+    "about": "what the paper says",
+    "measured": "measured",
+    "printed": "printed",
+    "ours": "ours [95 %]",
+    "members": "units",
+    "flagged": "verdict",
+    "cure": "smallest change",
+}
 
 
 def write_tables(root: Path, results: Results, verdicts: Sequence[Verdict]) -> None:
@@ -36,8 +50,8 @@ def blocks(results: Results, verdicts: Sequence[Verdict]) -> dict[str, str]:
         raise UserError(f"report.yaml, headlines: no claim is called {', '.join(unknown)}")
     return {
         "count": f"**{headline(verdicts)}.**",
-        "headlines": markdown_table(SHORT, [_short(by_name[name]) for name in paper.headlines]),
-        "verdicts": markdown_table(TITLES, map(_long, verdicts)),
+        "headlines": markdown_table([*SHORT.values()], [_cells(by_name[name], *SHORT) for name in paper.headlines]),
+        "verdicts": markdown_table([*LONG.values()], [_cells(verdict, *LONG) for verdict in verdicts]),
         **{table.name: front_block(results, table) for table in paper.front_tables},
     }
 
@@ -59,15 +73,9 @@ def parts(page: Path, name: str) -> tuple[str, str, str]:
     return match[1], match[2], match[3]
 
 
-def _short(verdict: Verdict) -> tuple[str, str, str, str, str]:
-    claim = verdict.claim
-    ours = writing.interval(verdict.estimate)
-    ours += f" against {writing.interval(verdict.other)}" if verdict.other else ""
-    return claim.name, claim.about, writing.number(claim.printed), ours, mark(verdict)
-
-
-def _long(verdict: Verdict) -> tuple[str, ...]:
-    name, about, printed, ours, judged = _short(verdict)
-    flagged = f"{judged}; {verdict.flag}" if verdict.flag else judged
-    units = str(verdict.estimate.n or writing.ABSENT)
-    return name, verdict.claim.section, about, measured(verdict), printed, ours, units, flagged, cure(verdict)
+def _cells(verdict: Verdict, *names: str) -> list[str]:
+    shown = in_words(verdict)
+    against = f" against {writing.interval(verdict.other)}" if verdict.other else ""
+    flagged = "; ".join(filter(None, (shown["marked"], verdict.flag)))
+    shown |= {"ours": shown["ours"] + against, "flagged": flagged}
+    return [shown[name] for name in names]

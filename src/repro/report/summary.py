@@ -1,14 +1,13 @@
 """What a report comes to, in plain values: kept beside it, so that an unchanged report is not made again."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pydantic import TypeAdapter
 
 from repro.claims.verdicts import Verdict, headline
-from repro.report import writing
-from repro.report.tables.verdicts import mark
+from repro.report.tables.verdicts import in_words
 from repro.results.results import Results
 from repro.tracking.files import write_text
 
@@ -16,23 +15,10 @@ FILE = "summary.json"
 
 
 @dataclass(frozen=True)
-class VerdictLine:
-    """One verdict as it is shown in a terminal; `verdict` is the bare word, `marked` has the marks beside it."""
-
-    claim: str
-    about: str
-    printed: str
-    ours: str
-    members: str
-    verdict: str
-    marked: str
-    flag: str
-
-
-@dataclass(frozen=True)
 class Summary:
     """Where a report lies and what it says; `runs` counts finished ones, `absent` failed and missing ones.
 
+    `verdicts` are in words, by name (see `tables.verdicts`).
     `fingerprint` is the digest of what it was made from; empty for one that is always made again.
     """
 
@@ -40,7 +26,7 @@ class Summary:
     folder: Path
     recordings: Path
     headline: str
-    verdicts: tuple[VerdictLine, ...]
+    verdicts: tuple[Mapping[str, str], ...]
     runs: int
     absent: int
     stale: int
@@ -65,7 +51,7 @@ def summarise(results: Results, verdicts: Sequence[Verdict], folder: Path, recor
         folder=folder,
         recordings=recordings,
         headline=headline(verdicts),
-        verdicts=tuple(_line(verdict) for verdict in verdicts),
+        verdicts=tuple(map(in_words, verdicts)),
         runs=int((runs["outcome"] == "ok").sum()),
         absent=int((runs["outcome"] != "ok").sum()),
         stale=int(runs["stale"].fillna(value=False).sum()),
@@ -85,16 +71,3 @@ def stored_summary(folder: Path, recordings: Path, fingerprint: str) -> Summary 
         return None
     summary = replace(stored, folder=folder, recordings=recordings)
     return summary if summary.fingerprint == fingerprint and summary.page.is_file() else None
-
-
-def _line(verdict: Verdict) -> VerdictLine:
-    return VerdictLine(
-        claim=verdict.claim.name,
-        about=verdict.claim.about,
-        printed=writing.number(verdict.claim.printed),
-        ours=writing.interval(verdict.estimate),
-        members=str(verdict.estimate.n or writing.ABSENT),
-        verdict=verdict.verdict,
-        marked=mark(verdict),
-        flag=verdict.flag,
-    )

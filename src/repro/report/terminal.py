@@ -1,12 +1,12 @@
 """The verdicts in the terminal, and where everything lies."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from repro.claims.assumption_effects import AssumptionEffect
 from repro.claims.verdict_kind import VerdictKind
-from repro.report.summary import Summary, VerdictLine
+from repro.report.summary import Summary
 from repro.report.tables.sensitivity import change
 from repro.report.writing import number
 
@@ -34,12 +34,12 @@ def show(summary: Summary, console: "Console | None" = None) -> None:
     from rich.console import Console
 
     console = console or Console()
-    answered = [line for line in summary.verdicts if line.verdict != VerdictKind.NOT_RUN]
+    answered = [line for line in summary.verdicts if line["verdict"] != VerdictKind.NOT_RUN]
     console.print(_verdict_table(answered, summary.scale, wide=console.width >= WIDE))
-    flagged = [line.claim for line in answered if line.flag]
+    flagged = [line["claim"] for line in answered if line["flag"]]
     if flagged:
         console.print(f"† a trivial, degenerate or oracle row satisfies it too: {', '.join(flagged)}", highlight=False)
-    unanswered = [line.claim for line in summary.verdicts if line.verdict == VerdictKind.NOT_RUN]
+    unanswered = [line["claim"] for line in summary.verdicts if line["verdict"] == VerdictKind.NOT_RUN]
     if unanswered:
         console.print(f"not run: {', '.join(unanswered)}", style="dim", highlight=False)
     console.print(summary.headline, highlight=False)
@@ -81,16 +81,16 @@ def show_sensitivity(compared: Sequence[AssumptionEffect], console: "Console | N
     console.print(f"{moved} of {tried} assumptions move an answer; scale quick, few members", highlight=False)
 
 
-def _verdict_table(lines: Sequence[VerdictLine], scale: str, *, wide: bool) -> "Table":
+def _verdict_table(lines: Sequence[Mapping[str, str]], scale: str, *, wide: bool) -> "Table":
     from rich.text import Text
 
     ours = (">ours \\[95 %]", ">members") if wide else (">ours",)
     titles = ("claim", "*what the paper says", ">printed", *ours, "verdict" if wide else "*verdict")
     table = _table(f"Verdicts, scale {scale or 'unknown'}", titles, wide=wide)
     for line in lines:
-        values = [Text(line.ours), line.members] if wide else [Text(line.ours.partition(" [")[0])]
-        verdict = Text(line.marked + " †" * bool(line.flag), style=COLOURS.get(VerdictKind(line.verdict), ""))
-        table.add_row(line.claim, Text(line.about), line.printed, *values, verdict)
+        values = [Text(line["ours"]), line["members"]] if wide else [line["median"]]
+        verdict = Text(line["marked"] + " †" * bool(line["flag"]), style=COLOURS.get(VerdictKind(line["verdict"]), ""))
+        table.add_row(line["claim"], Text(line["about"]), line["printed"], *values, verdict)
     return table
 
 

@@ -10,11 +10,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from repro.claims.verdicts import Verdict, counts_of_claims
-from repro.report import writing
+from repro.claims.verdicts import counts_of_claims
 from repro.report.pdf.prose import blocks
 from repro.report.sections import Content
-from repro.report.tables.verdicts import cure, marks
+from repro.report.tables.verdicts import in_words
 from repro.results.results import SENSITIVITY
 from repro.tracking.files import write_bytes
 
@@ -68,7 +67,7 @@ def document(content: Content) -> dict[str, Any]:
         "subtitle": content.paper.subtitle,
         "made": f"Made from stored results of scale {content.results.scale or 'unknown'}; no result is typed.",
         "counts": [*counts_of_claims(content.verdicts).items()],
-        "claims": [_claim(verdict) for verdict in content.verdicts if verdict.estimate.n],
+        "claims": [in_words(verdict) for verdict in content.verdicts if verdict.estimate.n],
         "not_run": [verdict.claim.name for verdict in content.verdicts if not verdict.estimate.n],
         "front_figures": figures(content.paper.front_figures),
         "sections": [
@@ -90,20 +89,4 @@ def document(content: Content) -> dict[str, Any]:
         "other_assumptions": [row.id for row in content.assumptions if row.id not in moved],
         "trials": figures((SENSITIVITY,)),
         **{Path(name).stem: blocks(content.texts.fill(name)) for name in content.texts.names(TEXTS)},
-    }
-
-
-def _claim(verdict: Verdict) -> dict[str, str]:
-    claim = verdict.claim
-    return {
-        "name": claim.name,
-        "about": claim.about,
-        "section": claim.section,
-        "printed": writing.number(claim.printed),
-        "ours": writing.number(verdict.estimate.median),
-        "interval": writing.interval(verdict.estimate).partition(" ")[2],
-        "n": str(verdict.estimate.n),
-        "verdict": verdict.verdict,
-        "marks": "; ".join(filter(None, (*marks(verdict), verdict.flag))),
-        "change": cure(verdict),
     }

@@ -16,13 +16,23 @@ READING = (
     "are not of a protocol as printed. Preview: a smaller scale. Stale: the code has changed since the run."
 )
 
+# In the table: what `in_words` writes, and its title.
+SHOWN = {
+    "claim": "claim",
+    "about": "what the paper says",
+    "marked": "verdict",
+    "printed": "printed",
+    "ours": "ours [95 %]",
+    "measured": "measured",
+    "members": "units",
+    "section": "where",
+    "cure": "smallest change that makes it hold",
+}
+
 
 def verdict_table(verdicts: Sequence[Verdict]) -> Table:
     """Make the table of claims: printed, ours, verdict. Its CSV is claims.csv."""
-    columns = (
-        *("claim", "what the paper says", "verdict", "printed", "ours [95 %]", "measured", "units", "where"),
-        *("smallest change that makes it hold", "remarks"),
-    )
+    columns = (*SHOWN.values(), "remarks")
     return Table("verdicts", "Verdicts", READING, columns, tuple(_verdict_row(verdict) for verdict in verdicts))
 
 
@@ -57,22 +67,35 @@ def measured(verdict: Verdict) -> str:
     return f"{label}, in {verdict.unit}" if verdict.unit not in ("", "1") else label
 
 
-def _verdict_row(verdict: Verdict) -> Row:
+def in_words(verdict: Verdict) -> dict[str, str]:
+    """Write all that is shown of a verdict, by name."""
     claim, estimate = verdict.claim, verdict.estimate
-    failed = f", {estimate.failed} failed" if estimate.failed else ""
+    return {
+        "claim": claim.name,
+        "about": claim.about,
+        "section": claim.section,
+        "printed": writing.number(claim.printed),
+        "measured": measured(verdict),
+        "ours": writing.interval(estimate),
+        "interval": writing.interval(estimate).partition(" ")[2],
+        **{name: writing.number(getattr(estimate, name)) for name in ("median", "low", "high")},
+        "members": str(estimate.n or writing.ABSENT),
+        "failed": str(estimate.failed),
+        "verdict": verdict.verdict,
+        "marked": mark(verdict),
+        "marks": "; ".join(filter(None, (*marks(verdict), verdict.flag))),
+        "flag": verdict.flag,
+        "note": verdict.note,
+        "cure": cure(verdict),
+    }
+
+
+def _verdict_row(verdict: Verdict) -> Row:
+    claim, estimate, shown = verdict.claim, verdict.estimate, in_words(verdict)
+    shown["members"] += f", {estimate.failed} failed" if estimate.failed else ""
+    remarks = "; ".join(filter(None, (verdict.flag, verdict.note)))
     return Row(
-        cells=(
-            claim.name,
-            claim.about,
-            mark(verdict),
-            writing.number(claim.printed),
-            writing.interval(estimate),
-            measured(verdict),
-            f"{estimate.n or writing.ABSENT}{failed}",
-            claim.section,
-            cure(verdict),
-            "; ".join(filter(None, (verdict.flag, verdict.note))),
-        ),
+        cells=(*(shown[name] for name in SHOWN), remarks),
         data={
             "id": claim.name,
             "metric": verdict.quantity,
@@ -92,7 +115,7 @@ def _verdict_row(verdict: Verdict) -> Row:
             "as_printed": verdict.as_printed,
             "stale": verdict.stale,
             "flag": verdict.flag,
-            "cure": cure(verdict),
+            "cure": shown["cure"],
             "cure_runs": " ".join(verdict.cure.runs if verdict.cure else ()),
             "note": verdict.note,
         },
