@@ -18,8 +18,8 @@ from repro.tracking.paths import Paths, outputs_root, project_folder
 from repro.tracking.store import StageFailed
 
 DESCRIPTION = """Run every experiment, then make the report.
-An experiment whose file lists other scales under reproduced_at runs only by name. scale=smoke tries a sample: the first
-job of every line of an experiment, and one for every claim; an experiment that is named runs as a whole."""
+An experiment whose file lists other scales under reproduced_at runs only by name. scale=smoke tries a sample: every
+option of the experiments once, and a job for every claim; an experiment that is named runs as a whole."""
 
 
 def main(argv: Sequence[str]) -> int:

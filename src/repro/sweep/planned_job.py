@@ -110,12 +110,17 @@ def plan_jobs(
 def plan_sample(
     claims: "Sequence[Claim]", paths: Paths, on_unknown: Callable[[list[Overrides]], None]
 ) -> list[PlannedJob]:
-    """The first job of every line of the experiments, and a job for each selector of their claims.
+    """A job for every option that the experiments choose first in a line, and one for each selector of their claims.
 
     Of an experiment that is reproduced at larger scales alone, the first jobs of its first lines.
     """
     included = experiments(SAMPLED)
-    jobs = [job for name in included for job in _jobs(name, first_of_line=True)]
+    jobs: list[Overrides] = []
+    chosen: set[str] = set()
+    for job in (job for name in included for job in _jobs(name, first_of_line=True)):
+        if not chosen.issuperset(job):
+            jobs.append(job)
+            chosen.update(job)
     brief = [job for name in experiments("paper") if name not in included for job in _jobs(name, True)[:BRIEFLY]]
     planned = plan_jobs([*jobs, *brief], paths, on_unknown)
     for claim in claims:
