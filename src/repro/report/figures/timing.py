@@ -8,7 +8,6 @@ import numpy as np
 from repro.report import style
 from repro.report.figures.figure import Figure, legend, new_canvas
 from repro.report.style import TEXT_WIDTH, Role
-from repro.results.results import Results
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -19,16 +18,6 @@ LABEL = 52  # characters of a line
 COLUMNS = 4  # of the legend
 GROWTH = ("coordinates", "members", "samples")  # benches of how a step grows: they have no contenders
 NEVER = 1.6  # times the greatest finite ratio: where a rival is drawn that did not reach the accuracy
-
-
-def draw_steps(results: Results) -> "Canvas | None":
-    """Draw the timings of equal work."""
-    return draw_pairs(results.bench[results.bench["metric"] == ""])
-
-
-def draw_races(results: Results) -> "Canvas | None":
-    """Draw the times to equal accuracy."""
-    return draw_pairs(results.bench[results.bench["metric"] != ""])
 
 
 def draw_pairs(bench: "pd.DataFrame") -> "Canvas | None":
@@ -94,7 +83,7 @@ TIMING = (
         "Each marker is the median of paired, interleaved timings of one size, its line the quartiles; right of the "
         "dashed line ours is faster. What is timed, and how, stands in the table of timings.",
         "One row per comparison: ratio of times and its quartiles on a logarithmic axis; a dashed line at one.",
-        draw_steps,
+        lambda results: draw_pairs(results.bench[results.bench["metric"] == ""]),
     ),
     Figure(
         "timing_accuracy",
@@ -103,6 +92,6 @@ TIMING = (
         "trivial one, its line the quartiles; right of the dashed line ours is faster.",
         "One row per pair of trainings: ratio of times on a logarithmic axis, one marker per accuracy; a dashed line "
         "at one.",
-        draw_races,
+        lambda results: draw_pairs(results.bench[results.bench["metric"] != ""]),
     ),
 )
