@@ -5,7 +5,7 @@ What is drawn at random is the unit of a share: the learned model where there is
 
 from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -17,6 +17,7 @@ from repro.results.statistics import FEWEST, Estimate, estimate, share
 
 if TYPE_CHECKING:
     import pandas as pd
+    from pandas.core.groupby import DataFrameGroupBy
 
 Unit = Literal["member", "loop"]
 Readings = dict[str, Annotated[list[Value], Field(min_length=2)]]
@@ -143,7 +144,7 @@ class TimeTakesLonger(StatementPredicate):
         if self.name == "iteration_takes_longer":
             taken = taken / selected["iterations_median"].clip(lower=1)
         timed = selected.assign(taken=taken)
-        measured = estimate([float(loops["taken"].median()) for loops in _units(timed, self.unit)])
+        measured = estimate(_by_unit(timed, self.unit)["taken"].median().tolist())
         note = f"criterion: above {self.milliseconds:g} ms; {len(selected)} closed loops"
         decision = Decision.above(measured, self.milliseconds)
         quantity = "solve_ms_median" if self.name == "step_takes_longer" else "ms_per_iteration"
@@ -162,15 +163,15 @@ def _together(decisions: list[Decision | None]) -> Decision:
     return Decision(outcomes.pop() if settled else Ruling.OPEN, leans)
 
 
-def _units(loops: "pd.DataFrame", unit: Unit | None) -> "list[pd.DataFrame]":
+def _by_unit(loops: "pd.DataFrame", unit: Unit | None) -> "DataFrameGroupBy[Any, Any]":
     """The loops by what was drawn: several loops of one member are one unit."""
     by_loop = unit == "loop" or (unit is None and bool((loops["model"] == "truth").all()))
     columns = ["run", "start", "x_des"] if by_loop else ["member"]
-    return [group for _, group in loops.groupby(columns, sort=False, dropna=False)]
+    return loops.groupby(columns, sort=False, dropna=False)
 
 
 def _successes(loops: "pd.DataFrame", unit: Unit | None) -> Estimate:
-    return share([float(group["success"].mean()) for group in _units(loops, unit)])
+    return share(_by_unit(loops, unit)["success"].mean().tolist())
 
 
 def _selected(evidence: Evidence, selector: LoopSelector) -> "pd.DataFrame":
