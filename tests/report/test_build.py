@@ -89,7 +89,7 @@ def test_the_terminal_shows_every_answered_claim_and_the_places(built, capsys):
         text = capsys.readouterr().out
         assert all(cell_len(line) <= width for line in text.splitlines()[:-8])
         for line in built.verdicts:
-            assert line.claim in text
+            assert line["claim"] in text
         assert str(built.page) in text or "index.html" in text
         assert "a trivial, degenerate or oracle row satisfies it too: " in text
 

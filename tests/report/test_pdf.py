@@ -68,7 +68,7 @@ def test_no_placeholder_is_left(body):
 
 
 def test_every_claim_stands_in_the_paper_or_among_those_not_run(body):
-    named = [row["name"] for row in body["claims"]] + body["not_run"]
+    named = [row["claim"] for row in body["claims"]] + body["not_run"]
     assert sorted(named) == sorted(claim.name for claim in load_claims(PAPER / "claims.yaml"))
 
 
