@@ -1,4 +1,4 @@
-"""Simulated data from keywords, with the system's own limits of its inputs unless others are given."""
+"""Simulated data from keywords, checked as settings are, with the system's own limits of its inputs unless others are given."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -8,11 +8,12 @@ from repro.data import random_force as under_force
 from repro.data.data_options import FreeMotionOptions, RandomForce
 from repro.data.dataset import Dataset
 from repro.mechanics.system import System
+from repro.plugins.checked import validated
 
 
 def random_force(system: System, *, seeds: Sequence[int], **options: Any) -> Dataset:
-    return under_force.random_force(system, seeds, RandomForce(**{"force_limit": None, **options}))
+    return under_force.random_force(system, seeds, validated(RandomForce, "data", {"force_limit": None, **options}))
 
 
 def free_motion(system: System, *, seeds: Sequence[int], train_fraction: float = 0.8, **options: Any) -> Dataset:
-    return without_force.free_motion(system, seeds, FreeMotionOptions(**options), train_fraction)
+    return without_force.free_motion(system, seeds, validated(FreeMotionOptions, "data", options), train_fraction)

@@ -1,29 +1,8 @@
 """Checks of arguments, shared by everything that makes data."""
 
-import math
 from collections.abc import Sequence
 
 from repro.errors import UserError
-
-
-def check_positive(**values: float) -> None:
-    """UserError naming the argument that is not a finite number above 0."""
-    for name, value in values.items():
-        if not (math.isfinite(value) and value > 0):
-            raise UserError(f"{name} = {value}: it must be greater than 0")
-
-
-def check_not_negative(**values: float) -> None:
-    """UserError naming the argument that is not a finite number of at least 0."""
-    for name, value in values.items():
-        if not (math.isfinite(value) and value >= 0):
-            raise UserError(f"{name} = {value}: it must be 0 or greater")
-
-
-def check_choice(name: str, value: str, allowed: Sequence[str]) -> None:
-    """UserError naming the argument and its allowed values."""
-    if value not in allowed:
-        raise UserError(f"{name} = {value!r}: choose one of {', '.join(allowed)}")
 
 
 def check_seeds(seeds: Sequence[int]) -> None:

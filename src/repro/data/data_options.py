@@ -1,9 +1,8 @@
 """Options of the sources of data."""
 
 from dataclasses import dataclass, fields
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any, Literal, assert_never
+from typing import Annotated, Any, Literal
 
 from annotated_types import Ge
 
@@ -12,23 +11,6 @@ from repro.mechanics.coordinate import Coordinate
 from repro.plugins.options import Count, NotNegative, Options, Positive, Share
 
 Samples = Annotated[int, Ge(10)]
-
-
-class Regime(StrEnum):
-    """How D is collected: in episodes of so many steps, or as one long trajectory."""
-
-    EPISODES = "episodes"
-    LONG = "long"
-
-    def length(self, samples: int, episode_steps: int) -> int:
-        """Samples from one start to the next."""
-        match self:
-            case Regime.EPISODES:
-                return min(episode_steps, samples)
-            case Regime.LONG:
-                return samples
-            case _:
-                assert_never(self)
 
 
 @dataclass(frozen=True)
@@ -51,7 +33,7 @@ class RandomForce(Options):
     """
 
     source: Literal["random_force"] = "random_force"
-    regime: Regime = Regime.EPISODES
+    regime: Literal["episodes", "long"] = "episodes"
     episode_steps: Count = 1000
     samples: Samples = 100_000
     train_fraction: Share = 0.8

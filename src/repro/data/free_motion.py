@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from repro.codegen.array_evaluation import evaluate
-from repro.data.checks import check_choice, check_positive, check_seeds, training_size
+from repro.data.checks import check_seeds, training_size
 from repro.data.data_options import FreeMotionOptions
 from repro.data.dataset import Dataset
 from repro.errors import UserError
@@ -26,12 +26,10 @@ def free_motion(
 
     Translations lie within their `reset_ranges`. Every member has the same trajectories; its seed shuffles which whole
     ones are for training. The energy of all samples of a trajectory is that of its start, V there. UserError for a
-    damped system or an argument out of range.
+    damped system, and for a grid that is too large or too small.
     """
     check_seeds(seeds)
     steps, time_step = source.steps, source.time_step
-    check_positive(initial_angles=source.initial_angles, steps=steps, time_step=time_step)
-    check_choice("grid", source.grid, ("product", "diagonal"))
     if not system.frictionless:
         friction = f"damping = {list(system.damping)}, coulomb = {list(system.coulomb)}"
         raise UserError(f"{friction}: free motion keeps its energy only without friction")

@@ -1,11 +1,11 @@
 """D: the system driven by a random force, as in section V-A."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from repro.data.checks import check_choice, check_not_negative, check_positive, check_seeds, training_size
-from repro.data.data_options import RandomForce, Regime
+from repro.data.checks import check_seeds, training_size
+from repro.data.data_options import RandomForce
 from repro.data.dataset import Dataset
 from repro.data.sensors import Sensors
 from repro.errors import UserError
@@ -15,28 +15,17 @@ from repro.mechanics.simulate import simulate
 from repro.mechanics.system import System
 
 STREAMS = ("force", "reset", "tau", "qdd", "q", "qd", "recorded_force")
-CHOICES: Mapping[str, Sequence[str]] = {
-    "regime": tuple(Regime),
-    "reset": ("start", "random"),
-    "labels": ("exact", "differenced", "savitzky_golay", "smoothed"),
-    "measured": ("accelerations", "states", "positions"),
-}
 DESCRIBED = ("source", "force_limit", "regime", "start", "reset", "measured", "labels", "noise", "common")
 
 
 def random_force(system: System, seeds: Sequence[int], source: RandomForce) -> Dataset:
-    """Simulate one member per seed under random inputs; UserError names the argument that is out of range.
+    """Simulate one member per seed under random inputs; UserError for options that do not fit each other.
 
     What is recorded touches the training part alone, so that a test error is an error of the model.
     """
     check_seeds(seeds)
     samples, force_limit = source.samples, source.force_limit
     limits = input_limits(system) if force_limit is None else np.full(len(system.inputs), float(force_limit))
-    counted = {"samples": samples, "time_step": source.time_step, "episode_steps": source.episode_steps}
-    check_positive(**counted, force_limit=limits.min())
-    check_not_negative(**{f"{name}_noise": deviation for name, deviation in source.noise.items()})
-    for name, allowed in CHOICES.items():
-        check_choice(name, getattr(source, name), allowed)
     if source.measured != "accelerations" and source.labels == "exact":
         records = f"measured = {source.measured!r} records no accelerations"
         raise UserError(f"labels = 'exact': {records}; choose another of labels")
@@ -45,7 +34,7 @@ def random_force(system: System, seeds: Sequence[int], source: RandomForce) -> D
         raise UserError(f"quantisation = {steps}: two steps, of lengths (m) and of angles (rad), or []")
     step, held = _held_samples(source.time_step, source.sample_step)
     n_train = training_size(samples, source.train_fraction)
-    length = Regime(source.regime).length(samples, source.episode_steps)
+    length = samples if source.regime == "long" else min(source.episode_steps, samples)
     # one random stream per purpose, so that enabling one noise does not change the other draws
     streams = [
         {name: np.random.default_rng([seed, index]) for index, name in enumerate(STREAMS)}
@@ -70,7 +59,6 @@ def random_force(system: System, seeds: Sequence[int], source: RandomForce) -> D
     )
     kept = Sensors(source).record(exact, streams, system)
     if source.train_samples is not None and source.train_samples < n_train:
-        check_positive(train_samples=source.train_samples)
         kept = kept.select(np.r_[: source.train_samples, n_train:samples], source.train_samples)
     return kept.of_members([0] * len(seeds)) if source.common else kept
 
@@ -79,7 +67,6 @@ def _held_samples(time_step: float, sample_step: float | None) -> tuple[float, i
     """Seconds between samples, and how many samples a force is held for."""
     if sample_step is None:
         return time_step, 1
-    check_positive(sample_step=sample_step)
     held = round(time_step / sample_step)
     if held < 1 or abs(held * sample_step - time_step) > 1e-9:
         raise UserError(f"sample_step = {sample_step}: time_step = {time_step} s must be a whole multiple of it")

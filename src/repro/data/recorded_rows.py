@@ -6,7 +6,6 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from repro.data.checks import check_positive
 from repro.data.data_options import RecordingFile
 from repro.data.tables.table import RecordedTable
 from repro.data.tables.units import OTHERS, SECONDS, factors, seconds
@@ -166,8 +165,6 @@ def _unit_in(table: RecordedTable, name: str) -> str:
 
 
 def _time(table: RecordedTable, source: RecordingFile, names: Sequence[str] | None) -> tuple[np.ndarray, list[str]]:
-    if source.time_step is not None:
-        check_positive(time_step=source.time_step)
     if names:
         _factors(table, source, "time", names)
         return seconds(table, names[0], *(source.units.time or (None,)))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from repro.data.checks import check_positive, training_size
+from repro.data.checks import training_size
 from repro.data.data_options import RecordingFile
 from repro.data.dataset import Dataset, Measurement
 from repro.data.differentiation import difference, differences_of_positions
@@ -34,7 +34,6 @@ def from_file(source: RecordingFile, system: System | None, *, members: int = 1)
     suspicious is said in provenance["warnings"]. UserError for what is wrong with the files, and, unless source.checks
     is "warn", for columns that contradict each other.
     """
-    check_positive(members=members)
     coordinates = source.coordinates.described()
     if coordinates:
         system = None

@@ -1,6 +1,6 @@
 """The typed options of a choice, by its name: what the command line reads from conf/ and Python code from here."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 from repro.control.controller import CONTROLLERS, ControllerOptions
@@ -8,29 +8,26 @@ from repro.control.task import Task
 from repro.errors import UserError
 from repro.evaluation.metric_options import METRICS, MetricOptions
 from repro.learning.objective_options import OBJECTIVES, ObjectiveOptions
-from repro.learning.optimiser_options import OptimiserOptions
+from repro.learning.optimiser_options import OPTIMISERS, OptimiserOptions
 from repro.learning.sequence_options import SEQUENCES, SequenceOptions
-from repro.mechanics.system import System, load_system
-from repro.mechanics.system_options import SystemOptions
-from repro.models.model_options import ModelOptions
+from repro.mechanics.system import System, load
+from repro.models.model_options import MODELS, ModelOptions
 from repro.plugins.checked import validated
 from repro.plugins.plugin import plugin
 
 Chosen = TypeVar("Chosen")
 
-
-def model(name: str, **options: Any) -> ModelOptions:
-    """Options of a model (a file of models/kinds).
+DOCSTRING = """Options of {what} (a file of {folder}).
 
     Parameters
     ----------
     name, options
-        Of its file, and as in conf/model; the other options keep their defaults.
+        Of its file, and as in {settings}; the other options keep their defaults.
 
     Returns
     -------
-    ModelOptions
-        What `repro.fit` takes.
+    {kind}
+        What `{taken_by}` takes.
 
     Raises
     ------
@@ -40,148 +37,56 @@ def model(name: str, **options: Any) -> ModelOptions:
     Examples
     --------
     >>> import repro
-    >>> repro.model("structured", hidden=[16]).hidden
-    (16,)
-    """
-    chosen = _checked("models.kinds", name, options, ModelOptions)
-    if problem := next(chosen.problems(), None):
-        raise UserError(problem)
-    return chosen
+    >>> {example}
+    {shown}
+"""
 
 
-def optimiser(name: str, **options: Any) -> OptimiserOptions:
-    """Options of an optimiser (a file of learning/optimisers).
+def _choice(
+    what: str, kind: type[Chosen], folder: str, settings: str, taken_by: str, example: str, shown: str
+) -> Callable[..., Chosen]:
+    """The function that makes the options of one kind of choice; what `example` gives is `shown` in its docstring."""
 
-    Parameters
-    ----------
-    name, options
-        Of its file, and as in conf/optimiser; the other options keep their defaults.
+    def choice(name: str, **options: Any) -> Chosen:
+        chosen = validated(plugin(folder, name).Options, name, options)
+        assert isinstance(chosen, kind)
+        if isinstance(chosen, ModelOptions) and (problem := next(chosen.problems(), None)):
+            raise UserError(problem)
+        return chosen
 
-    Returns
-    -------
-    OptimiserOptions
-        What `repro.fit` takes.
-
-    Raises
-    ------
-    UserError
-        For a name or an option that does not exist, and for a value that is not allowed.
-
-    Examples
-    --------
-    >>> import repro
-    >>> repro.optimiser("adam", epochs=20).epochs
-    20
-    """
-    return _checked("learning.optimisers", name, options, OptimiserOptions)
+    choice.__name__ = choice.__qualname__ = what.split()[-1]
+    choice.__annotations__["return"] = kind
+    choice.__doc__ = DOCSTRING.format(
+        what=what, folder=folder.replace(".", "/"), settings=settings, kind=kind.__name__, taken_by=taken_by,
+        example=example, shown=shown,
+    )  # fmt: skip
+    return choice
 
 
-def objective(name: str, **options: Any) -> ObjectiveOptions:
-    """Options of an objective (a file of learning/objectives).
-
-    Parameters
-    ----------
-    name, options
-        Of its file, and as in conf/objective; the other options keep their defaults.
-
-    Returns
-    -------
-    ObjectiveOptions
-        What `repro.fit` takes.
-
-    Raises
-    ------
-    UserError
-        For a name or an option that does not exist, and for a value that is not allowed.
-
-    Examples
-    --------
-    >>> import repro
-    >>> repro.objective("inverse", error_scale=20.0).error_scale
-    20.0
-    """
-    return _checked(OBJECTIVES, name, options, ObjectiveOptions)
-
-
-def sequence(name: str, **options: Any) -> SequenceOptions:
-    """Options of a sequence of data (a file of learning/sequences).
-
-    Parameters
-    ----------
-    name, options
-        Of its file, and as in conf/sequence; the other options keep their defaults.
-
-    Returns
-    -------
-    SequenceOptions
-        What `repro.fit` takes.
-
-    Raises
-    ------
-    UserError
-        For a name or an option that does not exist, and for a value that is not allowed.
-
-    Examples
-    --------
-    >>> import repro
-    >>> repro.sequence("joint", initial_angles=10).initial_angles
-    10
-    """
-    return _checked(SEQUENCES, name, options, SequenceOptions)
-
-
-def metric(name: str, **options: Any) -> MetricOptions:
-    """Options of a further metric (a file of evaluation/metrics).
-
-    Parameters
-    ----------
-    name, options
-        Of its file, and as in conf/metric; the other options keep their defaults.
-
-    Returns
-    -------
-    MetricOptions
-        What `FittedModel.score` takes.
-
-    Raises
-    ------
-    UserError
-        For a name or an option that does not exist, and for a value that is not allowed.
-
-    Examples
-    --------
-    >>> import repro
-    >>> repro.metric("quantiles", shares=[0.5]).shares
-    (0.5,)
-    """
-    return _checked(METRICS, name, options, MetricOptions)
-
-
-def controller(name: str, **options: Any) -> ControllerOptions:
-    """Options of a controller (a file of control/controllers).
-
-    Parameters
-    ----------
-    name, options
-        Of its file, and as in conf/control; the other options keep their defaults.
-
-    Returns
-    -------
-    ControllerOptions
-        What `FittedModel.control` takes.
-
-    Raises
-    ------
-    UserError
-        For a name or an option that does not exist, and for a value that is not allowed.
-
-    Examples
-    --------
-    >>> import repro
-    >>> repro.controller("mpc", intervals=10).intervals
-    10
-    """
-    return _checked(CONTROLLERS, name, options, ControllerOptions)
+model = _choice(
+    "a model", ModelOptions, MODELS, "conf/model", "repro.fit",
+    'repro.model("structured", hidden=[16]).hidden', "(16,)",
+)  # fmt: skip
+optimiser = _choice(
+    "an optimiser", OptimiserOptions, OPTIMISERS, "conf/optimiser", "repro.fit",
+    'repro.optimiser("adam", epochs=20).epochs', "20",
+)  # fmt: skip
+objective = _choice(
+    "an objective", ObjectiveOptions, OBJECTIVES, "conf/objective", "repro.fit",
+    'repro.objective("inverse", error_scale=20.0).error_scale', "20.0",
+)  # fmt: skip
+sequence = _choice(
+    "a sequence", SequenceOptions, SEQUENCES, "conf/sequence", "repro.fit",
+    'repro.sequence("joint", initial_angles=10).initial_angles', "10",
+)  # fmt: skip
+metric = _choice(
+    "a further metric", MetricOptions, METRICS, "conf/metric", "FittedModel.score",
+    'repro.metric("quantiles", shares=[0.5]).shares', "(0.5,)",
+)  # fmt: skip
+controller = _choice(
+    "a controller", ControllerOptions, CONTROLLERS, "conf/control", "FittedModel.control",
+    'repro.controller("mpc", intervals=10).intervals', "10",
+)  # fmt: skip
 
 
 def task(start: str = "hanging", **options: Any) -> Task:
@@ -244,11 +149,4 @@ def system(name: str, *, damping: Sequence[float] = (), reading: str = "physical
     >>> repro.system("sip", m1=0.3).m1
     0.3
     """
-    options = {"name": name, "reading": reading, "damping": damping, "constants": constants}
-    return load_system(validated(SystemOptions, name, options))
-
-
-def _checked(folder: str, name: str, options: dict[str, Any], kind: type[Chosen]) -> Chosen:
-    chosen = validated(plugin(folder, name).Options, name, options)
-    assert isinstance(chosen, kind)
-    return chosen
+    return load(name, reading, damping, **constants)

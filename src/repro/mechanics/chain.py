@@ -10,14 +10,11 @@ from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from typing import Any, ClassVar
 
-from repro.errors import UserError
 from repro.mechanics.coordinate import Coordinate, Input
 from repro.mechanics.shapes import Block, InputArrow, Point, Segment, Shape
 from repro.mechanics.system import States, System
 from repro.mechanics.system_options import Reading
 
-READINGS = tuple(Reading)
-DAMPING_FRAMES = ("relative", "absolute")
 CART = (0.28, 0.1)  # half its width and height as drawn, in parts of the first link's length
 
 
@@ -34,14 +31,6 @@ class LinkAngles(System):
     reading: Reading = Reading.PHYSICAL
     damping_frame: str = "relative"
     damping_growth: float = 0.0
-
-    def __post_init__(self) -> None:
-        for what, allowed in (("reading", READINGS), ("damping_frame", DAMPING_FRAMES)):
-            if getattr(self, what) not in allowed:
-                raise UserError(f"unknown {what} {getattr(self, what)!r}: choose one of {', '.join(allowed)}")
-        if not math.isfinite(self.damping_growth) or self.damping_growth < 0:
-            raise UserError(f"damping_growth = {self.damping_growth} of {self.name}: must not be negative")
-        super().__post_init__()
 
     @property
     def up(self) -> float:

@@ -1,9 +1,8 @@
 """The integrators behind `simulate`: C, compiled once and kept on disk; without a compiler CasADi's virtual machine."""
 
 import ctypes
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -50,36 +49,20 @@ class InterpretedIntegrator:
     """One interpreted acceleration; see `simulate` for what the arguments mean."""
 
     def __init__(self, acceleration: ca.Function) -> None:
-        self._n_x = 2 * acceleration.numel_out(0)
-        self._step = _step(acceleration)
-        self._run = lru_cache(maxsize=256)(self._steps)
+        self._steps = lru_cache(maxsize=256)(_step(acceleration).fold)  # the function of so many steps
 
     def __call__(self, rule: SubstepRule, u: np.ndarray, parameters: np.ndarray, states: np.ndarray) -> None:
         """Fill states[:, 1:] from states[:, 0]."""
-        batch, steps, n_u = u.shape
-        n_x = self._n_x
-        weights = np.broadcast_to(parameters, (batch, parameters.shape[1]))
-        column, following = np.empty(n_x + n_u + 1 + weights.shape[1]), np.empty(n_x + n_u + 1 + weights.shape[1])
-        alive = np.arange(batch)
-        for k in range(steps):
-            counts = rule.substeps(states[alive, k])
-            states[alive[counts == 0], k + 1 :] = np.nan
-            alive, counts = alive[counts > 0], counts[counts > 0]
-            for b, count in zip(alive.tolist(), counts.tolist(), strict=True):
-                column[:n_x] = states[b, k]
-                column[n_x : n_x + n_u] = u[b, k]
-                column[n_x + n_u] = rule.time_step / count
-                column[n_x + n_u + 1 :] = weights[b]
-                buffer, run = self._run(count)
-                buffer.set_arg(0, column.data)
-                buffer.set_res(0, following.data)
-                run()
-                states[b, k + 1] = following[:n_x]
-            reached = states[alive, k + 1]
-            states[alive, k + 1] = np.where(np.isfinite(reached).all(axis=1, keepdims=True), reached, np.nan)
-
-    def _steps(self, count: int) -> tuple[Any, Callable[[], None]]:
-        return self._step.fold(count).buffer()
+        weights = np.broadcast_to(parameters, (len(u), parameters.shape[1]))
+        for b, forces in enumerate(u):
+            for k, force in enumerate(forces):
+                (count,) = rule.substeps(states[b, None, k]).tolist()
+                if count == 0:
+                    states[b, k + 1 :] = np.nan
+                    break
+                column = np.concatenate([states[b, k], force, [rule.time_step / count], weights[b]])
+                reached = np.asarray(self._steps(count)(column))[: states.shape[2], 0]
+                states[b, k + 1] = reached if np.isfinite(reached).all() else np.nan
 
 
 def _step(acceleration: ca.Function) -> ca.Function:

@@ -12,6 +12,7 @@ from repro.errors import UserError
 from repro.mechanics.coordinate import Coordinate, Input, jointed
 from repro.mechanics.shapes import Point, Segment, Shape
 from repro.mechanics.system_options import SYSTEMS, SystemOptions
+from repro.plugins.checked import validated
 from repro.plugins.plugin import plugin, plugin_names
 
 Range = tuple[float, float]
@@ -46,13 +47,12 @@ class System(ABC):
                 if value not in range(1, self.counts[constant] + 1):
                     raise UserError(f"{constant} = {value} of {self.name}: must be one of 1 to {self.counts[constant]}")
                 object.__setattr__(self, constant, int(value))
-            elif not math.isfinite(value) or (value <= 0 and constant not in self.signed):
-                number = "number" if constant in self.signed else "positive number"
-                raise UserError(f"{constant} = {value} of {self.name}: must be a {number}")
+            elif value <= 0 and constant not in self.signed:
+                raise UserError(f"{constant} = {value} of {self.name}: must be a positive number")
         for name in ("damping", "coulomb"):
             given = getattr(self, name)
             values = tuple(float(coefficient) for coefficient in given) or (0.0,) * self.n_q
-            if len(values) != self.n_q or not all(math.isfinite(c) and c >= 0 for c in values):
+            if len(values) != self.n_q:
                 raise UserError(
                     f"{name} of {self.name} needs {self.n_q} non-negative numbers "
                     f"({', '.join(c.name for c in self.coordinates)}); got {list(given)}"
@@ -175,18 +175,11 @@ class System(ABC):
         return {"name": self.name} | asdict(self) | {name: list(getattr(self, name)) for name in ("damping", "coulomb")}
 
 
-def load(
-    name: str,
-    reading: str = SystemOptions.reading,
-    damping: Sequence[float] | None = None,
-    damping_frame: str = SystemOptions.damping_frame,
-    damping_growth: float = SystemOptions.damping_growth,
-    coulomb: Sequence[float] | None = None,
-    **constants: float,
-) -> System:
-    """The system of that name, its constants changed where given; UserError for what is not allowed."""
-    friction = tuple(damping or ()), damping_frame, damping_growth, tuple(coulomb or ())
-    return load_system(SystemOptions(name, reading, *friction, constants))  # type: ignore[arg-type]
+def load(name: str, reading: str = "physical", damping: Sequence[float] = (), **given: Any) -> System:
+    """The system of that name; given: further options and constants by name. UserError for what is not allowed."""
+    options = {key: given.pop(key) for key in [*given] if key in SystemOptions.__dataclass_fields__}
+    options |= {"name": name, "reading": reading, "damping": tuple(damping), "constants": given}
+    return load_system(validated(SystemOptions, name, options))
 
 
 def load_system(options: SystemOptions) -> System:

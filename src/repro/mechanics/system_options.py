@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, Literal
 
-from repro.plugins.options import Options
+from repro.plugins.options import NotNegative, Options
 
 SYSTEMS = "mechanics.systems"  # the folder of these choices
 
@@ -23,10 +23,10 @@ class SystemOptions(Options):
 
     name: str
     reading: Reading = Reading.PHYSICAL
-    damping: tuple[float, ...] = ()
+    damping: tuple[NotNegative, ...] = ()
     damping_frame: Literal["relative", "absolute"] = "relative"
-    damping_growth: float = 0.0
-    coulomb: tuple[float, ...] = ()
+    damping_growth: NotNegative = 0.0
+    coulomb: tuple[NotNegative, ...] = ()
     constants: Mapping[str, float] = field(default_factory=dict)
 
     def plain(self) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from functools import cached_property
 from repro.config.schema import Config, scaled
 from repro.config.submodels import fit_of, is_settings, settings_of
 from repro.control.controller import CONTROLLERS, ControllerOptions
-from repro.data.data_options import FreeMotionOptions, RandomForce, RecordingFile, Regime
+from repro.data.data_options import FreeMotionOptions, RandomForce, RecordingFile
 from repro.errors import UserError
 from repro.evaluation.metric_options import METRICS
 from repro.learning.objective_options import OBJECTIVES
@@ -53,7 +53,7 @@ class Pipeline:
         if isinstance(config.data, RandomForce):
             for number, steps in enumerate(config.curriculum.episodes, start=1):
                 shorter = replace(
-                    config.data, regime=Regime.EPISODES, episode_steps=steps, samples=config.curriculum.samples
+                    config.data, regime="episodes", episode_steps=steps, samples=config.curriculum.samples
                 )
                 datasets[f"stage_{number}"] = self._data_options(shorter)
         datasets["data"] = self._data_options(config.data)
@@ -249,7 +249,7 @@ class Pipeline:
         sha256 = ""
         if isinstance(source, RecordingFile):
             sha256 = recording_digest(source)
-        elif isinstance(source, RandomForce) and source.regime is Regime.LONG:
+        elif isinstance(source, RandomForce) and source.regime == "long":
             source = replace(source, episode_steps=RandomForce.episode_steps)  # has no effect
         return DataOptions(self._system, tuple(self.config.members), source, sha256)
 
@@ -281,4 +281,4 @@ def _label(options: DataOptions) -> str:
         return "recording"
     if isinstance(source, FreeMotionOptions):
         return "free"
-    return str(source.regime) if source.regime is Regime.LONG else f"episodes{source.episode_steps}"
+    return source.regime if source.regime == "long" else f"episodes{source.episode_steps}"
