@@ -1,4 +1,4 @@
-"""Simulated data from keywords, checked as settings are, with the system's own limits of its inputs unless others are given."""
+"""Simulated data from keywords that are checked as settings are; each input has its own limit unless one is given."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -17,8 +17,7 @@ from repro.bench.accuracy import (
     in_naive_torch,
     of_model,
 )
-from repro.bench.delan import automatic_loss
-from repro.bench.naive import naive_loss, t2_features
+from repro.bench.naive import automatic_loss, naive_loss, t2_features
 from repro.bench.training_case import PENDULUM, pendulum, triangular
 from repro.codegen.array_evaluation import evaluate
 from repro.mechanics.derive import dynamics_of

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from optional import needs_extra
 
-from repro.bench.control import control
-from repro.bench.control_case import CASES, EQUAL, FAST
+from repro.bench.control import CASES, EQUAL, FAST, control
 from repro.bench.do_mpc_peer import Collocation
 from repro.bench.scale import SCALES
 from repro.control.interval import DEGREE, ELEMENTS

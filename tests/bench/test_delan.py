@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from repro.bench.delan import automatic_step
+from repro.bench.naive import automatic_step
 from repro.bench.training_case import TrainingCase, lagrangian_case, random_case, started, torch_step, triangular
 from repro.models.bases import t2
 

@@ -5,8 +5,7 @@ import pytest
 from optional import compares_with
 
 from repro.bench import peers as module
-from repro.bench.batched_peer import jax_batched_step
-from repro.bench.jax_peer import jax_step
+from repro.bench.framework_peers import jax_batched_step, jax_step
 from repro.bench.package_peers import implicit_candidates, phlearn_step, selection_fit, sindy_pi_fit
 from repro.bench.peers import peers
 from repro.bench.scale import SCALES

@@ -7,7 +7,7 @@ import pytest
 import torch
 from optional import needs_compiler
 
-from repro.bench.batched_peer import torch_compiled_step
+from repro.bench.framework_peers import torch_compiled_step
 from repro.bench.naive import engineered_features, naive_step, t2_features
 from repro.bench.training_case import TrainingCase, lagrangian_case, native_step, torch_step, triangular_case
 from repro.errors import UserError

@@ -12,9 +12,9 @@ from repro.errors import UserError
 from repro.mechanics import integrators
 from repro.mechanics import simulate as engines
 from repro.mechanics.derive import dynamics_of
+from repro.mechanics.integrators import ANGLE, MOST
 from repro.mechanics.runge_kutta import rk4_step
 from repro.mechanics.simulate import simulate
-from repro.mechanics.substeps import ANGLE, MOST
 from repro.mechanics.system import load
 
 both_engines = pytest.mark.parametrize("engine", ["c", "casadi"])

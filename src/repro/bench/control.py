@@ -1,18 +1,142 @@
-"""Our controller against do-mpc: the processor time of a control step."""
+"""Our controller against do-mpc, on the paper's problem of each of its systems: the time of a control step."""
 
 import time
-from collections.abc import Callable, Iterator
-from functools import partial
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
 from typing import TypeVar
 
+import casadi as ca
 import numpy as np
 
-from repro.bench.control_case import CASES, EQUAL, FAST, ControlCase, SolverChoice
-from repro.bench.do_mpc_peer import Collocation
+from repro.bench.do_mpc_peer import Collocation, DoMpc
 from repro.bench.pairing import PairedComparison, Pairs
 from repro.bench.scale import BenchScale
+from repro.control.closed_loop import SUBSTEPS, run_loop
+from repro.control.conditions import Conditions, Start
 from repro.control.interval import DEGREE, ELEMENTS
+from repro.control.optimal_control_problem import (
+    Discretisation,
+    NodeWeights,
+    Obstacle,
+    OptimalControlProblem,
+    SolverName,
+)
+from repro.control.predictive_controller import PredictiveController
+from repro.control.predictive_model import PredictiveModel
+from repro.control.solver import Limits, make_solver
 from repro.control.solver_process import GuardedSolver
+from repro.control.task import Task
+from repro.control.transcription import Transcription
+from repro.mechanics.system import load
+from repro.models.kinds.truth import Truth
+
+SolverChoice = tuple[Discretisation, SolverName]
+FAST: SolverChoice = ("shooting", "fatrop")
+EQUAL: SolverChoice = ("collocation", "ipopt")
+X_DES = 0.8  # m
+LIMITS = Limits(tolerance=1e-4, iterations=40, seconds=2.0)
+SPEED_LIMIT = 45.0  # m/s and rad/s
+
+
+@dataclass(frozen=True)
+class ControlCase:
+    """Problem (9) of one system with the paper's weights, and what makes a plan accurate to 1e-2.
+
+    section       of the paper
+    substeps      of this project's Runge-Kutta steps
+    collocations  the cheapest of do-mpc that are about as accurate
+    """
+
+    system: str
+    section: str
+    problem: OptimalControlProblem
+    substeps: int
+    collocations: Sequence[Collocation]
+
+    @property
+    def size(self) -> str:
+        """A label for the tables."""
+        return f"{self.system.upper()}, {len(self.problem.intervals)} intervals"
+
+    @cached_property
+    def model(self) -> PredictiveModel:
+        """The true system as a model."""
+        system = load(self.system)
+        return PredictiveModel(Truth(system), system)
+
+    @property
+    def start(self) -> Start:
+        """Hanging at rest, and upright at X_DES as the goal."""
+        ((start, _),) = Task(name="hanging", x_des=(X_DES,)).starts(self.model.system, 1)
+        return start
+
+    @property
+    def weights(self) -> np.ndarray:
+        """The true coefficients."""
+        assert isinstance(self.model.model, Truth)
+        return self.model.model.coefficients
+
+    def ours(self, way: SolverChoice) -> PredictiveController:
+        """Our controller, without a plan yet."""
+        discretisation, solver = way
+        transcription = Transcription(self.model, self.problem, discretisation, self.substeps)
+        return PredictiveController(
+            transcription, make_solver(transcription, solver, LIMITS), self.weights, self.start.goal.q
+        )
+
+    def theirs(self, collocation: Collocation) -> DoMpc:
+        """do-mpc's controller, not set up yet."""
+        return DoMpc(self.model, self.problem, self.weights, X_DES, collocation, LIMITS.tolerance, LIMITS.iterations)
+
+    @cached_property
+    def exact(self) -> ca.Function:
+        """The motion over one interval under a constant force, to 1e-10: x0, p -> xf."""
+        x, f = ca.SX.sym("x", 2 * self.model.n_q), ca.SX.sym("f")
+        motion = {"x": x, "p": f, "ode": self.model.derivative(x, f, self.weights)}
+        tolerances = {"abstol": 1e-10, "reltol": 1e-10}
+        return ca.integrator("exact", "cvodes", motion, 0, self.problem.time_step, tolerances)
+
+    def state_error(self, states: np.ndarray, forces: np.ndarray) -> float:
+        """The largest difference, in m, rad, m/s or rad/s, of a plan to the exact motion; forces: (nodes - 1, 1)."""
+        state, largest = states[0], 0.0
+        for force, planned in zip(forces, states[1:], strict=True):
+            state = np.asarray(self.exact(x0=state, p=force)["xf"]).ravel()
+            largest = max(largest, float(np.abs(state - planned).max()))
+        return largest
+
+    def states(self, steps: int) -> np.ndarray:
+        """The states of the true plant at so many control steps of a swing-up, (step, 2 n_q)."""
+        controller, step = self.ours(FAST), self.problem.time_step
+        try:
+            loop = run_loop(
+                self.model.system, controller, self.start, Conditions(),
+                time_step=step, seconds=steps * step, disc=self.problem.obstacle,
+            )  # fmt: skip
+        finally:
+            controller.solver.close()
+        return loop.states[:-1:SUBSTEPS]
+
+
+def _paper_case(
+    system: str, section: str, *, intervals: int, weight: float, radius: float, substeps: int, degree: int
+) -> ControlCase:
+    """A section of the paper: `weight` of position, and of both terminal energies; `radius` of the obstacle in m."""
+    problem = OptimalControlProblem(
+        intervals=(0.04,) * intervals,
+        stage_cost=NodeWeights(potential=1.0, position=weight),
+        terminal_cost=NodeWeights(kinetic=weight, potential=weight),
+        obstacle=Obstacle(radius=radius),
+        speed_limit=SPEED_LIMIT,
+    )
+    return ControlCase(system, section, problem, substeps, [Collocation(degree, elements=1)])
+
+
+CASES = (
+    _paper_case("sip", "V-A.1", intervals=20, weight=1.0, radius=0.3, substeps=2, degree=2),
+    _paper_case("dip", "V-B.2", intervals=30, weight=10.0, radius=0.1, substeps=4, degree=4),
+)
+
 
 PROTOCOL = (
     "processor time of one control step, at the states of a swing-up from hanging that ours drives; the true model, "

@@ -1,7 +1,9 @@
 """The usual way: the Lagrangian of one sample as a function, its Hessian by torch.func, and a batch by vmap.
 
 Forward, this is the Lagrangian neural network of Cranmer et al. (2020). With the engineered features and the inverse
-equation it stands for the LINN of Bao et al. (2021), whose code is not public.
+equation it stands for the LINN of Bao et al. (2021), whose code is not public. Deep Lagrangian networks (Lutter, Ritter
+and Peters 2019, arXiv:1907.04490) are here with automatic derivatives too; their analytic form, with the derivatives by
+the chain rule through the layers, is this project's triangular factor.
 """
 
 from collections.abc import Callable, Sequence
@@ -10,12 +12,14 @@ from typing import Any
 
 import torch
 from torch import Tensor
-from torch.func import grad, hessian, vmap
+from torch.func import grad, hessian, jacfwd, vmap
 from torch.nn.functional import softplus
 
 from repro.bench.training_case import Equation, Loss, Step, TrainingCase, step_of_each
+from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
 from repro.models.network import Network
+from repro.models.position import cart_with_links
 
 # q, qd (n_q,) -> inputs of the network, features of V. Written for whole vectors, which is quicker than by components.
 Features = Callable[[Tensor, Tensor], tuple[Tensor, Tensor]]
@@ -80,3 +84,38 @@ def naive_loss(case: TrainingCase, equation: Equation, features: Features) -> Lo
 def naive_step(case: TrainingCase, equation: Equation, features: Features) -> Step:
     """Loss and gradient of an ensemble of networks, one member after another."""
     return step_of_each(naive_loss(case, equation, features), case.parameters)
+
+
+def automatic_loss(case: TrainingCase) -> Loss:
+    """The loss on tau of a triangular factor of M, with dM/dq and dV/dq by jacfwd at every sample."""
+    model = case.model
+    if not isinstance(model, Structured) or model.rank != model.n_q:
+        raise TypeError("this way is written for a triangular factor")
+    positions, scale = cart_with_links(model.n_q), torch.from_numpy(model.velocity_scale)
+    data = [case.measured(name) for name in ("q", "qd", "qdd", "tau")]
+    places = torch.eye(model.n_q**2).reshape(-1, model.n_q, model.n_q).tril().double()
+    places = places[places.sum((1, 2)) > 0]  # of the entries, row by row
+
+    def loss(weights: Tensor, member: int, samples: Tensor | slice) -> Tensor:
+        q, qd, qdd, tau = (array[member, samples] for array in data)
+        network, beta = weights[None, model.network_slice], weights[model.potential_slice]
+
+        def terms(place: Tensor) -> tuple[Tensor, Tensor]:
+            entries = model.network.values(network, positions.values(place)[None, None])[0, 0]
+            factor = torch.einsum("e,eij->ij", entries, places)
+            matrix = factor @ factor.mT / torch.outer(scale, scale)
+            return torch.cat([matrix, (beta @ torch.cos(place[1:])).expand(1, model.n_q)]), matrix
+
+        slopes, mass = vmap(jacfwd(terms, has_aux=True))(q)
+        turned = torch.einsum("sijk,sj->sik", slopes[:, :-1], qd)
+        inertial = torch.einsum("sij,sj->si", mass, qdd) + torch.einsum("sik,sk->si", turned, qd)
+        error = inertial - torch.einsum("sik,si->sk", turned, qd) / 2 + slopes[:, -1, 0] - tau
+        mean: Tensor = error.square().sum(1).mean()
+        return mean
+
+    return loss
+
+
+def automatic_step(case: TrainingCase) -> Step:
+    """Loss and its gradient, one member after another."""
+    return step_of_each(automatic_loss(case), case.parameters)

@@ -4,10 +4,9 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 
-from repro.bench.batched_peer import jax_batched_step, torch_compiled_step
 from repro.bench.contender import PREPARED, STEP, Contender, compared, fastest, t2_case
 from repro.bench.control import control
-from repro.bench.jax_peer import jax_step
+from repro.bench.framework_peers import jax_batched_step, jax_step, torch_compiled_step
 from repro.bench.package_peers import phlearn_step, selection_fit, sindy_pi_fit
 from repro.bench.pairing import PairedComparison, Pairs, with_memory
 from repro.bench.scale import PAPER_HIDDEN, BenchScale

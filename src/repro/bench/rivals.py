@@ -7,8 +7,7 @@ from types import ModuleType
 
 from repro.bench.accuracy import METRICS, RESOLUTION, ModelOf, Race, Racer, in_naive_torch, of_model
 from repro.bench.contender import STEP, Contender, by_hessian, compared, fastest, in_torch, size_text, t2_case
-from repro.bench.delan import automatic_loss, automatic_step
-from repro.bench.naive import engineered_features, naive_loss, naive_step, t2_features
+from repro.bench.naive import automatic_loss, automatic_step, engineered_features, naive_loss, naive_step, t2_features
 from repro.bench.pairing import PairedComparison
 from repro.bench.scale import PAPER_HIDDEN, BenchScale
 from repro.bench.training_case import (

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from repro.codegen.array_evaluation import evaluate
-from repro.data.checks import check_seeds, training_size
 from repro.data.data_options import FreeMotionOptions
-from repro.data.dataset import Dataset
+from repro.data.dataset import Dataset, check_seeds, training_size
 from repro.errors import UserError
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate

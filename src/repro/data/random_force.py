@@ -4,9 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from repro.data.checks import check_seeds, training_size
 from repro.data.data_options import RandomForce
-from repro.data.dataset import Dataset
+from repro.data.dataset import Dataset, check_seeds, training_size
 from repro.data.sensors import Sensors
 from repro.errors import UserError
 from repro.mechanics.derive import dynamics_of

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from repro.data.checks import training_size
 from repro.data.data_options import RecordingFile
-from repro.data.dataset import Dataset, Measurement
+from repro.data.dataset import Dataset, Measurement, training_size
 from repro.data.differentiation import difference, differences_of_positions
 from repro.data.plausibility import contradictions, remarks
 from repro.data.recorded_rows import RecordedRows, chosen, joined, samples_of

@@ -54,7 +54,7 @@ def _choice(
             raise UserError(problem)
         return chosen
 
-    choice.__name__ = choice.__qualname__ = what.split()[-1]
+    choice.__name__ = choice.__qualname__ = what.rpartition(" ")[2]
     choice.__annotations__["return"] = kind
     choice.__doc__ = DOCSTRING.format(
         what=what, folder=folder.replace(".", "/"), settings=settings, kind=kind.__name__, taken_by=taken_by,

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from repro.data.checks import training_size
 from repro.data.data_options import RandomForce
-from repro.data.dataset import Dataset
+from repro.data.dataset import Dataset, training_size
 from repro.data.differentiation import difference
 from repro.data.random_force import random_force
 from repro.errors import UserError

@@ -9,11 +9,13 @@ from numpy.typing import ArrayLike
 from repro.data.dataset import Dataset
 from repro.errors import UserError
 from repro.evaluation.model_motion import model_motion
+from repro.evaluation.predictions import predict
 from repro.learning.result import Curve
-from repro.library.array_predictions import predicted
 from repro.mechanics.system import System
 from repro.models.model import Model
 from repro.models.terms import Terms
+
+ALL = ("tau", "acceleration", "momentum", "kinetic", "potential", "mass")
 
 
 @dataclass(frozen=True)
@@ -245,7 +247,17 @@ class Ensemble:
     simulate = rollout
 
     def _predicted(self, *arrays: ArrayLike | None) -> Terms:
-        return predicted(self.model, self.weights_, *arrays)
+        """Quantities (member, ..., n_q) at q, qd and, where they are given, qdd and tau, (..., n_q) each."""
+        n_q = self.model.n_q
+        given = np.broadcast_arrays(*(np.zeros(n_q) if a is None else np.asarray(a, float) for a in arrays))
+        shape = given[0].shape
+        if shape[-1:] != (n_q,):
+            raise UserError(f"arrays of shape {shape}: the last axis needs {n_q} coordinates")
+        flat = [np.repeat(array.reshape(1, -1, n_q), self.members, axis=0) for array in given]
+        terms = predict(self.model, self.weights_, *flat, *[np.zeros_like(flat[0])] * (4 - len(flat)))
+        defined = {name: value for name in ALL if (value := getattr(terms, name)) is not None}
+        leading = self.members, *shape[:-1]
+        return Terms(**{name: value.reshape(*leading, *value.shape[2:]) for name, value in defined.items()})
 
     def _defined(self, name: str, terms: Terms) -> np.ndarray:
         value = getattr(terms, name)

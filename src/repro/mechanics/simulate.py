@@ -13,8 +13,7 @@ import numpy as np
 from repro.codegen.c_library import CompilerError, has_compiler
 from repro.codegen.straight_line import statements
 from repro.errors import UserError
-from repro.mechanics.integrators import CompiledIntegrator, InterpretedIntegrator
-from repro.mechanics.substeps import SubstepRule
+from repro.mechanics.integrators import CompiledIntegrator, InterpretedIntegrator, SubstepRule
 
 ENGINES = ("auto", "c", "casadi")
 # Takes a rule, u (batch, steps, n_u) and parameters (1 or batch, n_p), and fills states (batch, steps + 1, 2 n_q).

@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
+from rerun.chunk import RrdReader
+from rerun.error_utils import RerunWarning
 
 from repro.errors import UserError
 from repro.recording import palette, scene
 from repro.recording.card_page import card_page
 from repro.recording.chart import Chart
 from repro.recording.contents import PLANT, Recording, RunRecording, part
-from repro.recording.input_arrows import log_inputs
 from repro.recording.layout import CARD, LEARNING_TIMELINE, TIMELINE, blueprint, layout_of
 from repro.tracking.files import replacing
 from repro.tracking.plain_data import Json, flattened
@@ -52,7 +53,7 @@ def write_recording(path: Path, recording: RunRecording) -> None:
             colour = colours[label]
             scene.log_body(stream, part(label), time, model.shapes, scale=frame.scale, colour=colour, solid=False)
         scene.log_body(stream, PLANT, time, recording.plant.shapes, scale=frame.scale, colour=palette.PLANT, solid=True)
-        log_inputs(stream, time, recording.plant.shapes, recording.inputs, frame.scale)
+        scene.log_inputs(stream, time, recording.plant.shapes, recording.inputs, frame.scale)
 
     write_whole(path, recording, blueprint(layout, frame, recording.time), layout.simulated, draw)
 
@@ -72,7 +73,9 @@ def write_whole(
 
     Raises OSError when the file could not be written completely.
     """
-    with replacing(path) as temporary:
+    with replacing(path) as temporary, warnings.catch_warnings():
+        # The library only warns of arrays that do not fit.
+        warnings.simplefilter("error", RerunWarning)
         stream = rr.RecordingStream(APPLICATION, recording_id=recording.run)
         stream.save(temporary, default_blueprint=window)
         stream.send_recording_name(recording.title)
@@ -93,9 +96,6 @@ def write_whole(
 
 def read_recording(path: Path) -> dict[str, Track]:
     """The charts of a recording by entity, e.g. "energy/H"; raises UserError when the file is missing or damaged."""
-    from rerun.chunk import RrdReader
-    from rerun.error_utils import RerunWarning
-
     try:
         with warnings.catch_warnings():
             # The library only warns about a truncated file.
