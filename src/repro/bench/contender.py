@@ -12,7 +12,7 @@ from repro.codegen.c_library import has_compiler
 from repro.models.bases import t2
 
 STEP = (
-    "processor time of loss and gradient of one batch of {batch} samples, float64, n_q = 2, one thread; "
+    "processor time of loss and gradient of one batch of {batch} samples, {precision}, n_q = 2, one thread; "
     "in turn, {{pairs}} pairs"
 )
 PREPARED = "; ours with the derivatives of the features prepared beforehand"
@@ -20,7 +20,7 @@ PREPARED = "; ours with the derivatives of the features prepared beforehand"
 
 @dataclass(frozen=True)
 class Contender:
-    """A label, and a step for a case; `case` replaces the one that both share."""
+    """A label, and a step for a case; `case` replaces the one that both would share."""
 
     label: str
     step: Callable[[TrainingCase], Step]
@@ -45,11 +45,6 @@ def by_hessian(equation: Equation) -> Contender:
     return Contender(f"{equation}, vmap(hessian)", partial(naive_step, equation=equation, features=t2_features))
 
 
-def t2_case(hidden: Hidden, members: int, batch: int) -> Callable[[], TrainingCase]:
-    """Networks on the basis T2/V1 for the single pendulum."""
-    return partial(lagrangian_case, t2, hidden, members, batch)
-
-
 def size_text(hidden: Hidden) -> str:
     """Layers x width, e.g. 2x64."""
     return f"{len(hidden)}x{hidden[0]}"
@@ -59,16 +54,24 @@ def compared(
     scale: BenchScale,
     name: str,
     hidden: Hidden,
-    case: Callable[[], TrainingCase],
-    pair: tuple[Contender, Contender],
-    protocol: str,
+    ours: Contender,
+    other: Contender,
+    remark: str = "",
+    *,
     members: int = 1,
+    batch: int | None = None,
+    precision: Precision = "float64",
 ) -> PairedComparison:
-    """A comparison of two steps, which are built when it is measured."""
+    """A comparison of two steps, which are built when it is measured.
+
+    Both train networks on the basis T2/V1 for the single pendulum unless they have a case of their own.
+    """
+    size = scale.batch if batch is None else batch
 
     def measure() -> Pairs:
-        built = case()
-        ours, other = (one.step(built if one.case is None else one.case()) for one in pair)
-        return with_memory(ours, other, scale.rounds)
+        shared = lagrangian_case(t2, hidden, members, size)
+        steps = [one.step(shared if one.case is None else one.case()) for one in (ours, other)]
+        return with_memory(*steps, scale.rounds)
 
-    return PairedComparison(name, pair[0].label, pair[1].label, size_text(hidden), members, protocol, measure)
+    protocol = STEP.format(batch=size, precision=precision) + remark
+    return PairedComparison(name, ours.label, other.label, size_text(hidden), members, protocol, measure)

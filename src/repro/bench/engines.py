@@ -1,19 +1,20 @@
 """This project's engine against the usual way of writing the Euler-Lagrange residual, and how its cost grows."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 import torch
 
-from repro.bench.contender import PREPARED, STEP, Contender, by_hessian, compared, fastest, in_torch, t2_case
+from repro.bench.contender import PREPARED, Contender, by_hessian, compared, fastest, in_torch
 from repro.bench.pairing import PairedComparison, Rounds, with_memory
 from repro.bench.scale import PAPER_HIDDEN, BenchScale
-from repro.bench.training_case import EPISODE_STEPS, TrainingCase, pendulum, random_case
+from repro.bench.training_case import EPISODE_STEPS, TrainingCase, lagrangian_case, pendulum, random_case
 from repro.codegen.c_library import has_compiler
 from repro.learning.optimisers.least_squares import regression, streamed_solve
-from repro.models.bases import t1
+from repro.models.bases import t1, t2
 from repro.models.lagrangian import Lagrangian
 
 BLOCK = 100_000
@@ -33,28 +34,25 @@ def engines(scale: BenchScale) -> Iterator[PairedComparison]:
     Large networks on the full batch too, but in one way only, because a naive step takes seconds.
     """
     ways = [fastest("inverse"), in_torch("inverse")] if has_compiler() else [in_torch("inverse")]
+    usual = by_hessian("inverse")
     for hidden in [*scale.sizes, *scale.large]:
-        protocol, case = STEP.format(batch=scale.batch) + PREPARED, t2_case(hidden, 1, scale.batch)
         for own in ways[:1] if hidden in scale.large else ways:
-            yield compared(scale, "engine", hidden, case, (own, by_hessian("inverse")), protocol)
-    protocol = STEP.format(batch=scale.batch) + ENSEMBLE + PREPARED
-    case = t2_case(PAPER_HIDDEN, scale.ensemble, scale.batch)
+            yield compared(scale, "engine", hidden, own, usual, PREPARED)
     for own in ways:
-        pair = own, by_hessian("inverse")
-        yield compared(scale, "engine", PAPER_HIDDEN, case, pair, protocol, scale.ensemble)
+        yield compared(scale, "engine", PAPER_HIDDEN, own, usual, ENSEMBLE + PREPARED, members=scale.ensemble)
 
 
 def coordinates(scale: BenchScale) -> Iterator[PairedComparison]:
     """Growth of the inverse and of the forward step with n_q, for the smallest and the widest of the networks."""
     least, *more = scale.coordinates
     for hidden in dict.fromkeys([scale.sizes[0], scale.sizes[-1]]):
-        protocol = STEP.format(batch=scale.batch).replace("n_q = 2, ", "") + GROWTH.format(least=least)
-        for own in (fastest("inverse"), fastest("forward")):
-            for n_q in more:
-                first = Contender(f"{own.label}, n_q = {least}", own.step)
-                other = Contender(f"n_q = {n_q}", own.step, partial(random_case, n_q, hidden, scale.batch))
-                case = partial(random_case, least, hidden, scale.batch)
-                yield compared(scale, "coordinates", hidden, case, (first, other), protocol)
+        for own, n_q in product((fastest("inverse"), fastest("forward")), more):
+            first, other = (
+                Contender(f"{label}n_q = {size}", own.step, partial(random_case, size, hidden, scale.batch))
+                for label, size in ((f"{own.label}, ", least), ("", n_q))
+            )
+            compared_sizes = compared(scale, "coordinates", hidden, first, other, GROWTH.format(least=least))
+            yield replace(compared_sizes, protocol=compared_sizes.protocol.replace("n_q = 2, ", ""))
 
 
 def samples(scale: BenchScale) -> Iterator[PairedComparison]:
@@ -80,6 +78,6 @@ def members(scale: BenchScale) -> Iterator[PairedComparison]:
     batch = scale.many_batch
     for number in scale.many:
         one = Contender("1 member", fastest("inverse").step)
-        many = Contender(f"{number} members", fastest("inverse").step, t2_case(PAPER_HIDDEN, number, batch))
-        case, protocol = t2_case(PAPER_HIDDEN, 1, batch), STEP.format(batch=batch) + MEMBERS
-        yield compared(scale, "members", PAPER_HIDDEN, case, (one, many), protocol)
+        case = partial(lagrangian_case, t2, PAPER_HIDDEN, number, batch)
+        many = Contender(f"{number} members", fastest("inverse").step, case)
+        yield compared(scale, "members", PAPER_HIDDEN, one, many, MEMBERS, batch=batch)

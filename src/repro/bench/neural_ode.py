@@ -29,6 +29,7 @@ from repro.learning.optimisers.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.path.path_fit import PathOptions, fit_path
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training_problem import TrainingProblem
+from repro.mechanics.runge_kutta import rk4_step
 from repro.mechanics.system import load
 from repro.models.kinds.structured import Structured
 
@@ -103,16 +104,13 @@ class NeuralODE:
         return weights.detach()[0].numpy().copy()
 
     def _advanced(self, weights: Tensor, state: Tensor, tau: Tensor) -> Tensor:
-        n, h = self.model.n_q, self.data.time_step
+        n = self.model.n_q
 
         def rate(x: Tensor) -> Tensor:
             return torch.cat([x[:, n:], self.acceleration(weights, x[:, :n], x[:, n:], tau)], dim=1)
 
-        k1 = rate(state)
-        k2 = rate(state + h / 2 * k1)
-        k3 = rate(state + h / 2 * k2)
-        k4 = rate(state + h * k3)
-        return state + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        advanced: Tensor = rk4_step(rate, state, self.data.time_step)
+        return advanced
 
 
 def by_path(rival: NeuralODE, start: np.ndarray, seed: int) -> np.ndarray:

@@ -1,9 +1,9 @@
 """Comparisons in pairs: ours and other timed in turn, so that whatever slows the machine down slows both."""
 
 import ctypes
-import gc
 import math
 import time
+import timeit
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -118,17 +118,12 @@ def interleaved(
     ours: Callable[[], object], other: Callable[[], object], rounds: Rounds, clock: Clock = time.process_time
 ) -> Pairs:
     """Time two contenders in turn, after a warm-up of both and with the garbage collector off."""
-    contenders = [(call, _repetitions(call, rounds, clock)) for call in (ours, other)]
-    collecting = gc.isenabled()
-    gc.disable()
-    try:
-        pairs: list[list[float]] = []
-        end = clock() + rounds.limit_s
-        while len(pairs) < rounds.least or (len(pairs) < rounds.most and clock() < end):
-            pairs.append([_seconds(call, repetitions, clock) for call, repetitions in contenders])
-    finally:
-        if collecting:
-            gc.enable()
+    timers = [timeit.Timer(call, timer=clock) for call in (ours, other)]
+    contenders = [(timer, _repetitions(timer, rounds)) for timer in timers]
+    pairs: list[list[float]] = []
+    end = clock() + rounds.limit_s
+    while len(pairs) < rounds.least or (len(pairs) < rounds.most and clock() < end):
+        pairs.append([timer.timeit(repetitions) / repetitions for timer, repetitions in contenders])
     return Pairs(*np.array(pairs).T)
 
 
@@ -137,17 +132,10 @@ def with_memory(ours: Callable[[], object], other: Callable[[], object], rounds:
     return replace(interleaved(ours, other, rounds), ours_mib=peak_mib(ours), other_mib=peak_mib(other))
 
 
-def _repetitions(call: Callable[[], object], rounds: Rounds, clock: Clock) -> int:
-    if _seconds(call, 1, clock) > LONG_S:
+def _repetitions(timer: timeit.Timer, rounds: Rounds) -> int:
+    if timer.timeit(1) > LONG_S:
         return 1
-    return max(1, math.ceil(rounds.shortest_s / max(_seconds(call, 1, clock), 1e-9)))
-
-
-def _seconds(call: Callable[[], object], repetitions: int, clock: Clock) -> float:
-    start = clock()
-    for _ in range(repetitions):
-        call()
-    return (clock() - start) / repetitions
+    return max(1, math.ceil(rounds.shortest_s / max(timer.timeit(1), 1e-9)))
 
 
 def _quantiles(values: np.ndarray, shares: list[float]) -> list[float]:

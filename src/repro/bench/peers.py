@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 
-from repro.bench.contender import PREPARED, STEP, Contender, compared, fastest, t2_case
+from repro.bench.contender import PREPARED, Contender, compared, fastest
 from repro.bench.control import control
 from repro.bench.framework_peers import jax_batched_step, jax_step, torch_compiled_step
 from repro.bench.package_peers import phlearn_step, selection_fit, sindy_pi_fit
@@ -45,10 +45,9 @@ def _jax(scale: BenchScale, version: str) -> Iterator[PairedComparison]:
         Contender("JAX, inverse (jvp of grad)", partial(jax_step, equation="inverse")),
     ]
     for hidden, members in [*((hidden, 1) for hidden in scale.sizes), (PAPER_HIDDEN, scale.ensemble)]:
-        case, protocol = t2_case(hidden, members, scale.batch), STEP.format(batch=scale.batch) + PREPARED
         for other in ways:
-            text = protocol + JAX.format(version=version)
-            yield compared(scale, "peers", hidden, case, (fastest("inverse"), other), text, members)
+            remark = PREPARED + JAX.format(version=version)
+            yield compared(scale, "peers", hidden, fastest("inverse"), other, remark, members=members)
     yield from _batched(scale, f"JAX {version}, jit", jax_batched_step)
 
 
@@ -58,15 +57,13 @@ def _batched(scale: BenchScale, label: str, step: Callable[..., Step]) -> Iterat
     for hidden in (scale.sizes[0], scale.sizes[-1]):
         for precision in precisions:
             other = Contender(f"{label}, batched, {precision}", partial(step, precision=precision))
-            protocol = STEP.format(batch=scale.batch).replace("float64", precision) + BATCHED
-            pair = fastest("inverse", precision), other
-            yield compared(scale, "peers", hidden, t2_case(hidden, 1, scale.batch), pair, protocol)
+            ours = fastest("inverse", precision)
+            yield compared(scale, "peers", hidden, ours, other, BATCHED, precision=precision)
 
 
 def _phlearn(scale: BenchScale, version: str) -> Iterator[PairedComparison]:
-    pair = fastest("inverse", "float32"), Contender("phlearn, network for H", phlearn_step)
-    protocol = STEP.format(batch=scale.batch).replace("float64", "float32") + PREPARED + PHLEARN.format(version=version)
-    yield compared(scale, "peers", WIDE, t2_case(WIDE, 1, scale.batch), pair, protocol)
+    other, remark = Contender("phlearn, network for H", phlearn_step), PREPARED + PHLEARN.format(version=version)
+    yield compared(scale, "peers", WIDE, fastest("inverse", "float32"), other, remark, precision="float32")
 
 
 def _pysindy(scale: BenchScale, version: str) -> Iterator[PairedComparison]:

@@ -6,7 +6,7 @@ from itertools import product
 from types import ModuleType
 
 from repro.bench.accuracy import METRICS, RESOLUTION, ModelOf, Race, Racer, in_naive_torch, of_model
-from repro.bench.contender import STEP, Contender, by_hessian, compared, fastest, in_torch, size_text, t2_case
+from repro.bench.contender import Contender, by_hessian, compared, fastest, in_torch, size_text
 from repro.bench.naive import automatic_loss, automatic_step, engineered_features, naive_loss, naive_step, t2_features
 from repro.bench.pairing import PairedComparison
 from repro.bench.scale import PAPER_HIDDEN, BenchScale
@@ -41,7 +41,6 @@ def steps_of_rivals(scale: BenchScale) -> Iterator[PairedComparison]:
     lnn, delan, linn = RIVALS.values()
     for hidden in [*scale.sizes, *scale.large]:
         batch = scale.large_batch if hidden in scale.large else scale.batch
-        case, protocol = t2_case(hidden, 1, batch), STEP.format(batch=batch)
         triangular = partial(triangular_case, hidden, 1, batch)
         one_network = partial(lagrangian_case, engineered, hidden, 1, batch)
         linn_step = partial(naive_step, equation="inverse", features=engineered_features)
@@ -56,7 +55,7 @@ def steps_of_rivals(scale: BenchScale) -> Iterator[PairedComparison]:
             "linn_best": (best, Contender(linn, best.step, one_network)),
         }
         for name, pair in pairs.items():
-            yield compared(scale, name, hidden, case, pair, protocol + PROTOCOLS[name])
+            yield compared(scale, name, hidden, *pair, PROTOCOLS[name], batch=batch)
 
 
 def time_to_accuracy(scale: BenchScale) -> Iterator[PairedComparison]:
