@@ -18,12 +18,11 @@ from repro.bench.accuracy import (
     of_model,
 )
 from repro.bench.naive import automatic_loss, naive_loss, t2_features
-from repro.bench.training_case import PENDULUM, pendulum, triangular
+from repro.bench.training_case import PENDULUM, network, pendulum, triangular
 from repro.codegen.array_evaluation import evaluate
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import load
 from repro.models.bases import t2
-from repro.models.lagrangian import Lagrangian
 
 MOTION, ENERGY = METRICS
 DATA = partial(pendulum, range(2), 50)
@@ -126,12 +125,7 @@ def test_no_training_has_the_samples_that_it_is_judged_on():
     assert data.n_train == 40 and not seen & {row.tobytes() for row in data.test.q[0][1:]}
 
 
-def small_delan(data):
-    return triangular(data.n_q, (4,))
-
-
-def small_plnn(data):
-    return Lagrangian(t2, data.n_q, hidden=(4,))
+small_delan, small_plnn = triangular((4,)), network(t2, (4,))
 
 
 def ticking():

@@ -9,7 +9,7 @@ from repro.bench.framework_peers import jax_batched_step, jax_step
 from repro.bench.package_peers import implicit_candidates, phlearn_step, selection_fit, sindy_pi_fit
 from repro.bench.peers import peers
 from repro.bench.scale import SCALES
-from repro.bench.training_case import lagrangian_case, torch_step
+from repro.bench.training_case import network, pendulum_case, torch_step
 from repro.models.bases import library, t2
 from repro.models.lagrangian import Lagrangian
 
@@ -17,7 +17,7 @@ from repro.models.lagrangian import Lagrangian
 @compares_with("jax")
 @pytest.mark.parametrize("equation", ["inverse", "forward"])
 def test_jax_agrees_with_our_engine(equation):
-    case = lagrangian_case(t2, (6, 5), 2, 40)
+    case = pendulum_case(network(t2, (6, 5)), 2, 40)
     for ours, other in zip(torch_step(case, equation)(), jax_step(case, equation)(), strict=True):
         np.testing.assert_allclose(other, ours, rtol=0, atol=1e-9 * np.abs(ours).max())
 
@@ -25,7 +25,7 @@ def test_jax_agrees_with_our_engine(equation):
 @compares_with("jax")
 @pytest.mark.parametrize(("precision", "close"), [("float64", 1e-9), ("float32", 1e-4)])
 def test_the_batched_form_in_jax_agrees_with_our_engine(precision, close):
-    case = lagrangian_case(t2, (6, 5), 1, 40)
+    case = pendulum_case(network(t2, (6, 5)), 1, 40)
     for ours, other in zip(torch_step(case, "inverse")(), jax_batched_step(case, precision)(), strict=True):
         np.testing.assert_allclose(other, ours, rtol=0, atol=close * np.abs(ours).max())
 
@@ -46,7 +46,7 @@ def test_our_selection_finds_the_terms_of_the_lagrangian():
 
 @compares_with("phlearn")
 def test_phlearn_gives_a_gradient_of_every_weight_that_matters():
-    loss, gradient = phlearn_step(lagrangian_case(t2, (4,), 1, 30))()
+    loss, gradient = phlearn_step(pendulum_case(network(t2, (4,)), 1, 30))()
     assert loss > 0 and gradient[-1] == 0 and np.abs(gradient[:-1]).max() > 0
 
 

@@ -9,7 +9,7 @@ from optional import needs_compiler
 
 from repro.bench.framework_peers import torch_compiled_step
 from repro.bench.naive import engineered_features, naive_step, t2_features
-from repro.bench.training_case import TrainingCase, lagrangian_case, native_step, torch_step, triangular_case
+from repro.bench.training_case import TrainingCase, native_step, network, pendulum_case, torch_step, triangular
 from repro.errors import UserError
 from repro.models.bases import engineered, t2
 from repro.models.lagrangian import Lagrangian
@@ -28,30 +28,30 @@ def agree(first, second):
 @pytest.mark.parametrize("equation", ["inverse", "forward"])
 @pytest.mark.parametrize("hidden", [(10,), (6, 5)])
 def test_jets_agree_with_the_hessian(hidden, equation):
-    case = lagrangian_case(t2, hidden, 2, 40)
+    case = pendulum_case(network(t2, hidden), 2, 40)
     agree(torch_step(case, equation), naive_step(case, equation, t2_features))
 
 
 @needs_compiler
 @pytest.mark.parametrize("equation", ["inverse", "forward"])
 def test_generated_code_agrees_with_the_hessian(equation):
-    case = lagrangian_case(t2, (10,), 2, 40)
+    case = pendulum_case(network(t2, (10,)), 2, 40)
     agree(native_step(case, equation), naive_step(case, equation, t2_features))
 
 
 @needs_compiler
 def test_engines_agree_on_the_triangular_factor():
-    case = triangular_case((5,), 1, 40)
+    case = pendulum_case(triangular((5,)), 1, 40)
     agree(native_step(case, "inverse"), torch_step(case, "inverse"))
 
 
 def test_jets_agree_with_one_network_of_engineered_features():
-    case = lagrangian_case(engineered, (7, 4), 1, 40)
+    case = pendulum_case(network(engineered, (7, 4)), 1, 40)
     agree(torch_step(case, "inverse"), naive_step(case, "inverse", engineered_features))
 
 
 def test_the_gradient_is_that_of_the_loss():
-    case = lagrangian_case(t2, (4,), 1, 30)
+    case = pendulum_case(network(t2, (4,)), 1, 30)
     gradient = naive_step(case, "inverse", t2_features)()[1]
     direction = np.random.default_rng(0).normal(size=gradient.shape)
 
@@ -64,26 +64,26 @@ def test_the_gradient_is_that_of_the_loss():
 
 
 def test_each_member_has_its_own_data_and_weights():
-    case = lagrangian_case(t2, (4,), 2, 30)
+    case = pendulum_case(network(t2, (4,)), 2, 30)
     losses, _ = torch_step(case, "inverse")()
     assert losses[0] != losses[1]
 
 
 @needs_compiler
 def test_a_wide_network_agrees_with_the_hessian_in_compiled_code():
-    case = lagrangian_case(t2, (40, 23), 1, 50)
+    case = pendulum_case(network(t2, (40, 23)), 1, 50)
     agree(native_step(case, "inverse"), naive_step(case, "inverse", t2_features))
 
 
 @needs_compiler
 @pytest.mark.parametrize("equation", ["inverse", "forward"])
 def test_a_wide_triangular_factor_agrees_with_torch_in_compiled_code(equation):
-    case = triangular_case((40, 23), 2, 50)
+    case = pendulum_case(triangular((40, 23)), 2, 50)
     agree(native_step(case, equation), torch_step(case, equation))
 
 
 def test_a_large_network_with_a_momentum_of_its_own_has_no_compiled_code():
-    case = lagrangian_case(t2, (4,), 1, 10)
+    case = pendulum_case(network(t2, (4,)), 1, 10)
     model = Lagrangian(t2, 2, hidden=(150,), momentum_hidden=(2,))
     weights = torch.from_numpy(model.initial([np.random.default_rng(0)]))
     with pytest.raises(UserError, match="no compiled code"):
@@ -92,7 +92,7 @@ def test_a_large_network_with_a_momentum_of_its_own_has_no_compiled_code():
 
 @needs_compiler
 def test_single_precision_comes_close():
-    case = lagrangian_case(t2, (6, 5), 2, 40)
+    case = pendulum_case(network(t2, (6, 5)), 2, 40)
     for ours, other in zip(native_step(case, "inverse", "float32")(), native_step(case, "inverse")(), strict=True):
         np.testing.assert_allclose(ours, other, rtol=0, atol=1e-5 * np.abs(other).max())
 
@@ -100,5 +100,5 @@ def test_single_precision_comes_close():
 @needs_compiler
 def test_the_batched_form_agrees_before_it_is_compiled(monkeypatch):
     monkeypatch.setattr(torch, "compile", lambda function: function)
-    case = lagrangian_case(t2, (6, 5), 1, 40)
+    case = pendulum_case(network(t2, (6, 5)), 1, 40)
     agree(native_step(case, "inverse"), torch_compiled_step(case, "float64"))

@@ -13,7 +13,7 @@ import torch
 from torch import Tensor
 
 from repro.bench.pairing import Clock, Pairs
-from repro.bench.training_case import PENDULUM, Equation, Loss, TrainingCase, started
+from repro.bench.training_case import PENDULUM, Equation, Loss, ModelOf, TrainingCase, started
 from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
 from repro.evaluation.predictions import predict
@@ -37,7 +37,6 @@ OPTIMISERS = {
 }
 
 Weights = np.ndarray  # of one model, (n_parameters,)
-ModelOf = Callable[[Dataset], Model]
 Predictions = tuple[np.ndarray, np.ndarray]  # qdd (sample, n_q) in m/s^2 or rad/s^2, and H (sample,) in J
 
 

@@ -7,7 +7,16 @@ from functools import partial
 from repro.bench.naive import naive_step, t2_features
 from repro.bench.pairing import PairedComparison, Pairs, with_memory
 from repro.bench.scale import BenchScale, Hidden
-from repro.bench.training_case import Equation, Precision, Step, TrainingCase, lagrangian_case, native_step, torch_step
+from repro.bench.training_case import (
+    Equation,
+    Precision,
+    Step,
+    TrainingCase,
+    native_step,
+    network,
+    pendulum_case,
+    torch_step,
+)
 from repro.codegen.c_library import has_compiler
 from repro.models.bases import t2
 
@@ -69,7 +78,7 @@ def compared(
     size = scale.batch if batch is None else batch
 
     def measure() -> Pairs:
-        shared = lagrangian_case(t2, hidden, members, size)
+        shared = pendulum_case(network(t2, hidden), members, size)
         steps = [one.step(shared if one.case is None else one.case()) for one in (ours, other)]
         return with_memory(*steps, scale.rounds)
 

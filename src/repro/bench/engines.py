@@ -11,7 +11,7 @@ import torch
 from repro.bench.contender import PREPARED, Contender, by_hessian, compared, fastest, in_torch
 from repro.bench.pairing import PairedComparison, Rounds, with_memory
 from repro.bench.scale import PAPER_HIDDEN, BenchScale
-from repro.bench.training_case import EPISODE_STEPS, TrainingCase, lagrangian_case, pendulum, random_case
+from repro.bench.training_case import EPISODE_STEPS, TrainingCase, network, pendulum, pendulum_case, random_case
 from repro.codegen.c_library import has_compiler
 from repro.learning.optimisers.least_squares import regression, streamed_solve
 from repro.models.bases import t1, t2
@@ -78,6 +78,6 @@ def members(scale: BenchScale) -> Iterator[PairedComparison]:
     batch = scale.many_batch
     for number in scale.many:
         one = Contender("1 member", fastest("inverse").step)
-        case = partial(lagrangian_case, t2, PAPER_HIDDEN, number, batch)
+        case = partial(pendulum_case, network(t2, PAPER_HIDDEN), number, batch)
         many = Contender(f"{number} members", fastest("inverse").step, case)
         yield compared(scale, "members", PAPER_HIDDEN, one, many, MEMBERS, batch=batch)

@@ -3,9 +3,8 @@
 from collections.abc import Iterator
 from functools import partial
 from itertools import product
-from types import ModuleType
 
-from repro.bench.accuracy import METRICS, RESOLUTION, ModelOf, Race, Racer, in_naive_torch, of_model
+from repro.bench.accuracy import METRICS, RESOLUTION, Race, Racer, in_naive_torch, of_model
 from repro.bench.contender import Contender, by_hessian, compared, fastest, in_torch, size_text
 from repro.bench.naive import automatic_loss, automatic_step, engineered_features, naive_loss, naive_step, t2_features
 from repro.bench.pairing import PairedComparison
@@ -13,15 +12,14 @@ from repro.bench.scale import PAPER_HIDDEN, BenchScale
 from repro.bench.training_case import (
     EPISODE_STEPS,
     Equation,
-    lagrangian_case,
+    ModelOf,
+    network,
     pendulum,
+    pendulum_case,
     triangular,
-    triangular_case,
+    wide,
 )
-from repro.data.dataset import Dataset
 from repro.models.bases import engineered, t2
-from repro.models.kinds.structured import Structured
-from repro.models.lagrangian import Lagrangian
 
 RIVALS = {"lnn": "LNN (Cranmer et al. 2020)", "delan": "DeLaN (Lutter et al. 2019)", "linn": "LINN (Bao et al. 2021)"}
 PROTOCOLS = {
@@ -41,16 +39,16 @@ def steps_of_rivals(scale: BenchScale) -> Iterator[PairedComparison]:
     lnn, delan, linn = RIVALS.values()
     for hidden in [*scale.sizes, *scale.large]:
         batch = scale.large_batch if hidden in scale.large else scale.batch
-        triangular = partial(triangular_case, hidden, 1, batch)
-        one_network = partial(lagrangian_case, engineered, hidden, 1, batch)
+        factor = partial(pendulum_case, triangular(hidden), 1, batch)
+        one_network = partial(pendulum_case, network(engineered, hidden), 1, batch)
         linn_step = partial(naive_step, equation="inverse", features=engineered_features)
         naive, best = by_hessian("inverse"), fastest("inverse")
         pairs = {
             "lnn_naive": (naive, Contender(lnn, by_hessian("forward").step)),
             "lnn_best": (best, Contender(lnn, fastest("forward").step)),
-            "delan_naive": (naive, Contender(delan, in_torch("inverse").step, triangular)),
-            "delan_automatic": (naive, Contender(delan, automatic_step, triangular)),
-            "delan_best": (best, Contender(delan, best.step, triangular)),
+            "delan_naive": (naive, Contender(delan, in_torch("inverse").step, factor)),
+            "delan_automatic": (naive, Contender(delan, automatic_step, factor)),
+            "delan_best": (best, Contender(delan, best.step, factor)),
             "linn_naive": (naive, Contender(linn, linn_step, one_network)),
             "linn_best": (best, Contender(linn, best.step, one_network)),
         }
@@ -73,8 +71,8 @@ def time_to_accuracy(scale: BenchScale) -> Iterator[PairedComparison]:
         f"{RESOLUTION:g}; one thread, {size.samples} samples in episodes of {EPISODE_STEPS} steps; {{{{pairs}}}} "
         f"starts, one per pair; infinite: not reached in the {size.limit_s:g} s that each training has"
     )
-
-    paper, one_network = partial(_network, t2), partial(_network, engineered)
+    paper, one_network = network(t2, PAPER_HIDDEN), network(engineered, PAPER_HIDDEN)
+    factor = triangular(PAPER_HIDDEN)
 
     def plnn(optimiser: str) -> Racer:
         return Racer(f"PLNN, inverse, {optimiser}", of_model(paper, "inverse", optimiser))
@@ -82,13 +80,11 @@ def time_to_accuracy(scale: BenchScale) -> Iterator[PairedComparison]:
     def rival(key: str, make: ModelOf, optimiser: str, how: str = "", equation: Equation = "inverse") -> Racer:
         return Racer(f"{RIVALS[key]}, {how}{optimiser}", of_model(make, equation, optimiser))
 
-    compiled, analytic = (rival("delan", _triangular, *way) for way in ((best,), ("Adam, torch", "analytic, ")))
-    automatic = Racer(
-        f"{RIVALS['delan']}, automatic, Adam, torch", partial(in_naive_torch, _triangular, automatic_loss)
-    )
+    compiled, analytic = (rival("delan", factor, *way) for way in ((best,), ("Adam, torch", "analytic, ")))
+    automatic = Racer(f"{RIVALS['delan']}, automatic, Adam, torch", partial(in_naive_torch, factor, automatic_loss))
     naive_loss_of = partial(naive_loss, equation="inverse", features=t2_features)
     naive = Racer("PLNN, inverse, vmap(hessian), Adam, torch", partial(in_naive_torch, paper, naive_loss_of))
-    own = Racer(f"structured, {best}", of_model(_wide, "inverse", best))
+    own = Racer(f"structured, {best}", of_model(wide(PAPER_HIDDEN), "inverse", best))
     contests = [
         *(("lnn_accuracy", plnn(each), rival("lnn", paper, each, equation="forward")) for each in size.optimisers),
         ("delan_accuracy", plnn(best), compiled),
@@ -102,15 +98,3 @@ def time_to_accuracy(scale: BenchScale) -> Iterator[PairedComparison]:
         measure, text = partial(race.pairs, ours, other, metric, goal), protocol.format(metric=metric, goal=goal)
         labels = ours.label, other.label, size_text(PAPER_HIDDEN)
         yield PairedComparison(name, *labels, 1, text, measure, metric, goal)
-
-
-def _network(basis: ModuleType, data: Dataset) -> Lagrangian:
-    return Lagrangian(basis, data.n_q, hidden=PAPER_HIDDEN)
-
-
-def _triangular(data: Dataset) -> Structured:
-    return triangular(data.n_q, PAPER_HIDDEN)
-
-
-def _wide(data: Dataset) -> Structured:
-    return Structured(data.n_q, data.train.qd[0].std(0), hidden=PAPER_HIDDEN)

@@ -27,6 +27,7 @@ from repro.plugins.plugin import plugin
 
 Step = Callable[[], tuple[np.ndarray, np.ndarray]]  # loss (member,), gradient (member, n_parameters)
 Loss = Callable[[Tensor, int, Tensor | slice], Tensor]  # of weights (n_parameters,), for samples of a member
+ModelOf = Callable[[Dataset], Model]
 Equation = Literal["inverse", "forward"]
 Precision = Literal["float64", "float32"]
 PENDULUM = "sip"
@@ -56,24 +57,28 @@ class TrainingCase:
         return torch.from_numpy(getattr(self.dataset, name))
 
 
-def lagrangian_case(basis: ModuleType, hidden: Sequence[int], members: int, samples: int) -> TrainingCase:
-    """A network for T (or L) of a basis, on the single pendulum."""
-    dataset = pendulum(range(members), samples)
-    return started(Lagrangian(basis, dataset.n_q, hidden=hidden), dataset)
+def network(basis: ModuleType, hidden: Sequence[int]) -> ModelOf:
+    """A network for T (or L) of a basis."""
+    return lambda data: Lagrangian(basis, data.n_q, hidden=hidden)
 
 
-def triangular(n_q: int, hidden: Sequence[int]) -> Structured:
+def triangular(hidden: Sequence[int]) -> ModelOf:
     """The mass matrix by its triangular factor from a network without a linear path, as in DeLaN."""
-    return Structured(
-        n_q, np.ones(n_q), hidden=hidden, activation="softplus", skip=False, factor="triangular",
+    return lambda data: Structured(
+        data.n_q, np.ones(data.n_q), hidden=hidden, activation="softplus", skip=False, factor="triangular",
         initialisation="glorot",
     )  # fmt: skip
 
 
-def triangular_case(hidden: Sequence[int], members: int, samples: int) -> TrainingCase:
+def wide(hidden: Sequence[int]) -> ModelOf:
+    """The mass matrix by this project's wide factor."""
+    return lambda data: Structured(data.n_q, data.train.qd[0].std(0), hidden=hidden)
+
+
+def pendulum_case(model: ModelOf, members: int, samples: int) -> TrainingCase:
     """Such a model on the single pendulum."""
     dataset = pendulum(range(members), samples)
-    return started(triangular(dataset.n_q, hidden), dataset)
+    return started(model(dataset), dataset)
 
 
 def random_case(n_q: int, hidden: Sequence[int], samples: int) -> TrainingCase:
