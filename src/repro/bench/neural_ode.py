@@ -66,9 +66,8 @@ def by_shooting(data: Dataset, seed: int, seconds: float) -> float:
 def _error(model: Model, weights: np.ndarray, data: Dataset) -> float:
     """MAE of qdd on the clean test part."""
     test = data.test
-    return float(
-        np.abs(predict(model, weights[None], test.q, test.qd, test.qdd, test.tau).acceleration - test.qdd).mean()
-    )
+    predicted = predict(model, weights[None], test.q, test.qd, test.qdd, test.tau).acceleration
+    return float(np.abs(predicted - test.qdd).mean())
 
 
 def race(seeds: range, samples: int, patience: float, clock: Callable[[], float] = time.process_time) -> Pairs:
