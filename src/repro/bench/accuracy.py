@@ -1,6 +1,5 @@
 """The race to several accuracies: processor time of training until the errors on held-out samples are small enough."""
 
-import itertools
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -13,15 +12,15 @@ import torch
 from torch import Tensor
 
 from repro.bench.pairing import Clock, Pairs
-from repro.bench.training_case import PENDULUM, Equation, Loss, ModelOf, TrainingCase, started
+from repro.bench.training_case import PENDULUM, ModelOf, TrainingCase, started
 from repro.codegen.array_evaluation import evaluate
 from repro.data.dataset import Dataset
 from repro.evaluation.predictions import predict
-from repro.learning.native import shuffled
 from repro.learning.optimisers.adam import Adam
 from repro.learning.optimisers.lbfgs import LBFGS
 from repro.learning.optimisers.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.result import NoCheckpoint, silent
+from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import load
 from repro.models.model import Model
@@ -166,12 +165,12 @@ class Race:
         return np.array([np.abs(qdd - test.qdd[start]).mean() / np.abs(test.qdd[start]).mean(), of_energy])
 
 
-def of_model(make: ModelOf, equation: Equation, optimiser: str) -> Callable[[Dataset], Entrant]:
+def racer(name: str, make: ModelOf, problem_of: Callable[[TrainingCase], TrainingProblem], optimiser: str) -> Racer:
     """A model under one of this project's optimisers, at the default settings but for one start and no end."""
 
     def enter(data: Dataset) -> Entrant:
         case = started(make(data), data.train)
-        problem = case.problem(equation)
+        problem = problem_of(case)
 
         def train(start: int, course: Course) -> None:
             watched = replace(problem.member(start), watches=[course])
@@ -180,25 +179,7 @@ def of_model(make: ModelOf, equation: Equation, optimiser: str) -> Callable[[Dat
 
         return Entrant(train, partial(_predicted, case.model, data.test))
 
-    return enter
-
-
-def in_naive_torch(make: ModelOf, loss_of: Callable[[TrainingCase], Loss], data: Dataset) -> Entrant:
-    """A model with a loss of its own under torch's Adam, with the steps and batches of this project's."""
-    case, options = started(make(data), data.train), Adam()
-    loss = loss_of(case)
-
-    def train(start: int, course: Course) -> None:
-        weights = case.parameters[start].clone().requires_grad_()
-        adam = torch.optim.Adam([weights], lr=options.learning_rate, eps=options.epsilon)
-        for epoch in itertools.count():
-            course(weights.detach()[None])
-            for batch in torch.from_numpy(shuffled(start, data.n_train, epoch)).long().split(options.batch_size):
-                adam.zero_grad()
-                loss(weights, start, batch).backward()
-                adam.step()
-
-    return Entrant(train, partial(_predicted, case.model, data.test))
+    return Racer(f"{name}, {optimiser}", enter)
 
 
 def _predicted(model: Model, test: Dataset, start: int, weights: Weights) -> Predictions:

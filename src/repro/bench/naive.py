@@ -6,7 +6,9 @@ and Peters 2019, arXiv:1907.04490) are here with automatic derivatives too; thei
 the chain rule through the layers, is this project's triangular factor.
 """
 
+import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -15,9 +17,11 @@ from torch import Tensor
 from torch.func import grad, hessian, jacfwd, vmap
 from torch.nn.functional import softplus
 
-from repro.bench.training_case import Equation, Loss, Step, TrainingCase, step_of_each
+from repro.bench.training_case import Equation, Step, TrainingCase, differentiated
+from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
+from repro.models.model import SAMPLES, Model
 from repro.models.network import Network
 from repro.models.position import cart_with_links
 
@@ -51,14 +55,33 @@ def feed_forward(layers: Sequence[Any], inputs: Any, activation: Callable[[Any],
     return (layers[-2] @ output + layers[-1])[0]
 
 
-def naive_loss(case: TrainingCase, equation: Equation, features: Features) -> Loss:
-    """The loss of one of an ensemble of networks."""
+@dataclass(frozen=True, kw_only=True)
+class MemberTask(TrainingTask):
+    """Rows that are written for one member; members follow one after another.
+
+    rows_of  weights (n_parameters,), q, qd, qdd, tau (sample, n_q) -> rows (sample, n_q)
+    """
+
+    rows_of: Callable[..., Tensor]
+
+    def residuals(self, model: Model, parameters: Tensor) -> Tensor:
+        """The rows (member, sample, n_q), scaled as `rows`."""
+        arrays = parameters, *(self.measured[name] for name in SAMPLES)
+        return torch.stack([self.rows_of(*each) for each in zip(*arrays, strict=True)]) / math.sqrt(self.samples)
+
+
+def _problem(case: TrainingCase, rows_of: Callable[..., Tensor]) -> TrainingProblem:
+    usual = case.problem("inverse")
+    (task,) = usual.tasks
+    return replace(usual, tasks=[MemberTask(task.model, task.objective, task.recorded, known={}, rows_of=rows_of)])
+
+
+def naive_problem(case: TrainingCase, equation: Equation, features: Features) -> TrainingProblem:
+    """The training problem of an ensemble of networks."""
     model, network = network_on_basis(case)
-    x = torch.cat([case.measured("q"), case.measured("qd")], dim=-1)
-    qdd, tau = case.measured("qdd"), case.measured("tau")
     n_q, forward = model.n_q, equation == "forward"
 
-    def loss(weights: Tensor, member: int, samples: Tensor | slice) -> Tensor:
+    def rows(weights: Tensor, q: Tensor, qd: Tensor, qdd: Tensor, tau: Tensor) -> Tensor:
         layers = [array[0] for array in network.unpack(weights[None, model.kinetic_slice])]
         beta = weights[model.potential_slice]
 
@@ -75,29 +98,27 @@ def naive_loss(case: TrainingCase, equation: Equation, features: Features) -> Lo
             error: Tensor = torch.linalg.solve(mass, tau - rest) - qdd if forward else mass @ qdd + rest - tau
             return error
 
-        rows = vmap(residual)(x[member, samples], qdd[member, samples], tau[member, samples])
-        return rows.square().sum() / len(rows)
+        mapped: Tensor = vmap(residual)(torch.cat([q, qd], dim=-1), qdd, tau)
+        return mapped
 
-    return loss
+    return _problem(case, rows)
 
 
 def naive_step(case: TrainingCase, equation: Equation, features: Features) -> Step:
     """Loss and gradient of an ensemble of networks, one member after another."""
-    return step_of_each(naive_loss(case, equation, features), case.parameters)
+    return differentiated(naive_problem(case, equation, features).loss, case.parameters)
 
 
-def automatic_loss(case: TrainingCase) -> Loss:
-    """The loss on tau of a triangular factor of M, with dM/dq and dV/dq by jacfwd at every sample."""
+def automatic_problem(case: TrainingCase) -> TrainingProblem:
+    """The training problem, of tau, of a triangular factor of M, with dM/dq and dV/dq by jacfwd at every sample."""
     model = case.model
     if not isinstance(model, Structured) or model.rank != model.n_q:
         raise TypeError("this way is written for a triangular factor")
     positions, scale = cart_with_links(model.n_q), torch.from_numpy(model.velocity_scale)
-    data = [case.measured(name) for name in ("q", "qd", "qdd", "tau")]
     places = torch.eye(model.n_q**2).reshape(-1, model.n_q, model.n_q).tril().double()
     places = places[places.sum((1, 2)) > 0]  # of the entries, row by row
 
-    def loss(weights: Tensor, member: int, samples: Tensor | slice) -> Tensor:
-        q, qd, qdd, tau = (array[member, samples] for array in data)
+    def rows(weights: Tensor, q: Tensor, qd: Tensor, qdd: Tensor, tau: Tensor) -> Tensor:
         network, beta = weights[None, model.network_slice], weights[model.potential_slice]
 
         def terms(place: Tensor) -> tuple[Tensor, Tensor]:
@@ -109,13 +130,12 @@ def automatic_loss(case: TrainingCase) -> Loss:
         slopes, mass = vmap(jacfwd(terms, has_aux=True))(q)
         turned = torch.einsum("sijk,sj->sik", slopes[:, :-1], qd)
         inertial = torch.einsum("sij,sj->si", mass, qdd) + torch.einsum("sik,sk->si", turned, qd)
-        error = inertial - torch.einsum("sik,si->sk", turned, qd) / 2 + slopes[:, -1, 0] - tau
-        mean: Tensor = error.square().sum(1).mean()
-        return mean
+        error: Tensor = inertial - torch.einsum("sik,si->sk", turned, qd) / 2 + slopes[:, -1, 0] - tau
+        return error
 
-    return loss
+    return _problem(case, rows)
 
 
 def automatic_step(case: TrainingCase) -> Step:
     """Loss and its gradient, one member after another."""
-    return step_of_each(automatic_loss(case), case.parameters)
+    return differentiated(automatic_problem(case).loss, case.parameters)

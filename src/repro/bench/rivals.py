@@ -4,15 +4,21 @@ from collections.abc import Iterator
 from functools import partial
 from itertools import product
 
-from repro.bench.accuracy import METRICS, RESOLUTION, Race, Racer, in_naive_torch, of_model
+from repro.bench.accuracy import METRICS, RESOLUTION, Race, racer
 from repro.bench.contender import Contender, by_hessian, compared, fastest, in_torch, size_text
-from repro.bench.naive import automatic_loss, automatic_step, engineered_features, naive_loss, naive_step, t2_features
+from repro.bench.naive import (
+    automatic_problem,
+    automatic_step,
+    engineered_features,
+    naive_problem,
+    naive_step,
+    t2_features,
+)
 from repro.bench.pairing import PairedComparison
 from repro.bench.scale import PAPER_HIDDEN, BenchScale
 from repro.bench.training_case import (
     EPISODE_STEPS,
-    Equation,
-    ModelOf,
+    TrainingCase,
     network,
     pendulum,
     pendulum_case,
@@ -71,26 +77,22 @@ def time_to_accuracy(scale: BenchScale) -> Iterator[PairedComparison]:
         f"{RESOLUTION:g}; one thread, {size.samples} samples in episodes of {EPISODE_STEPS} steps; {{{{pairs}}}} "
         f"starts, one per pair; infinite: not reached in the {size.limit_s:g} s that each training has"
     )
-    paper, one_network = network(t2, PAPER_HIDDEN), network(engineered, PAPER_HIDDEN)
-    factor = triangular(PAPER_HIDDEN)
-
-    def plnn(optimiser: str) -> Racer:
-        return Racer(f"PLNN, inverse, {optimiser}", of_model(paper, "inverse", optimiser))
-
-    def rival(key: str, make: ModelOf, optimiser: str, how: str = "", equation: Equation = "inverse") -> Racer:
-        return Racer(f"{RIVALS[key]}, {how}{optimiser}", of_model(make, equation, optimiser))
-
-    compiled, analytic = (rival("delan", factor, *way) for way in ((best,), ("Adam, torch", "analytic, ")))
-    automatic = Racer(f"{RIVALS['delan']}, automatic, Adam, torch", partial(in_naive_torch, factor, automatic_loss))
-    naive_loss_of = partial(naive_loss, equation="inverse", features=t2_features)
-    naive = Racer("PLNN, inverse, vmap(hessian), Adam, torch", partial(in_naive_torch, paper, naive_loss_of))
-    own = Racer(f"structured, {best}", of_model(wide(PAPER_HIDDEN), "inverse", best))
+    inverse, forward = (partial(TrainingCase.problem, equation=each) for each in ("inverse", "forward"))
+    by_hessians = partial(naive_problem, equation="inverse", features=t2_features)
+    paper, factor = network(t2, PAPER_HIDDEN), triangular(PAPER_HIDDEN)
+    lnn, delan, linn = RIVALS.values()
+    plnn = partial(racer, "PLNN, inverse", paper, inverse)
+    compiled = racer(delan, factor, inverse, best)
+    analytic = racer(f"{delan}, analytic", factor, inverse, "Adam, torch")
+    automatic = racer(f"{delan}, automatic", factor, automatic_problem, "Adam, torch")
+    naive = racer("PLNN, inverse, vmap(hessian)", paper, by_hessians, "Adam, torch")
+    own = racer("structured", wide(PAPER_HIDDEN), inverse, best)
     contests = [
-        *(("lnn_accuracy", plnn(each), rival("lnn", paper, each, equation="forward")) for each in size.optimisers),
+        *(("lnn_accuracy", plnn(each), racer(lnn, paper, forward, each)) for each in size.optimisers),
         ("delan_accuracy", plnn(best), compiled),
         ("delan_analytic_accuracy", plnn("Adam, torch"), analytic),
         ("delan_automatic_accuracy", naive, automatic),
-        ("linn_accuracy", plnn(best), rival("linn", one_network, best)),
+        ("linn_accuracy", plnn(best), racer(linn, network(engineered, PAPER_HIDDEN), inverse, best)),
         *(("optimisers", plnn(best), plnn(each)) for each in size.optimisers[:-1]),
         *(("structured_accuracy", own, other) for other in (plnn("Adam"), plnn(best), compiled, analytic, automatic)),
     ]

@@ -26,7 +26,6 @@ from repro.models.model import Model
 from repro.plugins.plugin import plugin
 
 Step = Callable[[], tuple[np.ndarray, np.ndarray]]  # loss (member,), gradient (member, n_parameters)
-Loss = Callable[[Tensor, int, Tensor | slice], Tensor]  # of weights (n_parameters,), for samples of a member
 ModelOf = Callable[[Dataset], Model]
 Equation = Literal["inverse", "forward"]
 Precision = Literal["float64", "float32"]
@@ -131,11 +130,3 @@ def differentiated(loss: Callable[[Tensor], Tensor], parameters: Tensor) -> Step
         return value.detach().numpy(), gradient.numpy()
 
     return step
-
-
-def step_of_each(loss: Loss, parameters: Tensor) -> Step:
-    """A step that goes through the members (member, n_parameters) one by one, on all their samples."""
-    everything = slice(None)
-    return differentiated(
-        lambda rows: torch.stack([loss(weights, member, everything) for member, weights in enumerate(rows)]), parameters
-    )
