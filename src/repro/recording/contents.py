@@ -21,7 +21,8 @@ def part(label: str) -> str:
 class DrawnShape:
     """A shape that moves, in m, y up; from where its motion diverged its values may be anything.
 
-    points  (steps, 2, 2), both ends of a link or a spring; (steps, 1, 2), the centre or the foot of any other
+    points  (steps, 2, 2), both ends of a link or a spring; (steps, 1, 2), the centre or the foot of any other; more
+            where several links or discs move in a row
     turn    (steps,) rad, how a block is turned, or the direction of an arrow, counter-clockwise from the right
     size    half the width and height of a block; radius of a disc; radius of an arc, and 1 for clockwise or -1
     input   number of the input that an arrow or an arc shows
@@ -59,25 +60,13 @@ class LearningCurve:
 
 
 @dataclass(frozen=True)
-class Recording:
-    """What every recording has.
-
-    run    the run's id, which becomes the recording's id
-    title  readable name of the run
-    card   plain nested dictionary: settings, provenance, metrics
-    time   (steps,), s, increasing
-    """
-
-    run: str
-    title: str
-    card: Mapping[str, object]
-    time: np.ndarray
-
-
-@dataclass(frozen=True)
-class RunRecording(Recording):
+class RunRecording:
     """All that the recording of one run shows. Raises ValueError for labels that the picture cannot tell apart.
 
+    run          the run's id, which becomes the recording's id
+    title        readable name of the run
+    card         plain nested dictionary: settings, provenance, metrics
+    time         (steps,), s, increasing
     coordinates  (name, unit) of each generalised coordinate
     plant        the true rollout; it, the forces and the power are finite
     models       label -> the model's rollout
@@ -91,6 +80,10 @@ class RunRecording(Recording):
                  followed by stands in the legend, since the title of a narrow chart is cut
     """
 
+    run: str
+    title: str
+    card: Mapping[str, object]
+    time: np.ndarray
     coordinates: Sequence[tuple[str, str]]
     plant: DrawnMotion
     models: Mapping[str, DrawnMotion]

@@ -99,12 +99,17 @@ def blueprint(layout: Layout, frame: scene.Frame, time: np.ndarray) -> rrb.Bluep
         columns = 1 if len(layout.further) < 4 else 2
         pages.insert(0, rrb.Grid(*(chart.view() for chart in layout.further), grid_columns=columns, name="Controller"))
     left = rrb.Vertical(scene.view(frame), rrb.Tabs(*pages, active_tab=0), row_shares=[5, 4])
-    states = _stack(layout.coordinates, "Coordinates"), _stack(layout.rates, "Rates")
-    motion = rrb.Tabs(*states, linked_time_axis(time), active_tab=0)
-    shares = [len(layout.coordinates), *(1 for _ in layout.inputs)]
-    middle = rrb.Vertical(motion, *(chart.view() for chart in layout.inputs), row_shares=shares)
+    energies = _stack(layout.energies, "Energies")
+    if layout.coordinates:
+        states = _stack(layout.coordinates, "Coordinates"), _stack(layout.rates, "Rates")
+        motion = rrb.Tabs(*states, linked_time_axis(time), active_tab=0)
+        shares = [len(layout.coordinates), *(1 for _ in layout.inputs)]
+        middle = rrb.Vertical(motion, *(chart.view() for chart in layout.inputs), row_shares=shares)
+        columns = rrb.Horizontal(left, middle, energies, column_shares=[5, 4, 4])
+    else:
+        columns = rrb.Horizontal(left, rrb.Tabs(energies, linked_time_axis(time), active_tab=0))
     return rrb.Blueprint(
-        rrb.Horizontal(left, middle, _stack(layout.energies, "Energies"), column_shares=[5, 4, 4]),
+        columns,
         rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="playing", loop_mode="all"),
         rrb.SelectionPanel(state="hidden"),
         rrb.BlueprintPanel(state="hidden"),

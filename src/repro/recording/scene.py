@@ -9,7 +9,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from repro.recording import palette
-from repro.recording.contents import PLANT, DrawnShape
+from repro.recording.contents import PLANT, DrawnShape, RunRecording, part
 
 ROOT = "scene"
 # Sizes of the drawing, in parts of its scale, which is the length of the first link.
@@ -52,7 +52,7 @@ def frame_of(shapes: Sequence[DrawnShape], obstacle: tuple[float, float, float] 
     """The frame that suits the plant's shapes and the obstacle (centre x, y and radius)."""
     points = np.concatenate([shape.points for shape in shapes], axis=1)
     links = [shape.points[0] for shape in shapes if shape.kind == "link"]
-    lengths = [float(np.linalg.norm(end - start)) for start, end in links]
+    lengths = [float(np.linalg.norm(link[1] - link[0])) for link in links]
     sizes = [max(shape.size) for shape in shapes if shape.kind in ("block", "disc", "cart")]
     scale = next(iter(lengths), 2 * max(sizes, default=0.5)) or 1.0
     name, moving = next(
@@ -95,6 +95,19 @@ def view(frame: Frame) -> rrb.Spatial2DView:
         name="Motion [m]",
         visual_bounds=rrb.VisualBounds2D(x_range=corners[:, 0], y_range=np.sort(corners[:, 1])),
     )
+
+
+def log_scene(stream: rr.RecordingStream, time: rr.TimeColumn, recording: RunRecording, frame: Frame) -> None:
+    """Plant, models, and what is around them."""
+    colours = palette.colours(recording.models)
+    log_surroundings(stream, frame, recording.obstacle)
+    if recording.predicted is not None:
+        predicted = f"{ROOT}/{PLANT}/predicted"
+        _strips(stream, predicted, time, to_view(recording.predicted), 0.015 * frame.scale, palette.PREDICTED, 5)
+    for label, model in recording.models.items():
+        log_body(stream, part(label), time, model.shapes, scale=frame.scale, colour=colours[label], solid=False)
+    log_body(stream, PLANT, time, recording.plant.shapes, scale=frame.scale, colour=palette.PLANT, solid=True)
+    log_inputs(stream, time, recording.plant.shapes, recording.inputs, frame.scale)
 
 
 def log_surroundings(recording: rr.RecordingStream, frame: Frame, obstacle: tuple[float, float, float] | None) -> None:
@@ -153,6 +166,11 @@ def log_body(
             _move(recording, path, time, points[:, 0], np.arctan2(along[:, 1], along[:, 0]))
         elif shape.kind == "spring":
             _strips(recording, path, time, to_view(_coils(shape, 0.15 * scale)), 0.4 * thickness, colour, order)
+        elif shape.kind == "disc" and shape.points.shape[1] > 1:
+            style = rr.Points2D.from_fields(radii=shape.size[0], colors=colour, draw_order=order + 2)
+            recording.log(path, style, static=True)
+            places = rr.Points2D.columns(positions=points.reshape(-1, 2))
+            recording.send_columns(path, [time], places.partition([points.shape[1]] * len(points)))
         elif shape.kind == "disc":
             disc = rr.Points2D([[0, 0]], radii=shape.size[0], colors=colour, draw_order=order + 2)
             recording.log(path, disc, static=True)
@@ -169,11 +187,6 @@ def log_body(
                 wheels = rr.Points2D(to_view(np.array(axles)), radii=scale * WHEEL, colors=colour, draw_order=order)
                 recording.log(f"{path}/wheels", wheels, static=True)
             _move(recording, path, time, points[:, 0], None if shape.turn is None else -shape.turn)
-
-
-def log_prediction(recording: rr.RecordingStream, time: rr.TimeColumn, points: np.ndarray, scale: float) -> None:
-    """The path (steps, nodes, 2) of the tip that a controller predicts, m, y up; nothing where it is not finite."""
-    _strips(recording, f"{ROOT}/{PLANT}/predicted", time, to_view(points), 0.015 * scale, palette.PREDICTED, 5)
 
 
 def _rigid(points: np.ndarray) -> bool:

@@ -3,22 +3,19 @@
 import os
 import warnings
 from collections import defaultdict
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import rerun as rr
-import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 from rerun.error_utils import RerunWarning
 
 from repro.errors import UserError
-from repro.recording import palette, scene
+from repro.recording import scene
 from repro.recording.card_page import card_page
-from repro.recording.chart import Chart
-from repro.recording.contents import PLANT, Recording, RunRecording, part
+from repro.recording.contents import RunRecording
 from repro.recording.layout import CARD, LEARNING_TIMELINE, TIMELINE, blueprint, layout_of
 from repro.tracking.files import replacing
 from repro.tracking.plain_data import Json, flattened
@@ -38,46 +35,17 @@ class Track:
 
 
 def write_recording(path: Path, recording: RunRecording) -> None:
-    """Write a whole .rrd file or none. Raises OSError when it could not be written completely."""
-    layout = layout_of(recording)
-    frame = scene.frame_of(recording.plant.shapes, recording.obstacle)
-    colours = palette.colours(recording.models)
-
-    def draw(stream: rr.RecordingStream, time: rr.TimeColumn) -> None:
-        for chart, curve in zip(layout.learning, recording.curves.values(), strict=True):
-            chart.log(stream, rr.TimeColumn(LEARNING_TIMELINE, sequence=curve.step))
-        scene.log_surroundings(stream, frame, recording.obstacle)
-        if recording.predicted is not None:
-            scene.log_prediction(stream, time, recording.predicted, frame.scale)
-        for label, model in recording.models.items():
-            colour = colours[label]
-            scene.log_body(stream, part(label), time, model.shapes, scale=frame.scale, colour=colour, solid=False)
-        scene.log_body(stream, PLANT, time, recording.plant.shapes, scale=frame.scale, colour=palette.PLANT, solid=True)
-        scene.log_inputs(stream, time, recording.plant.shapes, recording.inputs, frame.scale)
-
-    write_whole(path, recording, blueprint(layout, frame, recording.time), layout.simulated, draw)
-
-
-def write_whole(
-    path: Path,
-    recording: Recording,
-    window: rrb.Blueprint,
-    charts: Sequence[Chart],
-    draw: Callable[[rr.RecordingStream, rr.TimeColumn], None],
-) -> None:
     """Write the .rrd aside, read it back, rename, so that a file of this name is complete.
-
-    window  what it opens to
-    charts  those over simulated time
-    draw    logs all that is not a chart over simulated time
 
     Raises OSError when the file could not be written completely.
     """
+    layout = layout_of(recording)
+    frame = scene.frame_of(recording.plant.shapes, recording.obstacle)
     with replacing(path) as temporary, warnings.catch_warnings():
         # The library only warns of arrays that do not fit.
         warnings.simplefilter("error", RerunWarning)
         stream = rr.RecordingStream(APPLICATION, recording_id=recording.run)
-        stream.save(temporary, default_blueprint=window)
+        stream.save(temporary, default_blueprint=blueprint(layout, frame, recording.time))
         stream.send_recording_name(recording.title)
         # a value that is absent has no type, and rerun holds every name to one type
         present = {key: value for key, value in flattened(recording.card).items() if value is not None}
@@ -87,11 +55,13 @@ def write_whole(
         text = card_page(recording.title, recording.card)
         stream.log(CARD, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
         time = rr.TimeColumn(TIMELINE, duration=np.rint(recording.time * 1e9).astype("timedelta64[ns]"))
-        for chart in charts:
+        for chart in layout.simulated:
             chart.log(stream, time)
-        draw(stream, time)
+        for chart, curve in zip(layout.learning, recording.curves.values(), strict=True):
+            chart.log(stream, rr.TimeColumn(LEARNING_TIMELINE, sequence=curve.step))
+        scene.log_scene(stream, time, recording, frame)
         stream.disconnect()
-        _check(temporary, {chart.path for chart in charts}, len(recording.time))
+        _check(temporary, {chart.path for chart in layout.simulated}, len(recording.time))
 
 
 def read_recording(path: Path) -> dict[str, Track]:

@@ -38,7 +38,7 @@ def test_masses_start_where_the_extensions_put_them(folder):
     from rerun.chunk import RrdReader
 
     chunks = RrdReader(folder / "recording.rrd").stream().to_chunks()
-    batches = [c.to_record_batch() for c in chunks if c.entity_path == "/chain/plant/masses"]
+    batches = [c.to_record_batch() for c in chunks if c.entity_path == "/scene/plant/disc1"]
     (moved,) = (b for b in batches if b.num_rows == 101)
     first = np.array(moved["Points2D:positions"][0].as_py())
     np.testing.assert_allclose(first[:, 0], np.arange(1, 5) + np.cumsum(random_start(4)[:4]), rtol=1e-6)

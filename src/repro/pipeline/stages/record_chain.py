@@ -9,11 +9,13 @@ from repro.evaluation.chains import KEPT, TIME_STEP, Motion, random_start, simul
 from repro.models.ports import ChainLink
 from repro.pipeline.stage_options import RecordingOptions
 from repro.pipeline.stages.stored_fit import load_parameters, model_of, simulated_system
-from repro.recording.chain_writer import ChainMotion, ChainRecording, write_chain_recording
-from repro.recording.contents import FILENAME
+from repro.recording.contents import FILENAME, DrawnMotion, DrawnShape, RunRecording
+from repro.recording.writer import write_recording
 from repro.tracking.load import Run
 
 SPACING = 1.0  # m from mass to mass at rest, in the picture
+MASS = 0.12  # m, radius of a mass in the picture
+ABOVE = 0.4  # m that the learned chain is above the true one in the picture
 
 
 def make(folder: Path, options: RecordingOptions, run: Run, command: str) -> dict[str, int]:
@@ -35,12 +37,16 @@ def record(
     """
     plant, learned = (simulate_chain(link, random_start(links)) for link in both)
     time = np.arange(len(plant.energy)) * KEPT * TIME_STEP
-    recording = ChainRecording(*described, time, _drawn(plant), {f"seed {seed}": _drawn(learned)})
-    write_chain_recording(folder / FILENAME, recording)
+    models = {f"seed {seed}": _drawn(learned, ABOVE)}
+    recording = RunRecording(*described, time, [], _drawn(plant, 0.0), models, forces={}, power={})
+    write_recording(folder / FILENAME, recording)
     return {"member": seed, "links": links}
 
 
-def _drawn(motion: Motion) -> ChainMotion:
-    links = motion.states.shape[1] // 2
-    rest = SPACING * np.arange(1, links + 1)
-    return ChainMotion(rest + np.cumsum(motion.states[:, :links], axis=1), motion.energy)
+def _drawn(motion: Motion, height: float) -> DrawnMotion:
+    """Springs as one line from the wall at 0 through all masses."""
+    steps, links = len(motion.states), motion.states.shape[1] // 2
+    places = SPACING * np.arange(links + 1) + np.cumsum(np.pad(motion.states[:, :links], ((0, 0), (1, 0))), axis=1)
+    points = np.stack([places, np.full_like(places, height)], axis=-1)
+    shapes = [DrawnShape("link", points), DrawnShape("disc", points[:, 1:], size=(MASS, MASS))]
+    return DrawnMotion(np.zeros((steps, 0)), {"H": motion.energy}, shapes)
