@@ -45,7 +45,7 @@ class System(ABC):
             value = getattr(self, constant)
             if constant in self.counts:
                 if value not in range(1, self.counts[constant] + 1):
-                    raise UserError(f"{constant} = {value} of {self.name}: must be one of 1 to {self.counts[constant]}")
+                    raise UserError(f"{constant} = {value:g} of {self.name}: must be one of 1 to {self.counts[constant]}")
                 object.__setattr__(self, constant, int(value))
             elif value <= 0 and constant not in self.signed:
                 raise UserError(f"{constant} = {value} of {self.name}: must be a positive number")
