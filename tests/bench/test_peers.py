@@ -6,8 +6,7 @@ from optional import compares_with
 
 from repro.bench import peers as module
 from repro.bench.framework_peers import jax_batched_step, jax_step
-from repro.bench.package_peers import implicit_candidates, phlearn_step, selection_fit, sindy_pi_fit
-from repro.bench.peers import peers
+from repro.bench.peers import implicit_candidates, peers, phlearn_step, selection_fit, sindy_pi_fit
 from repro.bench.scale import SCALES
 from repro.bench.training_case import network, pendulum_case, torch_step
 from repro.models.bases import library, t2

@@ -1,17 +1,87 @@
 """Public peers on the same data and machine, each through its own package; those not installed are left out."""
 
+import contextlib
+import io
 from collections.abc import Callable, Iterator
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 
+import numpy as np
+import torch
+
 from repro.bench.contender import PREPARED, Contender, compared, fastest
 from repro.bench.control import control
 from repro.bench.framework_peers import jax_batched_step, jax_step, torch_compiled_step
-from repro.bench.package_peers import phlearn_step, selection_fit, sindy_pi_fit
 from repro.bench.pairing import PairedComparison, Pairs, with_memory
 from repro.bench.scale import PAPER_HIDDEN, BenchScale
-from repro.bench.training_case import Precision, Step
+from repro.bench.training_case import Precision, Step, TrainingCase, pendulum
 from repro.codegen.c_library import has_compiler
+from repro.learning.optimisers.basis_selection import Selection
+from repro.learning.result import NoCheckpoint, silent
+from repro.models.bases import library
+from repro.models.lagrangian import Lagrangian
+
+WEIGHT = 1e-4  # of SINDy-PI's l1 term: with more the error of qdd grows in proportion
+
+
+def selection_fit(samples: int) -> Callable[[], np.ndarray]:
+    """Our thresholded least squares over 35 candidates; the call evaluates them and returns the coefficients."""
+    model = Lagrangian(library, 2)
+    start = torch.zeros(1, model.n_parameters, dtype=torch.float64)
+    problem = TrainingCase(model, start, pendulum([0], samples)).problem("inverse")
+
+    def fit() -> np.ndarray:
+        return np.asarray(Selection(threshold=0.02).fit(problem, start, silent, NoCheckpoint()).parameters[0])
+
+    return fit
+
+
+def sindy_pi_fit(samples: int) -> Callable[[], np.ndarray]:
+    """SINDy-PI for both accelerations over 16 candidates, prepared beforehand; the call returns (2, candidate)."""
+    import pysindy
+
+    candidates = implicit_candidates(samples)
+
+    def fit() -> np.ndarray:
+        optimiser = pysindy.SINDyPI(reg_weight_lam=WEIGHT, model_subset=[0, 1], max_iter=20_000)
+        with contextlib.redirect_stdout(io.StringIO()):  # it prints the number of each model
+            optimiser.fit(candidates, candidates)
+        return np.asarray(optimiser.coef_[:2])
+
+    return fit
+
+
+def implicit_candidates(samples: int) -> np.ndarray:
+    """Candidate terms of implicit equations of the pendulum (sample, 16); the first two are the accelerations."""
+    dataset = pendulum([0], samples)
+    theta, (rate, force) = dataset.q[0, :, 1], (dataset.qd[0, :, 1], dataset.tau[0, :, 0])
+    cos, sin, one = np.cos(theta), np.sin(theta), np.ones_like(theta)
+    moving = [part * dataset.qdd[0, :, c] for part in (one, cos, sin) for c in (0, 1)]
+    rest = [rate**2 * sin, rate**2 * cos, sin, cos, sin * cos, dataset.qd[0, :, 0], rate, force, force * cos, one]
+    return np.stack([*moving, *rest], axis=1)
+
+
+def phlearn_step(case: TrainingCase) -> Step:
+    """Loss on the rates of a state and its gradient; a network of 2 x 64 units for H, S known, no friction, float32."""
+    from phlearn.phnns import HamiltonianNN, PseudoHamiltonianNN
+
+    n_q = case.dataset.n_q
+    zero, one, friction = np.zeros((n_q, n_q)), np.eye(n_q), np.zeros((2 * n_q, 2 * n_q))
+    torch.manual_seed(0)
+    network, interconnection = HamiltonianNN(2 * n_q, hidden_dim=64), np.block([[zero, one], [-one, zero]])
+    model = PseudoHamiltonianNN(2 * n_q, interconnection, dissipation_true=friction, hamiltonian_est=network)
+    state = torch.cat([case.measured("q")[0], case.measured("qd")[0]], dim=-1).to(model.ttype)
+    rate = torch.cat([case.measured("qd")[0], case.measured("qdd")[0]], dim=-1).to(model.ttype)
+    weights, time = list(network.parameters()), torch.zeros(len(state), 1, dtype=model.ttype)
+
+    def step() -> tuple[np.ndarray, np.ndarray]:
+        loss = (model.time_derivative(False, state, state, time, time, 0.0) - rate).square().mean()
+        # the last bias shifts H alone
+        gradients = torch.autograd.grad(loss, weights, allow_unused=True, materialize_grads=True)
+        return loss.detach().numpy(), torch.cat([gradient.flatten() for gradient in gradients]).numpy()
+
+    return step
+
 
 BATCHED = "; batched, one tangent forward and one pass back written out, derivatives of the features prepared for both"
 JAX = "; JAX {version}, jit and vmap over samples and members, XLA with one thread"

@@ -75,7 +75,9 @@ def samples_of(
     if not len(row):
         raise UserError(f"{table.path}: no row has a number in every column that is used")
     values, time = {role: each[row] for role, each in values.items()}, time[row]
-    label = np.full(len(row), table.path.name.partition(".")[0]) if labels is None else _words(labels.to_numpy()[row])
+    label = np.full(len(row), table.path.name.partition(".")[0])
+    if labels is not None:
+        label = labels.iloc[row].convert_dtypes().astype(str).to_numpy(dtype=str)  # 3 for 3.0
     restart = np.append(False, (label[1:] != label[:-1]) | (np.diff(row) > 1))
     _check_increasing(table, time, row, restart)
     tau = np.zeros_like(values["q"])
@@ -185,12 +187,6 @@ def _incomplete(
         f"{table.path}: column {name!r} has no finite number in data row {row + 1} (so have {count} of {len(complete)} "
         "rows); correct it, or leave such rows out with data.missing=drop"
     )
-
-
-def _words(labels: np.ndarray) -> np.ndarray:
-    """Labels as words; whole numbers without decimals, as 3 for 3.0."""
-    whole = [isinstance(each, float | np.floating) and float(each).is_integer() for each in labels]
-    return np.array([str(int(each)) if flat else str(each) for each, flat in zip(labels, whole, strict=True)])
 
 
 def _check_increasing(table: RecordedTable, time: np.ndarray, row: np.ndarray, restart: np.ndarray) -> None:

@@ -43,9 +43,9 @@ class System(ABC):
     def __post_init__(self) -> None:
         for constant in self.constants():
             value = getattr(self, constant)
-            if constant in self.counts:
-                if value not in range(1, self.counts[constant] + 1):
-                    raise UserError(f"{constant} = {value:g} of {self.name}: must be one of 1 to {self.counts[constant]}")
+            if most := self.counts.get(constant):
+                if value not in range(1, most + 1):
+                    raise UserError(f"{constant} = {value:g} of {self.name}: must be one of 1 to {most}")
                 object.__setattr__(self, constant, int(value))
             elif value <= 0 and constant not in self.signed:
                 raise UserError(f"{constant} = {value} of {self.name}: must be a positive number")

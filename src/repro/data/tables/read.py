@@ -1,15 +1,20 @@
-"""Reads one file, whatever its name ends in: Parquet and gzip are known by their first bytes, all else is text."""
+"""Reads one file, whatever its name ends in: Parquet and gzip are known by their first bytes, all else is text.
 
+Delimited text: separators, decimal commas, comment lines, a row of units, separators at the ends of lines.
+"""
+
+import csv
 import gzip
 import re
-from io import BytesIO
+import warnings
+from collections.abc import Sequence
+from io import BytesIO, StringIO
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from repro.data.tables.table import RecordedTable
-from repro.data.tables.text import read_text
 from repro.errors import UserError
 
 GZIP, PARQUET = b"\x1f\x8b", b"PAR1"
@@ -58,3 +63,101 @@ def _parquet(path: Path, content: bytes) -> pd.DataFrame:
         for index in range(values.shape[1]):
             frame[f"{name}[{index}]"] = values[:, index]
     return frame.drop(columns=lists)
+
+
+SEPARATORS = (",", ";", "\t", "|", " ")  # " ": any run of blanks
+COMMENTS = ("#", "%", "//", "sep=")  # begin lines that hold no data; spreadsheets write the last one
+PROBED = 200  # lines from which the separator and the decimal sign are found
+DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
+
+
+def read_text(path: Path, content: bytes) -> RecordedTable:
+    """The table in a text file; UserError where there is none."""
+    lines = [line for line in _decoded(path, content).splitlines() if line.strip()]
+    comments = [line for line in lines if line.lstrip().startswith(COMMENTS)]
+    rows = [line for line in lines if not line.lstrip().startswith(COMMENTS)]
+    if not rows:
+        raise UserError(f"{path}: the file has no rows")
+    separator = max(SEPARATORS, key=lambda each: _score(rows[:5], each))
+    header = _split(rows[0], separator)
+    numbers = sum(map(_is_number, header))
+    commented = _commented_names(comments, separator, len(header)) if numbers else None
+    if commented is None and numbers == len(header):
+        raise UserError(f"{path}: there is no line of column names above the numbers; write one")
+    header, rows = (header, rows[1:]) if commented is None else (commented, rows)
+    units: dict[str, str] = {}
+    numeric = [any(map(_is_number, _split(row, separator))) for row in rows[:2]]
+    if numeric == [False, True]:
+        units = dict(zip(header, _split(rows[0], separator), strict=False))
+        rows = rows[1:]
+    twice = frozenset(name for name in header if name and header.count(name) > 1)
+    names = [name if name and name not in header[:i] else f"column {i + 1}" for i, name in enumerate(header)]
+    return RecordedTable(path, _parsed(path, rows, names, separator), twice, units)
+
+
+def _decoded(path: Path, content: bytes) -> str:
+    utf16 = content.startswith((b"\xff\xfe", b"\xfe\xff"))
+    try:
+        text = content.decode("utf-16" if utf16 else "utf-8-sig")
+    except UnicodeDecodeError:
+        if utf16:
+            raise UserError(f"{path}: cannot be read as text (damaged UTF-16)") from None
+        text = content.decode("latin-1")
+    if "\0" in text:
+        raise UserError(f"{path}: cannot be read: neither text nor Parquet; export it as CSV or Parquet")
+    return text
+
+
+def _split(line: str, separator: str) -> list[str]:
+    if separator == " ":
+        return line.split()
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True))]
+
+
+def _is_number(cell: str) -> bool:
+    """Whether a cell is a number, with a decimal point or a decimal comma."""
+    try:
+        float(cell.replace(",", ".", 1))
+    except ValueError:
+        return False
+    return True
+
+
+def _score(lines: Sequence[str], separator: str) -> tuple[int, int]:
+    """How well a separator explains the first lines: rows as long as the names, then the numbers in the last one."""
+    header, *rows = (_split(line, separator) for line in lines)
+    if len(header) < 2:
+        return 0, 0
+    fitting = sum(len(row) - len(header) in (0, 1) for row in rows)
+    return fitting, sum(map(_is_number, rows[-1])) if rows else len(header)
+
+
+def _commented_names(comments: Sequence[str], separator: str, count: int) -> list[str] | None:
+    for line in reversed(comments):
+        names = _split(line.lstrip().lstrip("#%/").strip(), separator)
+        if len(names) == count:
+            return names
+    return None
+
+
+def _parsed(path: Path, rows: Sequence[str], names: Sequence[str], separator: str) -> pd.DataFrame:
+    cells = [cell for row in rows[:PROBED] for cell in _split(row, separator)] if separator != "," else []
+    decimal = "," if any(map(DECIMAL_COMMA.fullmatch, cells)) else "."
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)
+            # Without index_col=False a separator at the end of every line would shift all columns by one.
+            return pd.read_csv(
+                StringIO("\n".join(rows)),
+                sep=r"\s+" if separator == " " else separator,
+                decimal=decimal,
+                header=None,
+                names=list(names),
+                index_col=False,
+                skipinitialspace=True,
+                low_memory=False,
+            )
+    except pd.errors.ParserWarning:
+        raise UserError(f"{path}: rows have more values than the {len(names)} column names") from None
+    except (OSError, ValueError) as error:  # the parsers' own errors are ValueErrors
+        raise UserError(f"{path}: cannot be read as text ({' '.join(str(error).split())})") from error
