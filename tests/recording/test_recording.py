@@ -10,12 +10,11 @@ from rerun.error_utils import RerunWarning
 
 from repro.errors import UserError
 from repro.recording import palette
-from repro.recording.card_page import card_page
 from repro.recording.chart import LINKED_AXES, Chart
 from repro.recording.contents import DrawnMotion, DrawnShape, LearningCurve, RunRecording
 from repro.recording.layout import layout_of
 from repro.recording.viewer import command_of, environment
-from repro.recording.writer import read_recording, write_recording
+from repro.recording.writer import card_page, read_recording, write_recording
 
 LENGTH, GRAVITY, MASS = 0.5, 9.8, 0.2
 
@@ -44,7 +43,7 @@ def example(steps: int = 50, models: int = 2) -> RunRecording:
     return RunRecording(
         run="sip-lagrangian-9f3c2a81bd",
         title="SIP, T2, 2 seeds",
-        card={"system": "sip", "Fit": {"rate": 0.01, "steps": {"first": 3}}, "Metrics": [{"member": 0, "mae": 1 / 3}]},
+        card={"system": "sip", "Fit": {"rate": 0.01, "steps": {"first": 3}}, "Metrics": {"mae": 1 / 3}},
         time=time,
         coordinates=(("x", "m"), ("theta", "rad")),
         plant=swing(time, 0.5),
@@ -179,7 +178,7 @@ def test_the_card_is_in_the_file_as_text_and_as_properties(written):
     found = chunks(written[1])
     text = found["/run_card"][0]["TextDocument:text"][0].as_py()[0]
     assert "| steps.first | 3 |" in text
-    assert "| member | mae |\n| --- | --- |\n| 0 | 0.3333 |" in text
+    assert "| Metrics |  |\n| --- | --- |\n| mae | 0.3333 |" in text
     assert found["/__properties/run"][0]["Fit.rate"][0].as_py() == [0.01]
 
 

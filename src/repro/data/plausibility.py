@@ -7,7 +7,7 @@ with the integral of qd by the trapezoidal rule.
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -83,27 +83,25 @@ def contradictions(
 ) -> Iterator[str]:  # fmt: skip
     """Lines for what cannot be right; q, qd, qdd: (sample, n_q), the last two only where they are recorded."""
     recorded = {"": q} | ({} if qd is None else {"d": qd}) | ({} if qdd is None else {"dd": qdd})
-    for ending, values in recorded.items():
-        for coordinate, column in zip(coordinates, values.T, strict=True):
-            size = np.abs(column - np.median(column))
-            usual = float(np.quantile(size, 0.99))
-            if usual > 0 and size.max() > PEAK * usual:
-                k = int(size.argmax())
-                yield (
-                    f"{coordinate.name}{ending} is {column[k]:.3g} in data row {row[k] + 1}, where 99 of 100 values "
-                    f"lie within {usual:.3g} of their median: correct or remove the row"
-                )
-                return
     columns = {
         f"{coordinate.name}{ending}": values[:, k]
         for ending, values in recorded.items()
         for k, coordinate in enumerate(coordinates)
     }
-    for i, (name, column) in enumerate(columns.items()):
-        for other, same in [*columns.items()][i + 1 :]:
-            if np.ptp(column) > 0 and np.array_equal(column, same):
-                yield f"{name} and {other} have the same values: two columns are swapped or repeated"
-                return
+    for name, column in columns.items():
+        size = np.abs(column - np.median(column))
+        usual = float(np.quantile(size, 0.99))
+        if usual > 0 and size.max() > PEAK * usual:
+            k = int(size.argmax())
+            yield (
+                f"{name} is {column[k]:.3g} in data row {row[k] + 1}, where 99 of 100 values lie within {usual:.3g} of "
+                "their median: correct or remove the row"
+            )
+            return
+    for (name, column), (other, same) in combinations(columns.items(), 2):
+        if np.ptp(column) > 0 and np.array_equal(column, same):
+            yield f"{name} and {other} have the same values: two columns are swapped or repeated"
+            return
     orders = [each for each in (q, qd, qdd) if each is not None]
     for order, (value, rate) in enumerate(pairwise(orders)):
         for k, coordinate in enumerate(coordinates):

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -29,15 +29,20 @@ class RecordedRows:
     """
 
     q: np.ndarray
-    qd: np.ndarray | None
-    qdd: np.ndarray | None
     tau: np.ndarray
     time: np.ndarray
     episode: np.ndarray
     label: np.ndarray
     row: np.ndarray
     test: np.ndarray
+    qd: np.ndarray | None = None
+    qdd: np.ndarray | None = None
     notes: tuple[str, ...] = ()
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Everything that is there, by name."""
+        named = {each.name: getattr(self, each.name) for each in fields(self) if each.name != "notes"}
+        return {name: array for name, array in named.items() if array is not None}
 
 
 def samples_of(
@@ -85,40 +90,21 @@ def samples_of(
         tau = generalised_force(system, values["q"], values["tau"])
     elif acted_on:
         tau[:, acted_on] = values["tau"]
-    return RecordedRows(
-        q=values["q"],
-        qd=values.get("qd"),
-        qdd=values.get("qdd"),
-        tau=tau,
-        time=time,
-        episode=np.cumsum(restart),
-        label=label,
-        row=row,
-        test=np.full(len(row), test),
-        notes=tuple(notes),
-    )
+    found = values | {"tau": tau, "time": time, "episode": np.cumsum(restart), "label": label, "row": row}
+    return RecordedRows(**found, test=np.full(len(row), test), notes=tuple(notes))
 
 
 def joined(parts: Sequence[RecordedRows]) -> RecordedRows:
     """Several files one after the other; each starts an episode."""
+    together = {name: np.concatenate([part.arrays()[name] for part in parts]) for name in parts[0].arrays()}
     starts = np.cumsum([0, *(part.episode[-1] + 1 for part in parts[:-1])])
-    together: dict[str, np.ndarray | None] = {
-        name: None if getattr(parts[0], name) is None else np.concatenate([getattr(part, name) for part in parts])
-        for name in ("q", "qd", "qdd", "tau", "time", "label", "row", "test")
-    }
-    episode = np.concatenate([part.episode + start for part, start in zip(parts, starts, strict=True)])
-    notes = tuple(dict.fromkeys(note for part in parts for note in part.notes))
-    return RecordedRows(**together, episode=episode, notes=notes)  # type: ignore[arg-type]
+    together["episode"] += np.repeat(starts, [len(part.q) for part in parts])
+    return RecordedRows(**together, notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)))
 
 
 def chosen(samples: RecordedRows, rows: np.ndarray) -> RecordedRows:
     """These rows, in this order (positions, or one bool per row)."""
-    arrays = {
-        each.name: getattr(samples, each.name)[rows]
-        for each in fields(RecordedRows)
-        if each.name != "notes" and getattr(samples, each.name) is not None
-    }
-    return replace(samples, **arrays)
+    return RecordedRows(**{name: array[rows] for name, array in samples.arrays().items()}, notes=samples.notes)
 
 
 def _acted_on(names: Sequence[str], coordinates: Sequence[Coordinate], driven: Sequence[str]) -> list[int]:

@@ -3,6 +3,7 @@
 import os
 import warnings
 from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,6 @@ from rerun.error_utils import RerunWarning
 
 from repro.errors import UserError
 from repro.recording import scene
-from repro.recording.card_page import card_page
 from repro.recording.contents import RunRecording
 from repro.recording.layout import CARD, LEARNING_TIMELINE, TIMELINE, blueprint, layout_of
 from repro.tracking.files import replacing
@@ -81,6 +81,27 @@ def read_recording(path: Path) -> dict[str, Track]:
         if "Scalars:scalars" in batch.schema.names:
             batches[chunk.entity_path].append(batch)
     return {entity.removeprefix("/"): _track(batches[entity], lines) for entity, lines in names.items()}
+
+
+def card_page(title: str, card: Mapping[str, object]) -> str:
+    """The run card in Markdown: a table of the plain entries, and one of each nested dictionary, by dotted keys."""
+    plain = {key: value for key, value in card.items() if not isinstance(value, Mapping)}
+    nested = {key: flattened(value) for key, value in card.items() if isinstance(value, Mapping)}
+    tables = ({"Run": plain} if plain else {}) | nested
+    return "\n\n".join([f"## {title}", *(_table(name, entries) for name, entries in tables.items())]) + "\n"
+
+
+def _table(name: str, entries: Mapping[str, object]) -> str:
+    rows = [f"| {key} | {_cell(value)} |" for key, value in entries.items()]
+    return "\n".join([f"| {name} |  |", "| --- | --- |", *rows])
+
+
+def _cell(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, list | tuple):
+        return ", ".join(_cell(entry) for entry in value)
+    return "–" if value is None else str(value).replace("|", "\\|").replace("\n", " ")
 
 
 def _check(path: Path, expected: set[str], rows: int) -> None:
