@@ -79,8 +79,8 @@ def compared(
 
     def measure() -> Pairs:
         shared = pendulum_case(network(t2, hidden), members, size)
-        steps = [one.step(shared if one.case is None else one.case()) for one in (ours, other)]
-        return with_memory(*steps, scale.rounds)
+        first, second = (one.step(shared if one.case is None else one.case()) for one in (ours, other))
+        return with_memory(first, second, scale.rounds)
 
     protocol = STEP.format(batch=size, precision=precision) + remark
     return PairedComparison(name, ours.label, other.label, size_text(hidden), members, protocol, measure)

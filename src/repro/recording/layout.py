@@ -105,11 +105,11 @@ def blueprint(layout: Layout, frame: scene.Frame, time: np.ndarray) -> rrb.Bluep
         motion = rrb.Tabs(*states, linked_time_axis(time), active_tab=0)
         shares = [len(layout.coordinates), *(1 for _ in layout.inputs)]
         middle = rrb.Vertical(motion, *(chart.view() for chart in layout.inputs), row_shares=shares)
-        columns = rrb.Horizontal(left, middle, energies, column_shares=[5, 4, 4])
+        panels = rrb.Horizontal(left, middle, energies, column_shares=[5, 4, 4])
     else:
-        columns = rrb.Horizontal(left, rrb.Tabs(energies, linked_time_axis(time), active_tab=0))
+        panels = rrb.Horizontal(left, rrb.Tabs(energies, linked_time_axis(time), active_tab=0))
     return rrb.Blueprint(
-        columns,
+        panels,
         rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="playing", loop_mode="all"),
         rrb.SelectionPanel(state="hidden"),
         rrb.BlueprintPanel(state="hidden"),
