@@ -15,21 +15,20 @@ import numpy as np
 from repro.bench.accuracy import ENDLESS, METRICS
 from repro.bench.pairing import PairedComparison, Pairs
 from repro.bench.scale import BenchScale
-from repro.bench.training_case import PENDULUM
+from repro.bench.training_case import PENDULUM, wide
 from repro.data.data_options import RandomForce
 from repro.data.dataset import Dataset
 from repro.data.random_force import random_force
 from repro.evaluation.predictions import predict
 from repro.learning.objective import Objective
-from repro.learning.objectives import balance, prediction
-from repro.learning.objectives.balance import balance_task
+from repro.learning.objective_options import ObjectiveOptions
+from repro.learning.objectives import path, prediction
+from repro.learning.optimiser import Optimiser
 from repro.learning.optimisers.adam import Adam
 from repro.learning.optimisers.levenberg_marquardt import LevenbergMarquardt
-from repro.learning.path.path_fit import PathOptions, fit_path
-from repro.learning.result import NoCheckpoint, silent
+from repro.learning.result import Fitted, NoCheckpoint, silent
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
-from repro.models.kinds.structured import Structured
 from repro.models.kinds.symoden import SymODEN
 from repro.models.model import Model
 from repro.models.position import cart_with_links
@@ -45,28 +44,27 @@ RECORDED = RandomForce(
 
 def by_path(data: Dataset, seed: int) -> float:
     """MAE of qdd after the path fit of a structured model, which starts from the momentum balance."""
-    model, train = Structured(data.n_q, data.train.qd[0].std(0), hidden=(WIDTH,)), data.train
-    task = balance_task(model, train, Objective(balance.Options()), 0.2, ERROR_SCALE)
-    optimiser = LevenbergMarquardt(iterations=40, restarts=1)
-    start = model.initial([np.random.default_rng([seed, 1])])
-    balanced = optimiser.fit(TrainingProblem(model, [task], [seed]), start, silent, NoCheckpoint())
-    fitted = fit_path(model, train, 0, np.asarray(balanced.parameters[0]), PathOptions(), silent)
-    return _error(model, fitted.parameters, data)
+    model, options = wide((WIDTH,))(data), path.Options(error_scale=ERROR_SCALE)
+    balanced = _fitted(model, options, LevenbergMarquardt(iterations=40, restarts=1), data, seed)
+    return _error(model, options.finished(model, data.train, balanced, silent), data)
 
 
 def by_shooting(data: Dataset, seed: int, seconds: float) -> float:
     """MAE of qdd of SymODEN after so many CPU seconds of Adam, whose rate falls along half a cosine over them."""
-    model, options = SymODEN(data.n_q, cart_with_links(data.n_q), hidden=(WIDTH,)), prediction.Options(HORIZON)
-    problem = TrainingProblem(model, [options.task(model, data.train, Objective(options))], [seed])
+    model = SymODEN(data.n_q, cart_with_links(data.n_q), hidden=(WIDTH,))
     adam = Adam(epochs=ENDLESS, schedule="cosine", batch_size=BATCH, budget_s=seconds)
-    fitted = adam.fit(problem, model.initial([np.random.default_rng([seed, 1])]), silent, NoCheckpoint())
-    return _error(model, np.asarray(fitted.parameters[0]), data)
+    return _error(model, _fitted(model, prediction.Options(intervals=HORIZON), adam, data, seed), data)
 
 
-def _error(model: Model, weights: np.ndarray, data: Dataset) -> float:
+def _fitted(model: Model, options: ObjectiveOptions, optimiser: Optimiser, data: Dataset, seed: int) -> Fitted:
+    problem = TrainingProblem(model, [options.task(model, data.train, Objective(options))], [seed])
+    return optimiser.fit(problem, model.initial([np.random.default_rng([seed, 1])]), silent, NoCheckpoint())
+
+
+def _error(model: Model, fitted: Fitted, data: Dataset) -> float:
     """MAE of qdd on the clean test part."""
     test = data.test
-    predicted = predict(model, weights[None], test.q, test.qd, test.qdd, test.tau).acceleration
+    predicted = predict(model, np.asarray(fitted.parameters), test.q, test.qd, test.qdd, test.tau).acceleration
     return float(np.abs(predicted - test.qdd).mean())
 
 
