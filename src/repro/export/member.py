@@ -21,6 +21,7 @@ SOURCE = "model.c"
 TEMPLATES = Path(__file__).with_name("templates")
 LARGEST = 2000  # weights: each is a statement of the exported code
 UNITS = {"kinetic, potential, lagrangian, hamiltonian": "J", "inverse": "N, N m", "forward": "of qdd"}
+SYMBOLS = {"kinetic": "T", "potential": "V", "lagrangian": "L", "hamiltonian": "H", "momentum": "p", "mass_matrix": "M"}
 GAUGE = "T and V as the model gives them: L is unique only up to a constant and dF(q)/dt"
 
 
@@ -93,12 +94,7 @@ def _functions(model: Model, weights: np.ndarray) -> list[casadi.Function]:
     dynamics = derive(energies.kinetic, energies.potential, casadi.SX(0), q, qd)
     none, state = casadi.SX(0, 1), {"q": q, "qd": qd}
     return [
-        _function("kinetic", state, "T", dynamics.kinetic(q, qd, none)),
-        _function("potential", state, "V", dynamics.potential(q, qd, none)),
-        _function("lagrangian", state, "L", dynamics.lagrangian(q, qd, none)),
-        _function("hamiltonian", state, "H", dynamics.hamiltonian(q, qd, none)),
-        _function("momentum", state, "p", dynamics.momentum(q, qd, none)),
-        _function("mass_matrix", state, "M", dynamics.mass_matrix(q, qd, none)),
+        *(_function(name, state, symbol, getattr(dynamics, name)(q, qd, none)) for name, symbol in SYMBOLS.items()),
         _function("inverse", state | {"qdd": qdd}, "tau", model.inverse_dynamics(q, qd, qdd, fixed)),
         _function("forward", state | {"tau": tau}, "qdd", model.acceleration(q, qd, tau, fixed)),
     ]
