@@ -11,7 +11,7 @@ from itertools import accumulate, pairwise
 from typing import Any, ClassVar
 
 from repro.mechanics.coordinate import Coordinate, Input
-from repro.mechanics.shapes import Block, InputArrow, Point, Segment, Shape
+from repro.mechanics.shapes import Block, InputArrow, Segment, Shape
 from repro.mechanics.system import States, System
 from repro.mechanics.system_options import Reading
 
@@ -117,18 +117,14 @@ class Chain(LinkAngles):
         """Potential energy in J (sections V-A and V-B, signed by the reading)."""
         return sum(self.up * self.g * self._first_moment(j) * m.cos(angle) for j, angle in enumerate(q[1:]))
 
-    def body_points(self, q: Sequence[Any], m: Any) -> list[Point]:
-        """World points [x, y] in m of the cart and the end of every link."""
+    def shapes(self, q: Sequence[Any], m: Any) -> list[Shape]:
+        """The cart and its links."""
         steps = [
             (link.length * m.sin(angle), self.up * link.length * m.cos(angle))
             for link, angle in zip(self.links, q[1:], strict=True)
         ]
         ends = accumulate(steps, lambda at, step: (at[0] + step[0], at[1] + step[1]), initial=(q[0], 0.0 * q[0]))
-        return [list(end) for end in ends]
-
-    def shapes(self, q: Sequence[Any], m: Any) -> list[Shape]:
-        """The cart and its links."""
-        points = self.body_points(q, m)
+        points = [list(end) for end in ends]
         width, height = (part * self.links[0].length for part in CART)
         links = [Segment(*ends) for ends in pairwise(points)]
         return [Block(points[0], (width, height), wheels=True), *links, InputArrow(points[0], (1.0, 0.0))]

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from repro.mechanics.chain import Link, LinkAngles
 from repro.mechanics.coordinate import Coordinate, Input
-from repro.mechanics.shapes import Point, Segment, Shape
+from repro.mechanics.shapes import Segment, Shape
 from repro.mechanics.system import TURN
 
 
@@ -44,13 +44,8 @@ class FreeRod(LinkAngles):
         """Potential energy in J."""
         return self.link.mass * self.g * q[1]
 
-    def body_points(self, q: Sequence[Any], m: Any) -> list[Point]:
-        """World points [x, y] in m of both ends."""
-        x, y, angle = q
-        right, up = self.link.centre * m.sin(angle), self.up * self.link.centre * m.cos(angle)
-        return [[x - right, y - up], [x + right, y + up]]
-
     def shapes(self, q: Sequence[Any], m: Any) -> list[Shape]:
         """The rod."""
-        start, end = self.body_points(q, m)
-        return [Segment(start, end)]
+        x, y, angle = q
+        right, up = self.link.centre * m.sin(angle), self.up * self.link.centre * m.cos(angle)
+        return [Segment([x - right, y - up], [x + right, y + up])]
