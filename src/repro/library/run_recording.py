@@ -17,7 +17,7 @@ from repro.library.signals import signals
 from repro.mechanics.coordinate import Coordinate
 from repro.mechanics.inputs import inputs_from_force
 from repro.mechanics.system import System
-from repro.recording.contents import FILENAME, DrawnMotion, LearningCurve, RunRecording
+from repro.recording.contents import DrawnMotion, LearningCurve, RunRecording
 from repro.recording.writer import write_recording
 
 ENERGIES = ("T", "V", "H")
@@ -25,7 +25,7 @@ SHOWN = 3  # members: more make the picture crowded
 
 
 def record(
-    folder: Path,
+    path: Path,
     run: str,
     title: str,
     card: Mapping[str, object],
@@ -33,11 +33,11 @@ def record(
     curves: pd.DataFrame,
     mechanism: System | Sequence[Coordinate],
 ) -> dict[str, int]:
-    """Write recording.rrd: the first member's plant and model over the first test points, learning curves of a few."""
-    members = sorted(trajectories["member"].unique())[:SHOWN]
+    """Record the first member's plant and model over the first test points, and learning curves of a few."""
+    members = trajectories["member"].unique()[:SHOWN]
     tested = {f"seed {members[0]}": tested_by(trajectories, members[0])}
     learned = {f"seed {member}": curves[curves["member"] == member] for member in members}
-    write_recording(folder / FILENAME, recording_of(run, title, card, tested, learned, mechanism))
+    write_recording(path, recording_of(run, title, card, tested, learned, mechanism))
     return {"member": int(members[0])}
 
 
@@ -138,24 +138,21 @@ def record_ensemble(ensemble: Ensemble, path: Path) -> Path:
         raise UserError(f"{type(model).__name__} has no weights, so no motion of its own to record")
     rollout = first_points(model, ensemble.weights_, test, system)
     rows = signals(model, ensemble.weights_, ensemble.seeds, test, system, rollout)
-    seed = ensemble.seeds[0]
-    tested = tested_by(pd.DataFrame(rows, columns=["member", "name", "t", "value"]), seed)
     if system is None and model.energetic:
         energies = ensemble.member(0).energies(*np.split(rollout.model[0], 2, axis=-1))
         values = energies.kinetic, energies.potential, energies.hamiltonian
-        tested = tested.assign(**{f"model.{name}": each[0] for name, each in zip(ENERGIES, values, strict=True)})
+        for name, each in zip(ENERGIES, values, strict=True):
+            rows += [(ensemble.seeds[0], f"model.{name}", *at) for at in zip(rollout.time, each[0], strict=True)]
+    trajectories = pd.DataFrame(rows, columns=["member", "name", "t", "value"])
     curves = pd.DataFrame(
         [(member, step, name, value) for step, name, values in ensemble.curves_
          for member, value in zip(ensemble.seeds, values, strict=True)],
         columns=["member", "step", "name", "value"],
     )  # fmt: skip
-    learned = (
-        {f"seed {each}": curves[curves["member"] == each] for each in ensemble.seeds[:SHOWN]} if len(curves) else {}
-    )
     name = type(getattr(model, "module", model)).__name__  # the user's own, where the model wraps one
     title = f"{name} of {'a recording' if system is None else system.name}"
     card = {"model": name, "seeds": list(ensemble.seeds), "data": dict(ensemble.data.provenance)}
     mechanism = test.coordinates if system is None else system
     identity = hashlib.sha256(ensemble.weights_.tobytes()).hexdigest()[:12]
-    write_recording(path, recording_of(f"fit-{identity}", title, card, {f"seed {seed}": tested}, learned, mechanism))
+    record(path, f"fit-{identity}", title, card, trajectories, curves, mechanism)
     return path

@@ -30,7 +30,7 @@ def recorded(tmp_path, exact, data, system, monkeypatch):
     written = []
     monkeypatch.setattr(module, "write_recording", lambda path, recording: written.append(recording))
     trajectories = pd.read_parquet(tmp_path / TRAJECTORIES)
-    summary = record(tmp_path, "run-1", "a title", {"key": 1}, trajectories, CURVES, system)
+    summary = record(tmp_path / "recording.rrd", "run-1", "a title", {"key": 1}, trajectories, CURVES, system)
     assert summary == {"member": 3}
     return written[0]
 
@@ -71,7 +71,7 @@ def test_the_power_of_all_inputs_is_stored_or_lost_in_the_damping(tmp_path, monk
     measure(tmp_path, Fit(model, parameters, [3], ["ok"], 1.0, {}), driven, rod, Gauge.RAW)
     written = []
     monkeypatch.setattr(module, "write_recording", lambda path, recording: written.append(recording))
-    record(tmp_path, "run-1", "a title", {}, pd.read_parquet(tmp_path / TRAJECTORIES), CURVES, rod)
+    record(tmp_path / "recording.rrd", "run-1", "a title", {}, pd.read_parquet(tmp_path / TRAJECTORIES), CURVES, rod)
     (shown,) = written
     assert list(shown.forces) == ["x", "y", "theta"]
     lost = np.sum(damping * shown.plant.state[:, 3:] ** 2, axis=1)
@@ -106,5 +106,5 @@ def test_curves_of_unlike_steps_are_held_and_end_with_their_last():
 def test_a_recording_is_written(tmp_path, exact, data, system):
     measure(tmp_path, exact, data, system, Gauge.RAW)
     trajectories = pd.read_parquet(tmp_path / TRAJECTORIES)
-    record(tmp_path, "run-1", "a title", {}, trajectories, CURVES, system)
+    record(tmp_path / "recording.rrd", "run-1", "a title", {}, trajectories, CURVES, system)
     assert (tmp_path / FILENAME).stat().st_size > 1000
