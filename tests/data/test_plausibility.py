@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from repro.data.plausibility import agreement, contradictions, remarks
+from repro.data.recorded_rows import RecordedRows
 from repro.mechanics.coordinate import Coordinate
 
 COORDINATES = (Coordinate("x", "m", is_angle=False), Coordinate("theta", "rad", is_angle=True))
@@ -25,9 +26,8 @@ Q, QD, QDD = map(motion, range(3))
 
 
 def found(q=Q, qd=QD, qdd=QDD, time=TIME, kind="contradictions") -> str:
-    if kind == "remarks":
-        return " | ".join(remarks(q, qd, time, EPISODE, COORDINATES, ROW))
-    return " | ".join(contradictions(q, qd, qdd, time, EPISODE, COORDINATES, ROW))
+    rows = RecordedRows(q, 0 * q, time, EPISODE, EPISODE.astype(str), ROW, ROW < 0, qd, qdd)
+    return " | ".join({"remarks": remarks, "contradictions": contradictions}[kind](rows, COORDINATES))
 
 
 def changed(values: np.ndarray, column: int, change) -> np.ndarray:

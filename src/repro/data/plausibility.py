@@ -11,6 +11,7 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
+from repro.data.recorded_rows import RecordedRows
 from repro.mechanics.coordinate import Coordinate
 
 STRETCHES = (3, 10, 30, 100)  # samples; noise and quantisation need longer ones than fast motion
@@ -77,37 +78,30 @@ def agreement(value: np.ndarray, rate: np.ndarray, time: np.ndarray, episode: np
     return replace(min(found, key=lambda each: min(each.unexplained, each.scaled)), first_wrong=first_wrong)
 
 
-def contradictions(
-    q: np.ndarray, qd: np.ndarray | None, qdd: np.ndarray | None, time: np.ndarray, episode: np.ndarray,
-    coordinates: Sequence[Coordinate], row: np.ndarray,
-) -> Iterator[str]:  # fmt: skip
-    """Lines for what cannot be right; q, qd, qdd: (sample, n_q), the last two only where they are recorded."""
-    recorded = {"": q} | ({} if qd is None else {"d": qd}) | ({} if qdd is None else {"dd": qdd})
-    columns = {
-        f"{coordinate.name}{ending}": values[:, k]
-        for ending, values in recorded.items()
-        for k, coordinate in enumerate(coordinates)
-    }
+def contradictions(rows: RecordedRows, coordinates: Sequence[Coordinate]) -> Iterator[str]:
+    """Lines for what cannot be right."""
+    orders = [each for each in (rows.q, rows.qd, rows.qdd) if each is not None]
+    names = [f"{coordinate.name}{ending}" for ending in ("", "d", "dd") for coordinate in coordinates]
+    columns = dict(zip(names, np.concatenate(orders, axis=1).T, strict=False))
     for name, column in columns.items():
         size = np.abs(column - np.median(column))
         usual = float(np.quantile(size, 0.99))
         if usual > 0 and size.max() > PEAK * usual:
             k = int(size.argmax())
             yield (
-                f"{name} is {column[k]:.3g} in data row {row[k] + 1}, where 99 of 100 values lie within {usual:.3g} of "
-                "their median: correct or remove the row"
+                f"{name} is {column[k]:.3g} in data row {rows.row[k] + 1}, where 99 of 100 values lie within {usual:.3g} "
+                "of their median: correct or remove the row"
             )
             return
     for (name, column), (other, same) in combinations(columns.items(), 2):
         if np.ptp(column) > 0 and np.array_equal(column, same):
             yield f"{name} and {other} have the same values: two columns are swapped or repeated"
             return
-    orders = [each for each in (q, qd, qdd) if each is not None]
     for order, (value, rate) in enumerate(pairwise(orders)):
         for k, coordinate in enumerate(coordinates):
             name = f"the velocity of {coordinate.name}" if order else coordinate.name
             of_it = f"the {'acceleration' if order else 'velocity'} of {coordinate.name}"
-            found = agreement(value[:, k], rate[:, k], time, episode)
+            found = agreement(value[:, k], rate[:, k], rows.time, rows.episode)
             if found is None or found.unexplained <= CONTRADICTS:
                 continue
             if found.scaled <= AGREES:
@@ -118,11 +112,9 @@ def contradictions(
                 yield f"{of_it} does not belong to it: {_size(found)}; are columns swapped, stuck or in other units?"
 
 
-def remarks(
-    q: np.ndarray, qd: np.ndarray | None, time: np.ndarray, episode: np.ndarray, coordinates: Sequence[Coordinate],
-    row: np.ndarray,
-) -> Iterator[str]:  # fmt: skip
+def remarks(rows: RecordedRows, coordinates: Sequence[Coordinate]) -> Iterator[str]:
     """Lines for what may be right and deserves a look."""
+    q, qd, time, episode = rows.q, rows.qd, rows.time, rows.episode
     step = float(np.median(np.diff(time)[episode[1:] == episode[:-1]])) if len(time) > 1 else 0.0
     if not FAST <= step <= SLOW:
         yield f"the sampling interval is {step:.3g} s: is the time in seconds (data.units.time)?"
@@ -139,7 +131,7 @@ def remarks(
             yield f"the velocity of {coordinate.name} fits it only roughly: {_size(found)}"
         elif found.first_wrong is not None:
             yield (
-                f"{coordinate.name} and its velocity disagree from data row {row[found.first_wrong] + 1} on: is a "
+                f"{coordinate.name} and its velocity disagree from data row {rows.row[found.first_wrong] + 1} on: is a "
                 "value stuck, or are samples missing?"
             )
 

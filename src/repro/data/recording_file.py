@@ -67,11 +67,10 @@ def _read(
     samples, notes = _episodes(joined(parts), source.labels)
     samples, turned = _without_wraps(samples, coordinates)
     names = ", ".join(Path(stamp[0]).name for stamp in (*files, *tests)[:3]) + (", ..." if len(parts) > 3 else "")
-    recorded = samples.q, samples.qd
-    problems = [*contradictions(*recorded, samples.qdd, samples.time, samples.episode, coordinates, samples.row)]
+    problems = [*contradictions(samples, coordinates)]
     if problems and source.checks == "refuse":
         raise UserError(f"{names}: {problems[0]} (data.checks=warn reads it as it is)")
-    suspicious = remarks(*recorded, samples.time, samples.episode, coordinates, samples.row)
+    suspicious = [*remarks(samples, coordinates)]
     samples, n_train = _parted(samples, source)
     (q, qd, qdd), recording, derived = _motion(samples, source.labels)
     if not samples.tau.any():
