@@ -89,8 +89,8 @@ def contradictions(rows: RecordedRows, coordinates: Sequence[Coordinate]) -> Ite
         if usual > 0 and size.max() > PEAK * usual:
             k = int(size.argmax())
             yield (
-                f"{name} is {column[k]:.3g} in data row {rows.row[k] + 1}, where 99 of 100 values lie within {usual:.3g} "
-                "of their median: correct or remove the row"
+                f"{name} is {column[k]:.3g} in data row {rows.row[k] + 1}, where 99 of 100 values lie within "
+                f"{usual:.3g} of their median: correct or remove the row"
             )
             return
     for (name, column), (other, same) in combinations(columns.items(), 2):

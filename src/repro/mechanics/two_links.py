@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from repro.mechanics.chain import Link
-from repro.mechanics.coordinate import Coordinate
+from repro.mechanics.coordinate import Coordinate, Input
 from repro.mechanics.shapes import Circle, Segment, Shape, Turn
 from repro.mechanics.system import States, System
 
@@ -20,6 +20,7 @@ class TwoLinks(System):
 
     driven: ClassVar[int]
     coordinates = Coordinate("theta1", "rad", True), Coordinate("theta2", "rad", True, absolute=True)
+    inputs = (Input("torque", "N m", 1.0),)
     rest_states: ClassVar[States] = {"upright": (0.0, 0.0), "hanging": (math.pi, math.pi)}
 
     m1: float = 0.2
@@ -27,6 +28,10 @@ class TwoLinks(System):
     L1: float = 0.5
     L2: float = 0.5
     g: float = 9.8
+
+    def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
+        """A torque at the elbow acts between the two rods."""
+        return [[-1.0], [1.0]] if self.driven else [[1.0], [0.0]]
 
     def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
         """Kinetic energy in J."""

@@ -1,10 +1,8 @@
 """Two rods on a fixed hinge, driven at the elbow alone."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from repro.mechanics.coordinate import Input
 from repro.mechanics.two_links import TwoLinks
 
 
@@ -14,8 +12,3 @@ class Acrobot(TwoLinks):
 
     name: ClassVar[str] = "acrobot"
     driven: ClassVar[int] = 1
-    inputs = (Input("torque", "N m", 1.0),)
-
-    def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
-        """It acts between the two rods."""
-        return [[-1.0], [1.0]]

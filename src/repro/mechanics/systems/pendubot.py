@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from repro.mechanics.coordinate import Input
 from repro.mechanics.two_links import TwoLinks
 
 
@@ -13,4 +12,3 @@ class Pendubot(TwoLinks):
 
     name: ClassVar[str] = "pendubot"
     driven: ClassVar[int] = 0
-    inputs = (Input("torque", "N m", 1.0),)
