@@ -75,8 +75,8 @@ def test_a_stage_names_the_code_that_it_executes(case, tmp_path, monkeypatch):
     composed = compose((*TINY, *CASES[case]))
     execute(Pipeline.of(composed.config, composed.command), Store(tmp_path))
     for id, stage in stages.items():
-        named = set(code.closure(stage.modules).modules)
+        named = set(code.closure(stage.modules).code)
         for upstream in stage.upstream.values():
-            named |= set(code.closure(stages[upstream].modules).modules)
+            named |= set(code.closure(stages[upstream].modules).code)
         missing = sorted(module for module in executed[id] - named if not _is_exempt(module))
         assert executed[id] and not missing, f"{stage.kind} executes {', '.join(missing)}"
