@@ -38,7 +38,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     "control": ("codegen", "plugins", "mechanics", "models", "data"),
     "evaluation": ("codegen", "plugins", "mechanics", "models", "data"),
     "export": ("codegen", "mechanics", "models", "tracking"),
-    "claims": ("tracking", "results"),
+    "claims": ("plugins", "tracking", "results"),
     "config": (*SCIENCE, "tracking"),
     "bench": (*SCIENCE, "tracking"),
     "report": (*STORED, "launch", "recording"),

@@ -30,7 +30,7 @@ def test_missing_and_unknown_keys_are_named(tmp_path):
     with pytest.raises(UserError) as caught:
         load_assumptions(write(tmp_path, row, {**ROW, "sensitivity": "none", "proof": "x"}))
     quote, evidence, unknown = str(caught.value).splitlines()
-    assert "row 1 (x): quote" in quote and "row 1 (x): evidence is needed" in evidence
+    assert "row 1 (x): quote" in quote and "row 1 (x): evidence: a value is needed" in evidence
     assert "row 2 (x): has unknown key proof" in unknown and "sensitivity" in unknown
 
 

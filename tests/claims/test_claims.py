@@ -25,29 +25,32 @@ def test_the_projects_claims_are_complete_and_well_formed():
 @pytest.mark.parametrize(
     ("row", "message"),
     [
-        ({**NUMBER, "kind": "guess"}, "kind is 'guess': .*'number', 'statement' or 'declared'"),
-        ({k: v for k, v in NUMBER.items() if k != "quote"}, "quote is needed"),
+        ({**NUMBER, "kind": "guess"}, "kind = 'guess': .*'number', 'statement' or 'declared'"),
+        ({k: v for k, v in NUMBER.items() if k != "quote"}, "quote: a value is needed"),
         ({k: v for k, v in NUMBER.items() if k != "metric"}, "a number claim needs metric"),
         ({**NUMBER, "declared": "not comparable"}, "a number claim has no declared"),
         ({**NUMBER, "verdict": "matched"}, "has unknown key verdict; allowed are id, part, kind"),
-        ({**NUMBER, "printed": "5e-4"}, "printed is '5e-4': should be a number"),
-        ({**NUMBER, "printed": True}, "printed is True: should be a number"),
-        ({**NUMBER, "selector": {"bases": "t2"}}, "selector has no column bases; allowed are system"),
-        ({**NUMBER, "selector": "t2"}, "selector must be a mapping, not 't2'"),
+        ({**NUMBER, "printed": "5e-4"}, "printed = '5e-4': should be a number"),
+        ({**NUMBER, "printed": True}, "printed = True: should be a number"),
+        ({**NUMBER, "selector": {"bases": "t2"}}, "selector: has no column bases; allowed are system"),
+        ({**NUMBER, "selector": "t2"}, "selector = 't2': should be a valid dictionary"),
         ({**NUMBER, "with_changes": "ours"}, "with_changes and by_construction belong to a statement"),
-        ({**NUMBER, "history": [{"commit": "HEAD", "change": "c", "reason": "r"}]}, "history.0.commit is 'HEAD'"),
+        ({**NUMBER, "history": [{"commit": "HEAD", "change": "c", "reason": "r"}]}, "history.0.commit = 'HEAD'"),
         (
             {**STATEMENT, "predicate": {"name": "looks_fine"}},
-            "predicate is called 'looks_fine'; allowed are .*loops_su",
+            "predicate.name = 'looks_fine': allowed are .*loops_su",
         ),
-        ({**STATEMENT, "predicate": "median_below"}, "predicate must be a mapping, not 'median_below'"),
-        ({**STATEMENT, "predicate": {k: v for k, v in PREDICATE.items() if k != "value"}}, "predicate.value is needed"),
-        ({**STATEMENT, "predicate": {**PREDICATE, "valu": 1}}, "predicate has unknown key valu; allowed are .*value"),
-        ({**STATEMENT, "predicate": {**PREDICATE, "value": "low"}}, "predicate.value is 'low': should be a number"),
-        ({**STATEMENT, "predicate": {**PREDICATE, "where": {"bases": 1}}}, "predicate.where has no column bases"),
+        ({**STATEMENT, "predicate": "median_below"}, "predicate = 'median_below': should be a valid dictionary"),
+        (
+            {**STATEMENT, "predicate": {k: v for k, v in PREDICATE.items() if k != "value"}},
+            "predicate.value: a value is needed",
+        ),
+        ({**STATEMENT, "predicate": {**PREDICATE, "valu": 1}}, "predicate: has unknown key valu; allowed are .*value"),
+        ({**STATEMENT, "predicate": {**PREDICATE, "value": "low"}}, "predicate.value = 'low': should be a number"),
+        ({**STATEMENT, "predicate": {**PREDICATE, "where": {"bases": 1}}}, "predicate.where: has no column bases"),
         ({**DECLARED, "predicate": PREDICATE}, "a declared claim has no predicate"),
-        ({**DECLARED, "declared": "unclear"}, "declared is 'unclear': .*'under-specified' or 'uninformative'"),
-        ("C1", "must be a mapping, not 'C1'"),
+        ({**DECLARED, "declared": "unclear"}, "declared = 'unclear': .*'under-specified' or 'uninformative'"),
+        ("C1", "= 'C1': should be a valid dictionary"),
     ],
 )
 def test_a_malformed_claim_is_one_line_with_its_row_and_key(tmp_path, row, message):
@@ -58,7 +61,7 @@ def test_a_malformed_claim_is_one_line_with_its_row_and_key(tmp_path, row, messa
 def test_every_mistake_of_the_file_has_a_line(tmp_path):
     with pytest.raises(UserError) as caught:
         load_claims(write(tmp_path, {**NUMBER, "quote": "", "printed": "x"}, STATEMENT, {**DECLARED, "unit": 1}))
-    assert [line.partition(" is ")[0] for line in str(caught.value).splitlines()] == [
+    assert [line.partition(" = ")[0] for line in str(caught.value).splitlines()] == [
         "claims.yaml, row 1 (C4): quote",
         "claims.yaml, row 1 (C4): printed",
         "claims.yaml, row 3 (C3): unit",

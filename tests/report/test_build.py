@@ -104,7 +104,7 @@ def test_the_projects_assumptions_are_complete():
 def test_an_incomplete_assumption_is_named(tmp_path):
     path = tmp_path / "assumptions.yaml"
     path.write_text("- {id: gravity, where: V}", encoding="utf-8")
-    with pytest.raises(UserError, match=r"row 1 \(gravity\): quote is needed"):
+    with pytest.raises(UserError, match=r"row 1 \(gravity\): quote: a value is needed"):
         load_assumptions(path)
 
 

@@ -1,12 +1,12 @@
 """YAML files that are a list of rows, each checked against a pydantic model; a mistake is one line: file, row, key."""
 
-from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, StringConstraints, ValidationError, model_validator
 
 from repro.errors import UserError
+from repro.plugins.checked import lines
 from repro.tracking.files import read_yaml
 
 Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
@@ -62,41 +62,10 @@ def load_rows(path: Path, model: type[RowT], if_repeated: str) -> list[RowT]:
             rows.append(model.model_validate(content))
         except ValidationError as error:
             id = content.get("id", "?") if isinstance(content, dict) else "?"
-            mistakes += [f"{path.name}, row {number} ({id}): {line}" for line in _lines(error, content)]
+            mistakes += [f"{path.name}, row {number} ({id}): {line}" for line in lines(error, content)]
     names = [row.name for row in rows]
     if repeated := sorted({name for name in names if names.count(name) > 1}):
         mistakes.append(f"{path.name}: {', '.join(repeated)} occurs twice; {if_repeated}")
     if mistakes:
         raise UserError("\n".join(mistakes))
     return rows
-
-
-def _lines(error: ValidationError, content: object) -> Iterator[str]:
-    """One line per mistake: the key, and what is wrong with its value."""
-    for problem in error.errors():
-        key = ".".join(_path(problem["loc"], content, missing=problem["type"] == "missing"))
-        value = problem["input"]
-        match problem["type"]:
-            case "missing":
-                message = "is needed"
-            case "union_tag_invalid":
-                message = f"is called {problem['ctx']['tag']!r}; allowed are {problem['ctx']['expected_tags']}"
-            case "model_type" | "model_attributes_type" | "dict_type":
-                message = f"must be a mapping, not {value!r}"
-            case "value_error" if isinstance(value, Mapping | YamlRow):
-                message = problem["msg"].removeprefix("Value error, ")
-            case _:
-                message = f"is {value!r}: " + problem["msg"].removeprefix("Input ").removeprefix("Value error, ")
-        yield f"{key} {message}".strip()
-
-
-def _path(location: tuple[int | str, ...], content: object, missing: bool) -> Iterator[str]:
-    """The keys that lead to a mistake, without the names of alternatives that pydantic puts between them."""
-    for number, part in enumerate(location):
-        if isinstance(content, Mapping) and (part in content or (missing and number == len(location) - 1)):
-            content = content.get(part)
-        elif isinstance(content, list) and isinstance(part, int):
-            content = content[part]
-        else:
-            continue
-        yield str(part)

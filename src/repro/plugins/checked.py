@@ -22,9 +22,7 @@ class OptionsError(UserError, ValueError):
         self.lines = problems
 
 
-def lines(
-    error: ValidationError, raw: Mapping[str, Any], group: str = "", allowed: Collection[str] = ()
-) -> Iterator[str]:
+def lines(error: ValidationError, raw: Any, group: str = "", allowed: Collection[str] = ()) -> Iterator[str]:
     """One line per wrong key of `raw`, the plain data that were checked.
 
     group: the key that they belong to; allowed: the keys that there are, where `raw` does not hold all of them.
@@ -35,7 +33,7 @@ def lines(
         if nested := getattr(problem.get("ctx", {}).get("error"), "lines", None):
             yield from nested
             continue
-        path, siblings = _place(raw, problem["loc"])
+        path, siblings = _place(raw, problem["loc"], absent=problem["type"] == "missing")
         key = ".".join([group, *path] if group else path)
         if problem["type"] in _UNKNOWN:
             names = sorted({*allowed, *siblings} - unknown)
@@ -48,7 +46,9 @@ def lines(
         else:
             message = problem["msg"].removeprefix("Input ").removeprefix("Value error, ")
             message = message.replace("valid tuple", "valid list").replace("Tuple should", "list should")
-            yield f"{key} = {problem['input']!r}: {message}"
+            of_section = problem["type"] == "value_error" and isinstance(problem["input"], Mapping)
+            value = "" if of_section else f" = {problem['input']!r}"
+            yield f"{key}{value}: {message}".removeprefix(": ").strip()
 
 
 def validated(kind: Any, group: str, options: Mapping[str, Any]) -> Any:
@@ -79,15 +79,16 @@ def checked(group: str, folder: str, raw: Any) -> Any:
 _adapter = cache(TypeAdapter[Any])
 
 
-def _place(raw: Any, place: tuple[int | str, ...]) -> tuple[list[str], Collection[str]]:
-    """The keys to a place as a user writes them, and those beside the last one.
+def _place(raw: Any, place: tuple[int | str, ...], *, absent: bool) -> tuple[list[str], Collection[str]]:
+    """The keys to a place as a user writes them, and those beside the last one, which may be `absent`.
 
     Between them pydantic names the branch of a union that it has tried, which is no key.
     """
-    path, section = [], raw
-    for part in place[:-1]:
-        if isinstance(section, Mapping) and part not in section:
-            continue
-        path.append(str(part))
-        section = section[part]
-    return [*path, *map(str, place[-1:])], section if isinstance(section, Mapping) else ()
+    path: list[str] = []
+    beside = section = raw
+    for number, part in enumerate(place, start=1):
+        known = isinstance(part, int) or (isinstance(section, Mapping) and part in section)
+        if known or (absent and number == len(place)):
+            path.append(str(part))
+            beside, section = section, section[part] if known else None
+    return path, beside if isinstance(beside, Mapping) else ()
