@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from repro.claims.claims import Claim
 
 SAMPLED = "smoke"
-LIKELY = 4  # jobs of an experiment that are composed first, in search of one that a selector means
+LIKELY = 4  # jobs of an experiment that are composed at a time, in search of one that a selector means
 BRIEFLY = 2  # jobs of an experiment that this scale leaves out
 
 
@@ -131,9 +131,9 @@ def plan_sample(
 
 
 def _answering(experiment: str, where: Where, paths: Paths) -> list[PlannedJob]:
-    """A job of an experiment that a selector means; the likely ones are composed first, which takes longest."""
+    """A job of an experiment that a selector means; the likely ones are composed first, a few at a time."""
     jobs = sorted(_jobs(experiment), key=lambda job: -sum(f"={value}" in " ".join(job) for value in where.values()))
-    for some in (jobs[:LIKELY], jobs[LIKELY:]):
+    for some in (jobs[first : first + LIKELY] for first in range(0, len(jobs), LIKELY)):
         for job, composed in zip(some, plan(some, paths.composed), strict=True):
             if PlannedJob.of(composed).agrees(where):
                 return plan_jobs([job], paths)

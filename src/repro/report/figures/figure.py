@@ -35,12 +35,12 @@ class Figure:
             if canvas is None:
                 return False
             # Without a date the same results give the same file. Figure.savefig would draw each file twice.
-            with replacing(folder / f"{self.name}.pdf") as temporary:
+            with replacing(folder / f"{self.name}.pdf", forced=False) as temporary:
                 FigureCanvasPdf(canvas).print_pdf(temporary, metadata={"CreationDate": None})
             # The first drawing has laid the figure out; laying it out again costs as much as drawing.
             canvas.set_layout_engine("none")
             canvas.set_dpi(style.RESOLUTION)
-            with replacing(folder / f"{self.name}.png") as temporary:
+            with replacing(folder / f"{self.name}.png", forced=False) as temporary:
                 FigureCanvasAgg(canvas).print_png(temporary, metadata={"Software": None})
         return True
 

@@ -44,8 +44,8 @@ class Table:
 
     def save(self, folder: Path) -> None:
         """Write <name>.csv and <name>.md, each atomically."""
-        write_text(folder / f"{self.name}.csv", self.csv())
-        write_text(folder / f"{self.name}.md", self.markdown())
+        write_text(folder / f"{self.name}.csv", self.csv(), forced=False)
+        write_text(folder / f"{self.name}.md", self.markdown(), forced=False)
 
     def csv(self) -> str:
         """Return all rows at full precision, with runs and commands."""
