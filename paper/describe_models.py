@@ -13,7 +13,7 @@ import casadi
 import numpy as np
 
 from repro.models.bases import t2
-from repro.models.kinds.port_hamiltonian import PortHamiltonian
+from repro.models.kinds.port_hamiltonian import Options, PortHamiltonian
 from repro.models.lagrangian import Lagrangian
 from repro.models.network import Network
 from repro.models.port_matrices import Factored, Skew
@@ -29,7 +29,7 @@ def architecture() -> dict[str, Any]:
     n_q = len(COORDINATES)
     plnn = Lagrangian(t2, n_q, hidden=HIDDEN, momentum_hidden=TRANSFORM_HIDDEN)
     energy = Lagrangian(t2, n_q, hidden=HIDDEN)
-    port = PortHamiltonian(energy, np.ones(n_q), structure="full", hidden=MATRIX_HIDDEN)
+    port = PortHamiltonian(energy, np.ones(n_q), Options(structure="full", damping_hidden=MATRIX_HIDDEN, floor=0.0))
     if plnn.network is None or plnn.transform is None or port.skew is None or port.damping is None:
         raise TypeError("the models of the figures are networks")
     matrix_inputs = [*port.features.names, *(f"qd{i}" for i in range(n_q))]

@@ -14,6 +14,7 @@ from repro.control.state_filter import FilteredIdentification
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
 from repro.mechanics.system import load
+from repro.models.kinds import structured
 from repro.models.kinds.structured import Structured
 from repro.models.kinds.truth import DampedTruth, Truth
 
@@ -150,7 +151,7 @@ def test_friction_that_the_prior_did_not_have_is_found():
 def test_a_network_follows_too():
     """A network that knows the nominal plant learns one of other masses; what it sees next it explains better."""
     system, plant = load("sip"), load("sip", m0=0.75, m1=0.17)
-    model = Structured(2, np.array([0.9, 5.0]), hidden=(2,))
+    model = Structured(2, np.array([0.9, 5.0]), structured.Options(hidden=(2,)))
     samples = training(system)
     trained = fitted(model, samples, evaluate(dynamics_of(system).inverse, *samples))
     adaptive = identification(system, model, trained, samples)

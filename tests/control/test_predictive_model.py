@@ -7,6 +7,7 @@ import torch
 
 from repro.control.predictive_model import PredictiveModel
 from repro.models.bases import engineered, library, raw, t1, t2
+from repro.models.kinds import structured
 from repro.models.kinds.structured import Structured
 from repro.models.kinds.truth import Truth
 from repro.models.lagrangian import Lagrangian
@@ -18,7 +19,7 @@ MODELS = {
     "t2": lambda system: Lagrangian(t2, 2, hidden=(10,)),
     "raw": lambda system: Lagrangian(raw, 2, hidden=(5,)),
     "engineered": lambda system: Lagrangian(engineered, 2, hidden=(4, 3), activation="tanh"),
-    "structured": lambda system: Structured(2, SCALE, hidden=(8,)),
+    "structured": lambda system: Structured(2, SCALE, structured.Options(hidden=(8,))),
     "truth": Truth,
 }
 

@@ -11,6 +11,7 @@ from repro.control.predictive_model import PredictiveModel
 from repro.control.programme import programme
 from repro.control.transcription import Transcription
 from repro.mechanics.system import load
+from repro.models.kinds import neural_potential
 from repro.models.kinds.neural_potential import NeuralPotential
 
 VARIANTS = {
@@ -34,7 +35,9 @@ def test_derivatives_are_those_of_the_whole(problem, transcribe, variant, discre
 @pytest.mark.parametrize("discretisation", ["shooting", "collocation"])
 def test_two_inputs_whose_directions_turn(problem, discretisation):
     system = load("quadrotor")
-    model = PredictiveModel(NeuralPotential(np.ones(3), np.ones(3), (2,), hidden=(2,)), system)
+    model = PredictiveModel(
+        NeuralPotential(np.ones(3), np.ones(3), (2,), neural_potential.Options(hidden=(2,))), system
+    )
     changed = replace(problem, intervals=(0.04, 0.08), obstacle=None, potential_goal="goal", force_limit=(6.0, 5.0))
     of = Transcription(model, changed, discretisation)
     assert_consistent(of)

@@ -8,6 +8,7 @@ from repro.control.predictive_model import PredictiveModel
 from repro.control.rate import Rate
 from repro.mechanics.system import load
 from repro.models.bases import fxf, library, t1, t2
+from repro.models.kinds import neural_potential, port_hamiltonian, structured
 from repro.models.kinds.neural_potential import NeuralPotential
 from repro.models.kinds.port_hamiltonian import PortHamiltonian
 from repro.models.kinds.structured import Structured
@@ -19,14 +20,22 @@ MODELS = {
     "sip t1": lambda system: Lagrangian(t1, 2),
     "sip library": lambda system: Lagrangian(library, 2),
     "sip t2": lambda system: Lagrangian(t2, 2, hidden=(4,)),
-    "sip structured": lambda system: Structured(2, SIP, hidden=(4,)),
-    "sip port": lambda system: PortHamiltonian(Structured(2, SIP, hidden=(3,)), SIP, structure="free", hidden=(2,)),
+    "sip structured": lambda system: Structured(2, SIP, structured.Options(hidden=(4,))),
+    "sip port": lambda system: PortHamiltonian(
+        Structured(2, SIP, structured.Options(hidden=(3,))),
+        SIP,
+        port_hamiltonian.Options(structure="free", damping_hidden=(2,), floor=0.0),
+    ),
     "dip truth": Truth,
     "dip damped": DampedTruth,
     "dip fxf": lambda system: Lagrangian(fxf, 3),
-    "dip structured": lambda system: Structured(3, DIP, hidden=(2,)),
-    "quadrotor network": lambda system: NeuralPotential(np.ones(3), np.ones(3), (2,), hidden=(2,)),
-    "acrobot network": lambda system: NeuralPotential(np.ones(2), np.ones(2), (0, 1), hidden=(2,)),
+    "dip structured": lambda system: Structured(3, DIP, structured.Options(hidden=(2,))),
+    "quadrotor network": lambda system: NeuralPotential(
+        np.ones(3), np.ones(3), (2,), neural_potential.Options(hidden=(2,))
+    ),
+    "acrobot network": lambda system: NeuralPotential(
+        np.ones(2), np.ones(2), (0, 1), neural_potential.Options(hidden=(2,))
+    ),
 }
 
 

@@ -14,6 +14,7 @@ from repro.control.solver import Limits, compiled_programme
 from repro.control.transcription import Transcription
 from repro.mechanics.system import load
 from repro.models.bases import fxf
+from repro.models.kinds import neural_potential, structured
 from repro.models.kinds.neural_potential import NeuralPotential
 from repro.models.kinds.structured import Structured
 from repro.models.kinds.truth import Truth
@@ -31,7 +32,11 @@ CASES = {
     "nodes": ("sip", Truth, {"obstacle": Obstacle(constraint=True, midpoints=False)}),
     "four": ("sip", Truth, {"substeps": 4}),
     "free": ("sip", Truth, {"obstacle": None} | LARGE),
-    "structured": ("sip", lambda system: Structured(2, SCALE, hidden=(4,)), {"intervals": (0.04,) * 8}),
+    "structured": (
+        "sip",
+        lambda system: Structured(2, SCALE, structured.Options(hidden=(4,))),
+        {"intervals": (0.04,) * 8},
+    ),
     "double": (
         "dip",
         Truth,
@@ -39,12 +44,12 @@ CASES = {
     ),
     "two inputs": (
         "quadrotor",
-        lambda system: NeuralPotential(np.ones(3), np.ones(3), (2,), hidden=(2,)),
+        lambda system: NeuralPotential(np.ones(3), np.ones(3), (2,), neural_potential.Options(hidden=(2,))),
         {"obstacle": HARD, "intervals": (0.04,) * 5, "potential_goal": "goal", "stage_cost": BY_NAME},
     ),
     "torque between": (
         "acrobot",
-        lambda system: NeuralPotential(np.ones(2), np.ones(2), (0, 1), hidden=(2,)),
+        lambda system: NeuralPotential(np.ones(2), np.ones(2), (0, 1), neural_potential.Options(hidden=(2,))),
         {"intervals": (0.04,) * 3, "potential_goal": "minimum", "stage_cost": NodeWeights(angle=1.0, force=0.1)},
     ),
     "basis": ("dip", lambda system: Lagrangian(fxf, 3), {"intervals": (0.04,) * 2}),

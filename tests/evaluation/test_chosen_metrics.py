@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from repro.evaluation.metrics import none, quantiles
+from repro.models.kinds import blackbox
 from repro.models.kinds.blackbox import BlackBox
 from repro.models.kinds.trivial import Trivial
 
@@ -24,7 +25,7 @@ def test_quantiles_of_a_model_that_predicts_zeros_are_those_of_the_data(data):
 
 
 def test_a_model_that_predicts_accelerations_has_no_quantile_of_tau(data):
-    model = BlackBox(2, hidden=(3,))
+    model = BlackBox(2, blackbox.Options(hidden=(3,)))
     weights = model.initial([np.random.default_rng(i) for i in range(data.members)])
     names = [m.name for m in quantiles.Options().measure(model, weights, data.test, None, "test")]
     assert names == ["quantile_qdd[0.9]", "quantile_qdd[0.99]"]

@@ -15,6 +15,7 @@ from repro.mechanics.system import load
 from repro.models.bases import rigid_body, t1
 from repro.models.context import Context
 from repro.models.damped import Damped
+from repro.models.kinds import structured
 from repro.models.kinds.lagrangian import Options, build
 from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
@@ -75,7 +76,7 @@ def test_a_joint_of_a_chain_is_judged_on_its_relative_rate():
     """C of c0, c1, c2 on relative rates, as absolute entries: [[c0, 0, 0], [0, c1 + c2, -c2], [0, -c2, c2]]."""
     system = load("dip", damping=(0.3, 0.01, 0.005))
     data = random_force(system, seeds=[0], samples=20, episode_steps=10)
-    model = Damped(Structured(3, np.ones(3)), "full")
+    model = Damped(Structured(3, np.ones(3), structured.Options()), "full")
     entries = torch.tensor([[0.3, 0.0, 0.0, 0.015, -0.005, 0.005]], dtype=torch.float64)
     zeros = torch.zeros(1, model.n_parameters - 6, dtype=torch.float64)
     assert max(_errors(model, torch.cat([zeros, entries], dim=1), data, system)["damping_error"]) < 1e-12

@@ -9,6 +9,7 @@ from repro.evaluation import discrete_gradient
 from repro.evaluation.discrete_gradient import integrate, phase_space
 from repro.mechanics.simulate import simulate
 from repro.models.bases import t1
+from repro.models.kinds import port_hamiltonian
 from repro.models.kinds.port_hamiltonian import PortHamiltonian
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import acceleration
@@ -19,7 +20,9 @@ START = np.array([[0.0, 1.0, 0.3, 2.0], [0.1, -2.5, -0.5, 1.0]])
 
 def _model(dissipation="none", structure="canonical"):
     model = PortHamiltonian(
-        Lagrangian(t1, 2), np.array([1.0, 3.0]), structure=structure, dissipation=dissipation, hidden=(3,)
+        Lagrangian(t1, 2),
+        np.array([1.0, 3.0]),
+        port_hamiltonian.Options(structure=structure, dissipation=dissipation, damping_hidden=(3,), floor=0.0),
     )
     weights = model.initial([np.random.default_rng(0)])[0]
     weights[model.energy_slice] = TRUE_T1

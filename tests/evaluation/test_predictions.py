@@ -13,18 +13,21 @@ from repro.evaluation.predictions import predict, truth
 from repro.mechanics.system import load
 from repro.models.bases import t1, t2
 from repro.models.damped import Damped
+from repro.models.kinds import blackbox, port_hamiltonian, structured
 from repro.models.kinds.blackbox import BlackBox
 from repro.models.kinds.port_hamiltonian import PortHamiltonian
 from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
 
-STRUCTURED = Structured(2, np.array([0.9, 5.0]), hidden=(2,))
+STRUCTURED = Structured(2, np.array([0.9, 5.0]), structured.Options(hidden=(2,)))
 MODELS = {
     "network": Lagrangian(t2, 2, hidden=(4,)),
     "structured": STRUCTURED,
     "damped, transformed": Damped(Lagrangian(t1, 2, momentum_hidden=(2,)), "full"),
-    "port-Hamiltonian": PortHamiltonian(STRUCTURED, np.array([0.9, 5.0]), hidden=(2,)),
-    "black box": BlackBox(2, hidden=(3,)),
+    "port-Hamiltonian": PortHamiltonian(
+        STRUCTURED, np.array([0.9, 5.0]), port_hamiltonian.Options(damping_hidden=(2,), floor=0.0)
+    ),
+    "black box": BlackBox(2, blackbox.Options(hidden=(3,))),
 }
 
 

@@ -22,6 +22,7 @@ from repro.evaluation.uncertainty import motion_errors
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
 from repro.models.bases import t1, t2
+from repro.models.kinds import blackbox
 from repro.models.kinds.blackbox import BlackBox
 from repro.models.kinds.trivial import Trivial
 from repro.models.lagrangian import Lagrangian
@@ -183,7 +184,7 @@ def test_models_without_weights_and_very_large_ones_are_not_simulated():
 
 
 def test_the_acceleration_of_a_black_box_is_its_own(data):
-    model = BlackBox(2, hidden=(3,))
+    model = BlackBox(2, blackbox.Options(hidden=(3,)))
     weights = model.initial([np.random.default_rng(0)])
     part = data.test
     prepared = {name: torch.from_numpy(a) for name, a in model.prepare(part.q, part.qd, part.qdd, part.tau).items()}

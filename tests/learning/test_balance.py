@@ -16,6 +16,7 @@ from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
 from repro.models.bases import t1
+from repro.models.kinds import structured
 from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
@@ -51,7 +52,9 @@ def test_the_closed_form_finds_the_coefficients_from_states_alone() -> None:
     np.testing.assert_allclose(found.parameters[0], TRUE, rtol=1e-4)
 
 
-@pytest.mark.parametrize("model", [Lagrangian(t1, 2), Structured(2, np.array([1.0, 3.0]), hidden=(3,))])
+@pytest.mark.parametrize(
+    "model", [Lagrangian(t1, 2), Structured(2, np.array([1.0, 3.0]), structured.Options(hidden=(3,)))]
+)
 def test_all_engines_agree(model: Model) -> None:
     problem = _problem(model, _data())
     weights = model.initial([np.random.default_rng(1)])[0]

@@ -20,6 +20,7 @@ from repro.learning.training import Phase, make_task, train
 from repro.learning.training_problem import TrainingProblem
 from repro.models.bases import t1, t2
 from repro.models.damped import Damped
+from repro.models.kinds import blackbox, structured
 from repro.models.kinds.blackbox import BlackBox
 from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
@@ -31,8 +32,8 @@ MODELS = {
     "network": lambda: Lagrangian(t2, 2, hidden=(6,)),
     "momentum transform": lambda: Lagrangian(t2, 2, hidden=(5, 4), momentum_hidden=(3,)),
     "friction": lambda: Damped(Lagrangian(t2, 2, hidden=(6,)), "diagonal"),
-    "structured": lambda: Structured(2, np.array([0.7, 3.0]), hidden=(5,)),
-    "black box": lambda: BlackBox(2, hidden=(6,)),
+    "structured": lambda: Structured(2, np.array([0.7, 3.0]), structured.Options(hidden=(5,))),
+    "black box": lambda: BlackBox(2, blackbox.Options(hidden=(6,))),
 }
 EQUATIONS = [(name, equation) for name in MODELS for equation in ("inverse", "forward")]
 EQUATIONS.remove(("black box", "inverse"))
@@ -139,7 +140,8 @@ def test_the_loss_needs_nothing_from_the_host(name, equation, data, make_problem
 @pytest.mark.parametrize("factor", ["wide", "triangular"])
 def test_a_model_that_asks_the_host_is_found_out(factor, data, make_problem, start):
     """What the refusal of a triangular factor rests on."""
-    model, meta = Structured(2, np.array([0.7, 3.0]), hidden=(5,), factor=factor), torch.device("meta")
+    model = Structured(2, np.array([0.7, 3.0]), structured.Options(hidden=(5,), factor=factor))
+    meta = torch.device("meta")
     problem = DeviceProblem.of(make_problem(model, data), meta, torch.float64)
     with nullcontext() if factor == "wide" else pytest.raises(RuntimeError, match="device"):
         problem.loss(start(model).to(meta))

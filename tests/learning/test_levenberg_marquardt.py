@@ -13,6 +13,7 @@ from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.models.bases import t1, t2
 from repro.models.gauge import Gauge
+from repro.models.kinds import structured
 from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
 
@@ -80,7 +81,7 @@ def test_the_papers_network_reaches_a_tenth_of_the_papers_error(episodes, system
 
 
 def test_a_model_that_contains_the_truth_finds_it(episodes, system):
-    model = Structured(2, np.array([0.9, 5.0]), hidden=(8,))
+    model = Structured(2, np.array([0.9, 5.0]), structured.Options(hidden=(8,)))
     errors = _test_error(
         model, episodes, system, LevenbergMarquardt(restarts=1, iterations=80, samples=500, damping_decrease=10)
     )
@@ -98,7 +99,7 @@ def test_every_start_has_the_weights_that_a_model_brings_along(make_problem, dat
     from repro.models.interconnection import Interconnection, Joined
 
     given = np.array([0.2, 0.01, 0.05, 0.5]) * np.arange(1, 4)[:, None] / 3
-    rest = Structured(2, np.array([0.9, 5.0]), hidden=(2,))
+    rest = Structured(2, np.array([0.9, 5.0]), structured.Options(hidden=(2,)))
     model = Interconnection([Joined(Lagrangian(t1, 2), lambda q: q), Joined(rest, lambda q: q)], 2, given)
     start = torch.from_numpy(model.initial([np.random.default_rng(seed) for seed in range(3)]))
     optimiser = LevenbergMarquardt(iterations=3, restarts=3, trial_iterations=2)

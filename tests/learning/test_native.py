@@ -23,6 +23,7 @@ from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.models.bases import raw, t1, t2
+from repro.models.kinds import blackbox, structured
 from repro.models.kinds.blackbox import BlackBox
 from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
@@ -34,11 +35,13 @@ MODELS = {
     "t2": lambda: Lagrangian(t2, 2, hidden=(4,)),
     "t2 deep": lambda: Lagrangian(t2, 2, hidden=(11, 4, 5), activation="tanh"),
     "raw": lambda: Lagrangian(raw, 2, hidden=(25, 3)),
-    "structured": lambda: Structured(2, np.array([0.9, 5.0]), hidden=(2,)),
-    "structured deep": lambda: Structured(2, np.array([0.9, 5.0]), hidden=(3, 9), activation="softplus", skip=False),
+    "structured": lambda: Structured(2, np.array([0.9, 5.0]), structured.Options(hidden=(2,))),
+    "structured deep": lambda: Structured(
+        2, np.array([0.9, 5.0]), structured.Options(hidden=(3, 9), activation="softplus", skip=False)
+    ),
     "transformed": lambda: Lagrangian(t1, 2, momentum_hidden=(2,)),
-    "blackbox": lambda: BlackBox(2, hidden=(3,)),
-    "blackbox, large": lambda: BlackBox(2, hidden=(24, 12)),
+    "blackbox": lambda: BlackBox(2, blackbox.Options(hidden=(3,))),
+    "blackbox, large": lambda: BlackBox(2, blackbox.Options(hidden=(24, 12))),
 }
 INVERSE, FORWARD = Objective(inverse.Options()), Objective(forward.Options())
 ANCHOR = Objective(None, energy_weight=0.7, energy_form="sum")
@@ -203,8 +206,8 @@ def test_a_compiler_that_cannot_compile_counts_as_none(monkeypatch):
 KERNELS = {
     "t1": (generated_kernel, Lagrangian(t1, 2)),
     "t2": (network_kernel, Lagrangian(t2, 2, hidden=(150, 40))),
-    "structured": (position_kernel, Structured(2, np.array([0.9, 5.0]), hidden=(150,))),
-    "black box": (position_kernel, BlackBox(2, hidden=(150,))),
+    "structured": (position_kernel, Structured(2, np.array([0.9, 5.0]), structured.Options(hidden=(150,)))),
+    "black box": (position_kernel, BlackBox(2, blackbox.Options(hidden=(150,)))),
 }
 
 

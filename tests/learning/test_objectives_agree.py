@@ -18,6 +18,7 @@ from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.models.bases import t1, t2
 from repro.models.damped import Damped
+from repro.models.kinds import blackbox, neural_potential, port_hamiltonian, structured
 from repro.models.kinds.blackbox import BlackBox
 from repro.models.kinds.neural_potential import NeuralPotential
 from repro.models.kinds.port_hamiltonian import PortHamiltonian
@@ -28,12 +29,20 @@ SCALE = np.array([0.9, 5.0])
 MODELS = {
     "coefficients": Lagrangian(t1, 2, momentum_hidden=(2,)),
     "network": Lagrangian(t2, 2, hidden=(4,)),
-    "structured": Structured(2, SCALE, hidden=(3,)),
-    "shared and floor": Structured(2, SCALE, hidden=(3,), factor="triangular", potential_shared=True, floor=0.1),
-    "beside friction": Damped(Structured(2, SCALE, hidden=(3,)), "diagonal"),
-    "neural potential": NeuralPotential(SCALE, np.ones(2), [1], hidden=(3,), potential_hidden=(3,)),
-    "port-Hamiltonian": PortHamiltonian(Structured(2, SCALE, hidden=(3,)), SCALE, hidden=(2,), momentum_hidden=(2,)),
-    "black box": BlackBox(2, hidden=(3,)),
+    "structured": Structured(2, SCALE, structured.Options(hidden=(3,))),
+    "shared and floor": Structured(
+        2, SCALE, structured.Options(hidden=(3,), factor="triangular", potential="shared", floor=0.1)
+    ),
+    "beside friction": Damped(Structured(2, SCALE, structured.Options(hidden=(3,))), "diagonal"),
+    "neural potential": NeuralPotential(
+        SCALE, np.ones(2), [1], neural_potential.Options(hidden=(3,), potential_hidden=(3,))
+    ),
+    "port-Hamiltonian": PortHamiltonian(
+        Structured(2, SCALE, structured.Options(hidden=(3,))),
+        SCALE,
+        port_hamiltonian.Options(damping_hidden=(2,), momentum_hidden=(2,), floor=0.0),
+    ),
+    "black box": BlackBox(2, blackbox.Options(hidden=(3,))),
 }
 OBJECTIVES = {
     "inverse": Objective(inverse.Options()),

@@ -17,6 +17,7 @@ from repro.learning.watch import PassivityWatch
 from repro.mechanics.derive import dynamics_of
 from repro.models.bases import t1
 from repro.models.damped import Damped
+from repro.models.kinds import blackbox, port_hamiltonian, structured
 from repro.models.kinds.blackbox import BlackBox
 from repro.models.kinds.port_hamiltonian import PortHamiltonian
 from repro.models.kinds.structured import Structured
@@ -35,8 +36,12 @@ VARIANTS = [
 
 
 def _model(structure, dissipation):
-    energy = Structured(2, SCALE, hidden=(3,))
-    return PortHamiltonian(energy, SCALE, structure=structure, dissipation=dissipation, hidden=(3,), floor=1e-3)
+    energy = Structured(2, SCALE, structured.Options(hidden=(3,)))
+    return PortHamiltonian(
+        energy,
+        SCALE,
+        port_hamiltonian.Options(structure=structure, dissipation=dissipation, damping_hidden=(3,), floor=1e-3),
+    )
 
 
 @pytest.fixture
@@ -74,7 +79,7 @@ def test_the_energy_of_a_structured_model_is_bounded_below(states):
     weights = np.random.default_rng(1).normal(scale=3.0, size=model.n_parameters)
     energies = _energy(model, weights, states)
     assert energies.min() >= -abs(weights[model.energy.potential_slice]).sum()
-    indefinite = PortHamiltonian(Lagrangian(t1, 2), SCALE)
+    indefinite = PortHamiltonian(Lagrangian(t1, 2), SCALE, port_hamiltonian.Options(damping_hidden=(8,), floor=0.0))
     chosen = np.zeros(indefinite.n_parameters)
     chosen[0] = -1.0
     assert _energy(indefinite, chosen, states).min() < -1
@@ -101,7 +106,7 @@ def test_a_lagrangian_beside_negative_friction_is_not_passive(states):
 
 
 def test_a_structure_free_model_makes_energy(states, system):
-    model = BlackBox(2, hidden=(6,))
+    model = BlackBox(2, blackbox.Options(hidden=(6,)))
     weights = model.initial([np.random.default_rng(0)])
     assert worst_margin(model, weights, states, storage=system)[0] > 1e-2
 

@@ -15,6 +15,7 @@ from repro.learning.result import silent
 from repro.mechanics.system import load
 from repro.models.bases import t1
 from repro.models.damped import Damped
+from repro.models.kinds import structured
 from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
@@ -25,7 +26,7 @@ TRUE = np.array([0.4, 0.025, 0.1, 0.98])
 MODELS = {
     "linear": (Lagrangian(t1, 2), TRUE),
     "damped": (Damped(Lagrangian(t1, 2), "diagonal"), np.append(TRUE, [0.3, 0.002])),
-    "network": (Structured(2, np.array([1.0, 3.0]), hidden=(2,)), None),
+    "network": (Structured(2, np.array([1.0, 3.0]), structured.Options(hidden=(2,))), None),
 }
 
 

@@ -19,6 +19,7 @@ from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
+from repro.models.kinds import blackbox, structured, symoden
 from repro.models.kinds.blackbox import BlackBox
 from repro.models.kinds.structured import Structured
 from repro.models.kinds.symoden import SymODEN
@@ -35,7 +36,9 @@ def data():
 @pytest.mark.parametrize(
     ("scheme", "substeps", "tolerance"), [("rk4", 1, 1e-4), ("rk4", 4, 1e-6), ("midpoint", 1, 3e-2)]
 )
-@pytest.mark.parametrize("model", [BlackBox(2, hidden=(6,)), SymODEN(2, cart_with_links(2), hidden=(4,))])
+@pytest.mark.parametrize(
+    "model", [BlackBox(2, blackbox.Options(hidden=(6,))), SymODEN(2, cart_with_links(2), symoden.Options(hidden=(4,)))]
+)
 def test_nothing_remains_of_the_own_motion_of_a_model(data, model, scheme, substeps, tolerance):
     weights = 0.5 * model.initial([np.random.default_rng(k) for k in range(2)])
     starts = np.concatenate([data.q, data.qd], axis=-1)[:, ::12].reshape(-1, 4)
@@ -59,14 +62,14 @@ def test_uneven_samples_are_predicted_at_their_own_times(data, scheme):
     stamps = data.time + 0.3 * data.time_step * np.sin(np.arange(len(data.time)) ** 2)
     speed = np.broadcast_to(data.qd[:, :1], data.qd.shape)
     drifting = replace(data, q=speed * stamps[:, None], qd=speed.copy(), time=stamps)
-    model, options = BlackBox(2, hidden=(3,)), prediction.Options(scheme=scheme, intervals=4)
+    model, options = BlackBox(2, blackbox.Options(hidden=(3,))), prediction.Options(scheme=scheme, intervals=4)
     problem = TrainingProblem(model, [prediction_task(model, drifting, Objective(options), options)], (0, 1))
     weights = torch.zeros(2, model.n_parameters, dtype=torch.float64)
     assert_close(problem.loss(weights), torch.zeros(2, dtype=torch.float64), atol=1e-20)
 
 
 def test_the_gradient_reaches_through_all_intervals(data):
-    model = BlackBox(2, hidden=(4,))
+    model = BlackBox(2, blackbox.Options(hidden=(4,)))
     options = prediction.Options(intervals=5)
     problem = TrainingProblem(model, [options.task(model, data, Objective(options))], (0, 1))
     weights = torch.from_numpy(model.initial([np.random.default_rng(k) for k in range(2)])).requires_grad_()
@@ -78,7 +81,7 @@ def test_the_gradient_reaches_through_all_intervals(data):
 
 
 def test_the_power_of_the_mixed_rows_is_that_of_the_force(data):
-    model = Structured(2, np.ones(2), hidden=(3,))
+    model = Structured(2, np.ones(2), structured.Options(hidden=(3,)))
     task = make_task(model, data, Objective(mixed.Options(power_weight=4.0, forward_weight=0.0)))
     weights = torch.from_numpy(model.initial([np.random.default_rng(k) for k in range(2)]))
     rows = task.residuals(model, weights)
@@ -88,7 +91,7 @@ def test_the_power_of_the_mixed_rows_is_that_of_the_force(data):
 
 @pytest.mark.parametrize("engine", ["auto", "torch"])
 def test_a_fit_ends_with_its_budget_and_its_rate_falls_along_it(data, engine):
-    model = BlackBox(2, hidden=(30, 30))
+    model = BlackBox(2, blackbox.Options(hidden=(30, 30)))
     problem = TrainingProblem(model, [make_task(model, data, Objective(mixed.forward.Options()))], (0, 1))
     start = torch.from_numpy(model.initial([np.random.default_rng(k) for k in range(2)]))
     optimiser = Adam(epochs=10**6, schedule="cosine", batch_size=20, budget_s=0.1, engine=engine)

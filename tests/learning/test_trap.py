@@ -14,6 +14,7 @@ from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
 from repro.models.gauge import Gauge
+from repro.models.kinds import structured
 from repro.models.kinds.structured import Structured
 
 pytestmark = pytest.mark.slow
@@ -37,14 +38,14 @@ def _metrics(double_pendulum, model, optimiser, error_scale):
 
 def test_a_network_for_the_cholesky_factor_ends_in_the_trap(double_pendulum):
     options = {"factor": "triangular", "initialisation": "glorot", "activation": "softplus", "skip": False}
-    model = Structured(3, np.ones(3), hidden=(16, 16), **options)
+    model = Structured(3, np.ones(3), structured.Options(hidden=(16, 16), **options))
     metrics = _metrics(double_pendulum, model, LBFGS(iterations=200), None)
     np.testing.assert_array_equal(metrics["trapped"], 1)
 
 
 def test_a_wide_scaled_factor_weights_and_levenberg_marquardt_escape_it(double_pendulum):
     _, data = double_pendulum
-    model = Structured(3, data.train.qd.reshape(-1, 3).std(axis=0), hidden=(8,))
+    model = Structured(3, data.train.qd.reshape(-1, 3).std(axis=0), structured.Options(hidden=(8,)))
     optimiser = LevenbergMarquardt(iterations=60, samples=None, restarts=2, trial_iterations=20)
     metrics = _metrics(double_pendulum, model, optimiser, 20.0)
     np.testing.assert_array_equal(metrics["trapped"], 0)

@@ -6,6 +6,7 @@ import torch
 
 from repro.models.bases import engineered, library, raw, t1, t2
 from repro.models.damped import Damped
+from repro.models.kinds import blackbox, neural_potential, port_hamiltonian, structured
 from repro.models.kinds.blackbox import BlackBox
 from repro.models.kinds.neural_potential import NeuralPotential
 from repro.models.kinds.port_hamiltonian import PortHamiltonian
@@ -22,34 +23,50 @@ LAGRANGIANS = {
     "t2 with momentum transform": lambda: Lagrangian(t2, N_Q, hidden=(4,), momentum_hidden=(3,)),
     "raw": lambda: Lagrangian(raw, N_Q, hidden=(5,)),
     "engineered": lambda: Lagrangian(engineered, N_Q, hidden=(5,)),
-    "structured": lambda: Structured(N_Q, np.array([0.9, 5.0]), hidden=(6,)),
+    "structured": lambda: Structured(N_Q, np.array([0.9, 5.0]), structured.Options(hidden=(6,))),
     "t1 beside friction": lambda: Damped(Lagrangian(t1, N_Q), "full"),
-    "structured beside joint friction": lambda: Damped(Structured(N_Q, np.array([0.9, 5.0]), hidden=(3,)), "diagonal"),
+    "structured beside joint friction": lambda: Damped(
+        Structured(N_Q, np.array([0.9, 5.0]), structured.Options(hidden=(3,))), "diagonal"
+    ),
     "port-Hamiltonian": lambda: _port("canonical", "state"),
     "port-Hamiltonian of constant damping": lambda: _port("canonical", "constant"),
     "port-Hamiltonian without damping": lambda: _port("canonical", "none"),
-    "port-Hamiltonian of a basis": lambda: PortHamiltonian(Lagrangian(t1, N_Q), np.array([0.9, 5.0]), hidden=(3,)),
-    "structured with a triangular factor": lambda: Structured(
-        N_Q, np.array([0.9, 5.0]), hidden=(6,), factor="triangular", initialisation="glorot", activation="softplus"
+    "port-Hamiltonian of a basis": lambda: PortHamiltonian(
+        Lagrangian(t1, N_Q), np.array([0.9, 5.0]), port_hamiltonian.Options(damping_hidden=(3,), floor=0.0)
     ),
-    "neural potential": lambda: NeuralPotential(np.array([0.9, 5.0]), np.ones(N_Q), [1], hidden=(3,)),
+    "structured with a triangular factor": lambda: Structured(
+        N_Q,
+        np.array([0.9, 5.0]),
+        structured.Options(hidden=(6,), factor="triangular", initialisation="glorot", activation="softplus"),
+    ),
+    "neural potential": lambda: NeuralPotential(
+        np.array([0.9, 5.0]), np.ones(N_Q), [1], neural_potential.Options(hidden=(3,))
+    ),
     "neural potential beside friction": lambda: Damped(
-        NeuralPotential(np.array([0.9, 5.0]), np.ones(N_Q), [], potential_hidden=(3,)), "diagonal"
+        NeuralPotential(np.array([0.9, 5.0]), np.ones(N_Q), [], neural_potential.Options(potential_hidden=(3,))),
+        "diagonal",
     ),
     "structured with a network for V": lambda: Structured(
-        N_Q, np.array([0.9, 5.0]), hidden=(4,), potential_hidden=(3,), positions=PositionFeatures((1,), ((0, 0.7),))
+        N_Q,
+        np.array([0.9, 5.0]),
+        structured.Options(hidden=(4,), potential="network", potential_hidden=(3,)),
+        positions=PositionFeatures((1,), ((0, 0.7),)),
     ),
-    "structured deep": lambda: Structured(N_Q, np.array([0.9, 5.0]), hidden=(4, 4), skip=False),
+    "structured deep": lambda: Structured(N_Q, np.array([0.9, 5.0]), structured.Options(hidden=(4, 4), skip=False)),
 }
 FREE = {
-    "structured beside a gyroscopic matrix": lambda: Damped(Structured(N_Q, np.array([0.9, 5.0])), "gyroscopic"),
+    "structured beside a gyroscopic matrix": lambda: Damped(
+        Structured(N_Q, np.array([0.9, 5.0]), structured.Options()), "gyroscopic"
+    ),
     "port-Hamiltonian of free J": lambda: _port("free", "state"),
     "port-Hamiltonian of free J and R": lambda: _port("full", "state"),
     "port-Hamiltonian with a momentum of its own": lambda: PortHamiltonian(
-        Lagrangian(t2, N_Q, hidden=(3,)), np.array([0.9, 5.0]), hidden=(2,), momentum_hidden=(3,)
+        Lagrangian(t2, N_Q, hidden=(3,)),
+        np.array([0.9, 5.0]),
+        port_hamiltonian.Options(damping_hidden=(2,), momentum_hidden=(3,), floor=0.0),
     ),
 }
-MODELS = LAGRANGIANS | FREE | {"blackbox": lambda: BlackBox(N_Q, hidden=(6, 5))}
+MODELS = LAGRANGIANS | FREE | {"blackbox": lambda: BlackBox(N_Q, blackbox.Options(hidden=(6, 5)))}
 
 
 @pytest.fixture(params=LAGRANGIANS)
@@ -81,8 +98,12 @@ def prepare():
 
 def _port(structure, dissipation):
     scale = np.array([0.9, 5.0])
-    energy = Structured(N_Q, scale, hidden=(3,))
-    return PortHamiltonian(energy, scale, structure=structure, dissipation=dissipation, hidden=(3,), floor=1e-3)
+    energy = Structured(N_Q, scale, structured.Options(hidden=(3,)))
+    return PortHamiltonian(
+        energy,
+        scale,
+        port_hamiltonian.Options(structure=structure, dissipation=dissipation, damping_hidden=(3,), floor=1e-3),
+    )
 
 
 def _start(model, members=3, seed=0):

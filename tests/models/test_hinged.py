@@ -12,7 +12,7 @@ from repro.models.bases import fxf, rigid_body, t1
 from repro.models.context import Context, SubModel
 from repro.models.damped import Damped
 from repro.models.interconnection import Interconnection, Joined
-from repro.models.kinds import extended, hinged
+from repro.models.kinds import extended, hinged, port_hamiltonian, structured
 from repro.models.kinds.hinged import Hinged, RodOfUnknownMass
 from repro.models.kinds.port_hamiltonian import PortHamiltonian
 from repro.models.kinds.structured import Structured
@@ -64,7 +64,7 @@ def test_true_sub_models_make_the_true_double_pendulum(reading):
 def test_the_multipliers_and_the_reduced_coordinates_give_the_same_motion():
     """With friction in both bodies, and masses that no double pendulum has."""
     model = _hinged(
-        Damped(Structured(2, np.array([1.0, 4.0]), hidden=(3,)), "diagonal"),
+        Damped(Structured(2, np.array([1.0, 4.0]), structured.Options(hidden=(3,))), "diagonal"),
         Damped(Lagrangian(rigid_body, 3), "diagonal"),
     )
     weights = model.initial([np.random.default_rng(0)])[0]
@@ -96,7 +96,9 @@ def test_the_hinge_does_no_work_and_stays_closed():
 
 
 def test_the_energy_and_the_dissipation_are_the_sums_of_the_parts():
-    cart = PortHamiltonian(Lagrangian(t1, 2), np.ones(2), dissipation="constant")
+    cart = PortHamiltonian(
+        Lagrangian(t1, 2), np.ones(2), port_hamiltonian.Options(dissipation="constant", damping_hidden=(8,), floor=0.0)
+    )
     model = _hinged(cart, Damped(Lagrangian(rigid_body, 3), "diagonal"))
     generator = np.random.default_rng(0)
     weights = generator.normal(size=model.n_parameters)

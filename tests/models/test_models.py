@@ -8,6 +8,7 @@ from tensors import assert_close
 
 from repro.codegen.array_evaluation import evaluate
 from repro.mechanics.derive import derive
+from repro.models.kinds import structured
 
 
 def test_engine_agrees_with_the_lagrangian_differentiated_by_casadi(lagrangian_model, samples, start, prepare):
@@ -109,7 +110,7 @@ def test_per_sample_gradients_agree_with_autograd(any_model, samples, mass, star
 def test_structured_mass_matrix_is_positive_semidefinite_for_any_weights(samples, start, prepare):
     from repro.models.kinds.structured import Structured
 
-    model = Structured(2, np.array([1.0, 5.0]))
+    model = Structured(2, np.array([1.0, 5.0]), structured.Options())
     parameters = start(model) * 30
     mass = model.evaluate(parameters, prepare(model, samples), mass=True).mass
     assert torch.linalg.eigvalsh(mass).min() > -1e-9 * torch.linalg.eigvalsh(mass).max()

@@ -31,7 +31,7 @@ def _terms(model, weights, q, qd):
 @pytest.fixture
 def rod():
     """x, y and an angle, with random weights."""
-    model = NeuralPotential(np.array([1.0, 1.0, 5.0]), np.array([2.0, 0.5, 1.0]), [2])
+    model = NeuralPotential(np.array([1.0, 1.0, 5.0]), np.array([2.0, 0.5, 1.0]), [2], neural_potential.Options())
     return model, model.initial([np.random.default_rng(3)]) + 0.2
 
 

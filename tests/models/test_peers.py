@@ -15,6 +15,7 @@ from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
+from repro.models.kinds import hamiltonian, sparse, symoden
 from repro.models.kinds.hamiltonian import Hamiltonian, momentum_spread
 from repro.models.kinds.sparse import Sparse
 from repro.models.kinds.symoden import SymODEN
@@ -26,10 +27,13 @@ SAMPLES = DATA.q, DATA.qd, DATA.qdd, DATA.tau
 POSITIONS = position_features(DIP.coordinates)
 MODELS = {
     "hamiltonian": lambda: Hamiltonian(
-        DIP, POSITIONS, momentum_spread(DIP, DATA.q, DATA.qd), hidden=(6, 5), damped=True
+        DIP,
+        POSITIONS,
+        momentum_spread(DIP, DATA.q, DATA.qd),
+        hamiltonian.Options(hidden=(6, 5), dissipation="constant"),
     ),
-    "symoden": lambda: SymODEN(3, POSITIONS, hidden=(6,), damped=True),
-    "sparse": lambda: Sparse(3, POSITIONS, order=1, implicit=True),
+    "symoden": lambda: SymODEN(3, POSITIONS, symoden.Options(hidden=(6,), dissipation="state")),
+    "sparse": lambda: Sparse(3, POSITIONS, sparse.Options(order=1, form="implicit")),
 }
 
 
@@ -83,7 +87,7 @@ def test_the_energy_of_symoden_gains_what_its_input_does_and_loses_what_its_fric
 
 
 def test_a_hamiltonian_keeps_its_energy_in_free_motion_and_accelerates_as_its_velocities_say():
-    model = Hamiltonian(DIP, POSITIONS, np.ones(3), hidden=(6, 5))
+    model = Hamiltonian(DIP, POSITIONS, np.ones(3), hamiltonian.Options(hidden=(6, 5)))
     weights = model.initial([np.random.default_rng(0)])
     start = np.concatenate([DATA.q[0, :4], DATA.qd[0, :4]], axis=1)
     motion = model_motion(model, np.repeat(weights, 4, axis=0), start, np.zeros((4, 40, 3)), 0.01, DIP.angles)
@@ -108,8 +112,8 @@ def test_the_ratio_of_sparse_sums_finds_the_cart_pole_exactly_and_the_sum_alone_
     sip = load("sip")
     data = random_force(sip, seeds=(0,), samples=600, reset="random", episode_steps=50, train_fraction=0.5)
     errors = {}
-    for form in (True, False):
-        model = Sparse(2, position_features(sip.coordinates), implicit=form)
+    for form in ("implicit", "explicit"):
+        model = Sparse(2, position_features(sip.coordinates), sparse.Options(form=form))
         task = make_task(model, data.train, Objective(implicit.Options()))
         problem = TrainingProblem(model, [task], (0,))
         start = torch.from_numpy(model.initial([np.random.default_rng(0)]))
@@ -117,5 +121,5 @@ def test_the_ratio_of_sparse_sums_finds_the_cart_pole_exactly_and_the_sum_alone_
         test = data.test
         predicted = predict(model, found.parameters, test.q, test.qd, test.qdd, test.tau).acceleration
         errors[form] = np.abs(predicted - test.qdd).mean()
-    assert errors[True] < 1e-9
-    assert errors[False] > 1e-3
+    assert errors["implicit"] < 1e-9
+    assert errors["explicit"] > 1e-3

@@ -17,6 +17,7 @@ from repro.mechanics.system import load
 from repro.mechanics.system_options import SYSTEMS
 from repro.models.bases import raw
 from repro.models.context import Context
+from repro.models.kinds import structured
 from repro.models.kinds.structured import Structured
 from repro.models.position import cart_with_links, position_features
 from repro.plugins.plugin import plugin_names
@@ -50,7 +51,8 @@ def test_a_structured_model_learns_a_free_rod_and_its_weight():
     data = random_force(ROD, seeds=[0], samples=400, episode_steps=50, reset="random")
     train = data.train
     context = Context(raw, data.coordinates, train.q, train.qd, train.qd, ROD)
-    model = Structured(3, context.velocity_scale, hidden=(8,), positions=context.positions)
+    options = structured.Options(hidden=(8,), potential="cosines")
+    model = Structured(3, context.velocity_scale, options, context.positions)
     problem = TrainingProblem(model, [make_task(model, train, Objective(inverse.Options()))], [0])
     start = torch.from_numpy(model.initial([np.random.default_rng(0)]))
     fitted = LevenbergMarquardt(iterations=40).fit(problem, start, silent, NoCheckpoint())

@@ -15,6 +15,7 @@ from torch import Tensor
 
 from repro.mechanics.runge_kutta import rk4_step
 from repro.mechanics.system import load
+from repro.models.kinds import hamiltonian
 from repro.models.kinds.hamiltonian import Hamiltonian
 from repro.models.network import Network
 from repro.models.position import PositionFeatures
@@ -73,7 +74,9 @@ class Published:
     def __init__(self, kind: str, generator: np.random.Generator) -> None:
         self.kind = kind
         if kind == "hnn":
-            self.model = Hamiltonian(load("torque_pendulum"), PositionFeatures((), ((0, 1.0),)), np.ones(1))
+            self.model = Hamiltonian(
+                load("torque_pendulum"), PositionFeatures((), ((0, 1.0),)), np.ones(1), hamiltonian.Options()
+            )
             self.network = self.model.network
         else:
             self.network = Network(2, (200, 200), 2, "tanh")

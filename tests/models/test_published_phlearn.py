@@ -23,6 +23,7 @@ from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
+from repro.models.kinds import hamiltonian
 from repro.models.kinds.hamiltonian import Hamiltonian
 from repro.models.position import PositionFeatures
 
@@ -71,7 +72,9 @@ class Ours:
     def __init__(self, recipe: Recipe) -> None:
         self.recipe = recipe
         raw = PositionFeatures((), ((0, 1.0),))
-        self.model = Hamiltonian(SPRING, raw, np.ones(1), hidden=recipe.hidden, damped=recipe.damping > 0)
+        dissipation = "constant" if recipe.damping > 0 else "none"
+        options = hamiltonian.Options(hidden=recipe.hidden, dissipation=dissipation)
+        self.model = Hamiltonian(SPRING, raw, np.ones(1), options)
         self.weights = torch.from_numpy(self.model.initial([np.random.default_rng(SEED)]))
 
     def fit(self, data: Dataset) -> None:

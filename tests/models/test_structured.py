@@ -33,7 +33,7 @@ KINDS = {
 
 @pytest.fixture(params=KINDS)
 def model(request):
-    return Structured(3, np.array([0.9, 5.0, 9.0]), **KINDS[request.param])
+    return Structured(3, np.array([0.9, 5.0, 9.0]), structured.Options(**KINDS[request.param]))
 
 
 @pytest.fixture(scope="module")
@@ -108,7 +108,7 @@ def test_without_scaling_the_start_is_one_unit_of_inertia_a_coordinate():
 def _true_model(system):
     n, links = system.n_q - 1, system.links
     scale = np.linspace(0.5, 2.0, n + 1)
-    model = Structured(n + 1, scale, hidden=(2,), rank=1 + 3 * n)
+    model = Structured(n + 1, scale, structured.Options(hidden=(2,), rank=1 + 3 * n))
     factor = SimpleNamespace(
         constant=np.zeros((n + 1, 1 + 3 * n)), cos=np.zeros((n + 1, 1 + 3 * n, n)), sin=np.zeros((n + 1, 1 + 3 * n, n))
     )

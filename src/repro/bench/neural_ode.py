@@ -29,7 +29,7 @@ from repro.learning.optimisers.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.result import Fitted, NoCheckpoint, silent
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
-from repro.models.kinds.symoden import SymODEN
+from repro.models.kinds.symoden import Options, SymODEN
 from repro.models.model import Model
 from repro.models.position import cart_with_links
 
@@ -51,7 +51,7 @@ def by_path(data: Dataset, seed: int) -> float:
 
 def by_shooting(data: Dataset, seed: int, seconds: float) -> float:
     """MAE of qdd of SymODEN after so many CPU seconds of Adam, whose rate falls along half a cosine over them."""
-    model = SymODEN(data.n_q, cart_with_links(data.n_q), hidden=(WIDTH,))
+    model = SymODEN(data.n_q, cart_with_links(data.n_q), Options(hidden=(WIDTH,)))
     adam = Adam(epochs=ENDLESS, schedule="cosine", batch_size=BATCH, budget_s=seconds)
     return _error(model, _fitted(model, prediction.Options(intervals=HORIZON), adam, data, seed), data)
 

@@ -20,7 +20,7 @@ from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.mechanics.system import load
 from repro.models.bases import raw
-from repro.models.kinds.structured import Structured
+from repro.models.kinds.structured import Options, Structured
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
 from repro.plugins.plugin import plugin
@@ -63,15 +63,15 @@ def network(basis: ModuleType, hidden: Sequence[int]) -> ModelOf:
 
 def triangular(hidden: Sequence[int]) -> ModelOf:
     """The mass matrix by its triangular factor from a network without a linear path, as in DeLaN."""
-    return lambda data: Structured(
-        data.n_q, np.ones(data.n_q), hidden=hidden, activation="softplus", skip=False, factor="triangular",
-        initialisation="glorot",
-    )  # fmt: skip
+    options = Options(
+        hidden=tuple(hidden), activation="softplus", skip=False, factor="triangular", initialisation="glorot"
+    )
+    return lambda data: Structured(data.n_q, np.ones(data.n_q), options)
 
 
 def wide(hidden: Sequence[int]) -> ModelOf:
     """The mass matrix by this project's wide factor."""
-    return lambda data: Structured(data.n_q, data.train.qd[0].std(0), hidden=hidden)
+    return lambda data: Structured(data.n_q, data.train.qd[0].std(0), Options(hidden=tuple(hidden)))
 
 
 def pendulum_case(model: ModelOf, members: int, samples: int) -> TrainingCase:

@@ -7,7 +7,7 @@ from functools import lru_cache
 import casadi as ca
 
 from repro.codegen.c_library import CompilerError, load_library
-from repro.codegen.straight_line import OF_MATH_H, statements
+from repro.codegen.straight_line import CONSTANTS, OF_MATH_H, OWN_FUNCTIONS, statements
 
 LANES = 8  # doubles in the widest vector registers; a compiler splits a vector for narrower ones
 CONSTANT = "parameters"  # begins the name of an input that holds scalars, every other one holds vectors
@@ -20,34 +20,25 @@ TYPE = f"""
 typedef double vec __attribute__((vector_size(8 * LANES)));
 """
 
-_BINARY = {
-    **{name: f"{name}(a[l], b[l])" for name in ("pow", "fmax", "fmin", "atan2")},
-    "less": "a[l] < b[l]",
-    "less_equal": "a[l] <= b[l]",
-    "equal": "a[l] == b[l]",
-    "unequal": "a[l] != b[l]",
-    "both": "a[l] != 0.0 && b[l] != 0.0",
-    "either": "a[l] != 0.0 || b[l] != 0.0",
-    "if_else_zero": "a[l] != 0.0 ? b[l] : 0.0",
-}
-_UNARY = {name: f"{name}(a[l])" for name in OF_MATH_H}
-_UNARY |= {"sign": "(a[l] > 0.0) - (a[l] < 0.0)", "negation": "a[l] == 0.0"}
+_OF_ONE = {name: f"{name}({{a}})" for name in OF_MATH_H}
+_OF_ONE |= {name: body for name, body in OWN_FUNCTIONS.items() if "{b}" not in body}
+_OF_TWO = {name: f"{name}({{a}}, {{b}})" for name in ("pow", "fmax", "fmin", "atan2")}
+_OF_TWO |= {name: body for name, body in OWN_FUNCTIONS.items() if "{b}" in body}
 
 
 def _lanewise(name: str, arguments: str, body: str) -> str:
-    loop = f"for (int l = 0; l < LANES; l++) r[l] = {body};"
+    loop = f"for (int l = 0; l < LANES; l++) r[l] = {body.format(a='a[l]', b='b[l]')};"
     return f"static inline vec {name}({arguments}) {{ vec r; {loop} return r; }}"
 
 
 # for any `vec` and LANES defined before
 FUNCTIONS = "\n".join(
     [
-        "#define inf INFINITY",
-        "#define nan NAN",
+        *CONSTANTS,
         # a loop over lanes is compiled to one load per lane
         "static inline vec splat(double a) { return a - (vec){0}; }",
-        *(_lanewise(f"v_{name}", "vec a", body) for name, body in _UNARY.items()),
-        *(_lanewise(f"v_{name}", "vec a, vec b", body) for name, body in _BINARY.items()),
+        *(_lanewise(f"v_{name}", "vec a", body) for name, body in _OF_ONE.items()),
+        *(_lanewise(f"v_{name}", "vec a, vec b", body) for name, body in _OF_TWO.items()),
         "",
     ]
 )

@@ -4,17 +4,28 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from repro.codegen.c_source import c_source
-
 PART = 500
 INPUTS = ("q", "qd", "u", "parameters")
 OUTPUT = "qdd"
+CONSTANTS = ("#define inf INFINITY", "#define nan NAN")  # as Python writes them
 
 # of math.h, each with the name of CasADi's operation
 OF_MATH_H = ("sqrt", "exp", "expm1", "log", "log1p", "sin", "cos", "tan", "tanh", "sinh", "cosh", "atan", "fabs")
 _OF_TWO = {"POW": "pow", "CONSTPOW": "pow", "FMAX": "fmax", "FMIN": "fmin", "ATAN2": "atan2", "AND": "both"}
 _OF_TWO |= {"LT": "less", "LE": "less_equal", "EQ": "equal", "NE": "unequal", "OR": "either"}
 _OF_TWO |= {"IF_ELSE_ZERO": "if_else_zero"}
+# what math.h lacks, of numbers a and b
+OWN_FUNCTIONS = {
+    "less": "{a} < {b}",
+    "less_equal": "{a} <= {b}",
+    "equal": "{a} == {b}",
+    "unequal": "{a} != {b}",
+    "both": "{a} != 0.0 && {b} != 0.0",
+    "either": "{a} != 0.0 || {b} != 0.0",
+    "if_else_zero": "{a} != 0.0 ? {b} : 0.0",
+    "sign": "({a} > 0.0) - ({a} < 0.0)",
+    "negation": "{a} == 0.0",
+}
 BINARY = {
     **{getattr(ca, f"OP_{name}"): f"{called}({{a}}, {{b}})" for name, called in _OF_TWO.items()},
     ca.OP_ADD: "{a} + {b}",
@@ -68,7 +79,11 @@ def parts(lines: Sequence[str]) -> list[Sequence[str]]:
 
 def preamble() -> str:
     """Headers, constants and comparisons that the statements of `straight_line` need."""
-    return c_source(__file__, "scalar_functions")
+    lines = ["#include <math.h>", "#include <stdint.h>", "#include <string.h>", *CONSTANTS]
+    for name, body in OWN_FUNCTIONS.items():
+        arguments = "double a, double b" if "{b}" in body else "double a"
+        lines.append(f"static inline double {name}({arguments}) {{ return {body.format(a='a', b='b')}; }}")
+    return "\n".join([*lines, ""])
 
 
 def function(name: str, inputs: Sequence[str], output: str, lines: Sequence[str], n_work: int) -> str:

@@ -38,7 +38,8 @@ class Damped(Model):
         counts = {"c": len(self.shapes), "dry": len(self.rates), "offset": self.constant.shape[1]}
         self.names = tuple(f"{name}{index}" for name, count in counts.items() for index in range(count))
         self.linear_in_weights = model.linear_in_weights
-        self.inverse, self.energetic, self.transforms = model.inverse, model.energetic, model.transforms
+        self.inverse, self.energetic = model.inverse, model.energetic
+        self.transform, self.transform_slice = model.transform, model.transform_slice
         self.model_slice, self.damping_slice = consecutive(model.n_parameters, len(self.names))
         self.n_parameters = self.damping_slice.stop
 
@@ -93,10 +94,6 @@ class Damped(Model):
             force += rates.T @ (dry * rate / casadi.sqrt(rate**2 + SLIDING**2))
             force += casadi.DM(self.constant) @ own[viscous + len(self.rates) :]
         return force
-
-    def transformed_momentum(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
-        """The model's p_tran, eq. (8)."""
-        return self.model.transformed_momentum(q, qd, parameters[self.model_slice])
 
 
 def with_damping(model: Model, damping: Damping, positions: PositionFeatures) -> Model:

@@ -1,8 +1,8 @@
 """A model that is written as CasADi expressions alone: what the engines need of it follows by differentiation."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
-from itertools import pairwise
 from typing import Any
 
 import casadi
@@ -11,7 +11,7 @@ import numpy as np
 from repro.codegen.array_evaluation import column_function, evaluate
 from repro.codegen.lazy_torch import Tensor, torch
 from repro.models.model import SAMPLES, Model, Prepared
-from repro.models.terms import Terms, symmetric
+from repro.models.terms import Terms, stack_terms
 
 
 class ExpressionModel(Model):
@@ -32,20 +32,12 @@ class ExpressionModel(Model):
 
     def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:
         """The stack, taken apart."""
-        n_q = self.n_q
-        sizes = [n_q, n_q, 1, 1, n_q * (n_q + 1) // 2, n_q if self.transforms else 0]
-        ends = np.cumsum([0, *sizes, outputs[0].shape[-1] - sum(sizes)])
-        parts = (outputs[0][..., start:end] for start, end in pairwise(ends))
-        tau, momentum, kinetic, potential, mass, transformed, port_error = parts
-        return Terms(
-            tau=tau,
-            momentum=momentum,
-            kinetic=kinetic[..., 0],
-            potential=potential[..., 0],
-            mass=symmetric(mass, n_q),
-            transformed_momentum=transformed if self.transforms else None,
-            port_error=port_error,
-        )
+        n_q, stack = self.n_q, outputs[0]
+        rest = stack[..., 2 * n_q + 2 + n_q * (n_q + 1) // 2 :]
+        if not self.transforms:
+            return replace(stack_terms(stack, n_q), port_error=rest)
+        transformed, error = rest[..., :n_q], rest[..., n_q:]
+        return replace(stack_terms(stack, n_q), transformed_momentum=transformed, port_error=error)
 
     def without_weights(self, samples: np.ndarray) -> Terms:
         """The terms, as arrays, of a model without weights; samples (..., 4 n_q) are q, qd, qdd, tau."""

@@ -15,7 +15,7 @@ from repro.models.network import Network
 from repro.models.position import PositionFeatures, cart_with_links
 from repro.models.terms import Terms, symmetric
 
-CoefficientStart = Literal["glorot", "positive", "ones"]
+Start = Literal["glorot", "wide", "positive", "ones"]
 
 
 class MomentumTransform:
@@ -26,10 +26,6 @@ class MomentumTransform:
         self.network = Network(len(self.features), tuple(hidden), n_q * (n_q + 1) // 2)
         self.n_parameters, self.initial = self.network.n_parameters, self.network.initial
 
-    def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
-        """The position features as one-row jets, (..., 1, n_features)."""
-        return self.features.jets(q, qd, qdd)[..., :1, :]
-
     def expression(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
         """p_tran as a CasADi expression."""
         entries = self.network.expression(parameters, self.features.expression(q, qd))
@@ -38,16 +34,13 @@ class MomentumTransform:
             matrix[row, column] = matrix[column, row] = entries[number]
         return matrix @ qd
 
-    def momentum(self, entries: Tensor, qd: Tensor) -> Tensor:
-        """p_tran = M_hat qd, (member, sample, n_q), from the network's output (member, sample, 1, n_entries)."""
-        return torch.einsum("...ij,...j->...i", symmetric(entries[..., 0, :], self.n_q), qd)
-
 
 class Lagrangian(Model):
     """The paper's parameterisations (7): T = alpha . T_j or T = N(T_j); V = beta . V_j.
 
     parameters: [alpha or the weights of N | beta | weights of the momentum transform, when there is one].
     `input_scale` (n_features,) divides the first layer's starting weights: the same network, a start fit for the data.
+    initialisation: coefficients of a linear T are draws as of a `glorot` layer, their sizes (`positive`), or `ones`.
     """
 
     def __init__(
@@ -60,7 +53,7 @@ class Lagrangian(Model):
         input_scale: np.ndarray | None = None,
         momentum_hidden: Sequence[int] | None = None,
         positions: PositionFeatures | None = None,
-        coefficient_start: CoefficientStart = "glorot",
+        initialisation: Start = "glorot",
     ) -> None:
         self.n_q = n_q
         self.kinetic_features = FeatureMap(basis.kinetic, n_q)
@@ -68,17 +61,13 @@ class Lagrangian(Model):
         self.linear: bool = basis.LINEAR
         self.linear_in_weights = self.linear
         self.network = None if self.linear else Network(len(self.kinetic_features), tuple(hidden), 1, activation)
-        self.input_scale = input_scale
-        self.coefficient_start = coefficient_start
+        self.input_scale, self.initialisation = input_scale, initialisation
         shown = positions or cart_with_links(n_q)
         self.transform = None if momentum_hidden is None else MomentumTransform(n_q, momentum_hidden, shown)
-        self.transforms = self.transform is not None
         n_kinetic = len(self.kinetic_features) if self.network is None else self.network.n_parameters
         sizes = n_kinetic, len(self.potential_features), self.transform.n_parameters if self.transform else 0
         self.kinetic_slice, self.potential_slice, self.transform_slice = consecutive(*sizes)
         self.n_parameters = sum(sizes)
-        self._tangent_pairs = [(0, 1 + c) for c in range(n_q)]
-        self._mass_pairs = [(1 + c, 1 + d) for c, d in self.kinetic_features.mass_pairs]
 
     @property
     def coefficient_names(self) -> tuple[str, ...]:
@@ -86,13 +75,14 @@ class Lagrangian(Model):
         return (*self.kinetic_features.names, *self.potential_features.names)
 
     def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
-        """Glorot-uniform draws (a column vector of coefficients counts as a layer with one output).
-
-        coefficient_start `positive`: the sizes of these draws on a linear basis, `ones`: ones in their place.
-        """
+        """Glorot-uniform draws (a column vector of coefficients counts as a layer with one output)."""
         n_t, n_v = len(self.kinetic_features), len(self.potential_features)
         if self.network is None:
-            kinetic = _started(np.stack([_coefficients(n_t, g) for g in generators]), self.coefficient_start)
+            kinetic = np.stack([_coefficients(n_t, g) for g in generators])
+            if self.initialisation == "positive":
+                kinetic = np.abs(kinetic)
+            elif self.initialisation == "ones":
+                kinetic = np.ones_like(kinetic)
         else:
             kinetic = self.network.initial(generators)
             if self.input_scale is not None:
@@ -108,7 +98,7 @@ class Lagrangian(Model):
         prepared = {"kinetic": self.kinetic_features.jets(q, qd, qdd), "qd": qd}
         prepared["potential"] = self.potential_features.potential_rows(q, qd, qdd)
         if self.transform is not None:
-            prepared["transform"] = self.transform.prepare(q, qd, qdd)
+            prepared["transform"] = self.transform.features.jets(q, qd, qdd)[..., :1, :]
         return prepared
 
     def outputs(self, parameters: Tensor, prepared: Prepared, mass: bool) -> list[Tensor]:
@@ -133,7 +123,8 @@ class Lagrangian(Model):
         kinetic, potential = outputs[0], outputs[1]
         transformed = None
         if self.transform is not None:
-            transformed = self.transform.momentum(outputs[2], prepared["qd"])
+            matrix = symmetric(outputs[2][..., 0, :], n_q)
+            transformed = torch.einsum("...ij,...j->...i", matrix, prepared["qd"])
         return Terms(
             tau=kinetic[..., 2 + n_q : 2 + 2 * n_q] - potential[..., 1:],
             momentum=kinetic[..., 2 : 2 + n_q],
@@ -169,12 +160,6 @@ class Lagrangian(Model):
             potential = casadi.dot(parameters[self.potential_slice], self.potential_features.expression(q, qd))
         return EnergyExpressions(kinetic, potential)
 
-    def transformed_momentum(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
-        """p_tran = M_hat(q) qd, eq. (8), as a CasADi expression; only with a momentum transform."""
-        if self.transform is None:
-            return super().transformed_momentum(q, qd, parameters)
-        return self.transform.expression(q, qd, parameters[self.transform_slice])
-
     def _lie_stack(self, weights: Tensor, jets: Tensor) -> Tensor:
         """[T, Tdot, p, tau_T] from one tangent and one pass back through the network, whatever n_q is."""
         assert self.network is not None
@@ -186,11 +171,8 @@ class Lagrangian(Model):
         return torch.cat([value.unsqueeze(-1), rate.unsqueeze(-1), momentum, force], dim=-1)
 
     def _pairs(self, mass: bool) -> list[tuple[int, int]]:
-        return self._tangent_pairs + (self._mass_pairs if mass else [])
-
-
-def _started(drawn: np.ndarray, start: CoefficientStart) -> np.ndarray:
-    return np.ones_like(drawn) if start == "ones" else np.abs(drawn) if start == "positive" else drawn
+        of_mass = [(1 + c, 1 + d) for c, d in self.kinetic_features.mass_pairs] if mass else []
+        return [(0, 1 + c) for c in range(self.n_q)] + of_mass
 
 
 def _coefficients(n: int, generator: np.random.Generator) -> np.ndarray:

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import accumulate, pairwise
+from typing import TYPE_CHECKING
 
 import casadi
 import numpy as np
@@ -13,6 +14,9 @@ from repro.codegen.array_evaluation import column_function, evaluate
 from repro.codegen.lazy_torch import Tensor, torch
 from repro.mechanics.derive import euler_lagrange, solve_symmetric
 from repro.models.terms import Terms
+
+if TYPE_CHECKING:
+    from repro.models.lagrangian import MomentumTransform
 
 Prepared = dict[str, Tensor]
 SAMPLES = ("q", "qd", "qdd", "tau")
@@ -55,11 +59,17 @@ class Model(ABC):
     n_parameters: int  # weights of one member
     inverse = True  # predicts tau: the inverse objective applies
     energetic = True  # has a Lagrangian
-    transforms = False  # has a momentum of its own, eq. (8)
+    transform: "MomentumTransform | None" = None  # of a momentum of its own, eq. (8)
+    transform_slice = slice(0, 0)  # the weights of that
     not_symbolic: str | None = None  # why it has no CasADi expressions, where it has none
     linear_in_weights = False  # tau is linear in the weights
     fixed = slice(0, 0)  # weights that a fit does not change
     upstream = slice(0, 0)  # weights that come from trained sub-models, the same for every random start
+
+    @property
+    def transforms(self) -> bool:
+        """Whether it has a momentum of its own, eq. (8)."""
+        return self.transform is not None
 
     @property
     def coefficient_names(self) -> tuple[str, ...]:
@@ -153,7 +163,9 @@ class Model(ABC):
 
     def transformed_momentum(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
         """p_tran = M_hat(q) qd, eq. (8), as a CasADi expression; only for models with a momentum transform."""
-        raise NotImplementedError(f"{type(self).__name__} has no momentum transform")
+        if self.transform is None:
+            raise NotImplementedError(f"{type(self).__name__} has no momentum transform")
+        return self.transform.expression(q, qd, parameters[self.transform_slice])
 
     def evaluate(self, parameters: Tensor, prepared: Prepared, mass: bool = False) -> Terms:
         """Predictions on prepared data."""
@@ -174,12 +186,17 @@ class Model(ABC):
     def state_rate(self, parameters: Tensor, state: np.ndarray, tau: np.ndarray) -> np.ndarray:
         """The rate of what it integrates, (member, sample, 2 n_q), under tau (member, sample, n_q)."""
         q, qd = np.split(state, 2, axis=-1)
-        zero, tau = np.zeros_like(q), np.require(tau, requirements="W")
-        prepared = tensors(self.prepare(np.ascontiguousarray(q), np.ascontiguousarray(qd), zero, tau))
+        return np.concatenate([qd, self.accelerations(parameters, q, qd, tau)], axis=-1)
+
+    def accelerations(self, parameters: Tensor, q: np.ndarray, qd: np.ndarray, tau: np.ndarray) -> np.ndarray:
+        """qdd (member, sample, n_q) by torch, of any model; arguments (member, sample, n_q)."""
+        zero = np.zeros_like(q)
+        samples = [np.require(array, requirements=("C", "W")) for array in (q, qd, zero, tau)]
         with torch.no_grad():
-            terms = self.evaluate(parameters, prepared, mass=True)
-            error = terms.acceleration_error(torch.from_numpy(zero), torch.from_numpy(tau))
-        return np.concatenate([qd, error.numpy()], axis=-1)
+            terms = self.evaluate(parameters, tensors(self.prepare(*samples)), mass=True)
+            error = terms.acceleration_error(torch.from_numpy(zero), torch.from_numpy(samples[-1]))
+        found: np.ndarray = error.numpy()
+        return found
 
     def rows(
         self, parameters: Tensor, prepared: Prepared, residual: Callable[[Terms], Tensor], mass: bool

@@ -33,6 +33,7 @@ class ModelOptions(PluginOptions):
     runs_on_device   it is computed by torch from end to end
     implicit_form    it has an implicit equation that is linear in its weights
     differentiable   its acceleration can be differentiated by the state, as `prediction` needs
+    has_coefficients on a linear basis, its weights are the coefficients of the basis alone
     """
 
     fitted: ClassVar[bool] = True
@@ -44,6 +45,7 @@ class ModelOptions(PluginOptions):
     runs_on_device: ClassVar[bool] = False
     differentiable: ClassVar[bool] = False
     implicit_form: ClassVar[bool] = False
+    has_coefficients: ClassVar[bool] = False
 
     @property
     def sub_models(self) -> tuple[str, ...]:
@@ -54,16 +56,11 @@ class ModelOptions(PluginOptions):
     @property
     def uses_basis(self) -> bool:
         """Whether its energies are made of the features of conf/basis."""
-        return False
+        return self.has_coefficients
 
     @property
     def draws_coefficients(self) -> bool:
         """Whether its start is one of the coefficients of a linear basis."""
-        return False
-
-    @property
-    def has_coefficients(self) -> bool:
-        """Whether, on a linear basis, its weights are the coefficients of the basis alone."""
         return False
 
     @property

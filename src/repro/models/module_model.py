@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from enum import StrEnum
-from functools import cached_property
+from functools import partial
 from typing import Any
 
 import casadi
@@ -13,8 +13,8 @@ from torch.func import functional_call, grad, jacrev, vjp, vmap
 
 from repro.errors import UserError
 from repro.models.model import SAMPLES, EnergyExpressions, Model, Prepared, consecutive
-from repro.models.module_graph import NotSymbolicError, symbolic
-from repro.models.terms import Terms, symmetric
+from repro.models.module_graph import NotSymbolicError, as_array, symbolic
+from repro.models.terms import Terms, stack_terms
 
 LARGEST_SYMBOLIC = 2000  # weights: above this, expressions take longer to compile than they save
 LARGEST_CHUNK = 512  # samples whose gradients are taken at a time
@@ -40,13 +40,14 @@ class ModuleModel(Model):
     """An ensemble of copies of one module, in float64; the weights of a copy are one row of the parameters.
 
     factory: returns a new module with its random start; every tensor that it is handed is one sample, (n_q,), under
-    torch.func.vmap. form: None reads it off the module, see `form_of`.
+    torch.func.vmap. Its form is read off it, see `form_of`.
     """
 
-    def __init__(self, factory: Callable[[], nn.Module], n_q: int, form: Form | None = None) -> None:
+    def __init__(self, factory: Callable[[], nn.Module], n_q: int) -> None:
         self.n_q, self.factory = n_q, factory
         self.module = factory().double().eval()
-        self.form = form_of(self.module, n_q) if form is None else form
+        self._methods = _Methods(self.module)
+        self.form = form_of(self.module, n_q)
         self.energetic = self.inverse = self.form != Form.ACCELERATION
         self.shapes = {name: weight.shape for name, weight in self.module.named_parameters()}
         sizes = [shape.numel() for shape in self.shapes.values()]
@@ -88,13 +89,7 @@ class ModuleModel(Model):
 
     def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:
         """The stack, taken apart."""
-        if not self.energetic:
-            return Terms(acceleration=outputs[0])
-        tau, momentum, kinetic, potential, mass = torch.split(
-            outputs[0], [self.n_q, self.n_q, 1, 1, outputs[0].shape[-1] - 2 * self.n_q - 2], dim=-1
-        )
-        inertia = symmetric(mass, self.n_q) if mass.shape[-1] else None
-        return Terms(tau=tau, momentum=momentum, kinetic=kinetic[..., 0], potential=potential[..., 0], mass=inertia)
+        return stack_terms(outputs[0], self.n_q) if self.energetic else Terms(acceleration=outputs[0])
 
     def vjp(self, parameters: Tensor, prepared: Prepared, cotangents: list[Tensor]) -> Tensor:
         """Gradients with respect to all weights, (member, row, sample, n_parameters)."""
@@ -114,18 +109,15 @@ class ModuleModel(Model):
 
     def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
         """T and V as CasADi expressions; NotSymbolicError where the module has none."""
-        match self.form:
-            case Form.LAGRANGIAN:
-                moving, resting = (self._traced("forward", [q, v], parameters) for v in (qd, casadi.SX.zeros(self.n_q)))
-                return EnergyExpressions(_scalar(moving) - _scalar(resting), -_scalar(resting))
-            case Form.ENERGIES:
-                kinetic, potential = self._traced("forward", [q, qd], parameters)
-                return EnergyExpressions(_scalar(kinetic), _scalar(potential))
-            case Form.PORT:
-                mass = _matrix(self._traced("mass", [q], parameters))
-                return EnergyExpressions(qd.T @ mass @ qd / 2, _scalar(self._traced("potential", [q], parameters)))
-            case Form.ACCELERATION:
-                raise NotImplementedError("a module that predicts accelerations has no Lagrangian")
+        if not self.energetic:
+            return super().energies(q, qd, parameters)
+
+        def called(method: str, *inputs: np.ndarray) -> Any:
+            return self._traced(method, [casadi.vertcat(*each) for each in inputs], parameters)
+
+        position, rates = (np.array(casadi.vertsplit(each), dtype=object) for each in (q, qd))
+        kinetic, potential = self._energies(called, position, rates, 0 * rates)
+        return EnergyExpressions(_scalar(kinetic), _scalar(potential))
 
     def friction(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
         """D(q) qd, where the module has a dissipation."""
@@ -147,10 +139,10 @@ class ModuleModel(Model):
         member = torch.from_numpy(np.ascontiguousarray(weights, dtype=float))
 
         def of_sample(position: Tensor, velocity: Tensor) -> Tensor:
-            push = grad(lambda place: torch.sub(*self._energies(member, place, velocity)))(position)
+            push = grad(lambda place: torch.sub(*self._energy_values(member, place, velocity)))(position)
             friction = torch.zeros_like(velocity)
             if hasattr(self.module, "dissipation"):
-                friction = self._called(member, position, method="dissipation") @ velocity
+                friction = self._called(member, "dissipation", position) @ velocity
             return torch.cat([-push, velocity, velocity, push - friction])
 
         arrays = [np.asarray(array, dtype=float) for array in (q, qd)]
@@ -167,11 +159,11 @@ class ModuleModel(Model):
     def _stack(self, mass: bool) -> Callable[[Tensor, Tensor, Tensor, Tensor, Tensor], Tensor]:
         """(weights, q, qd, qdd, tau) of one sample -> its row of `outputs`."""
         if not self.energetic:
-            return lambda weights, q, qd, qdd, tau: self._called(weights, q, qd, tau)
+            return lambda weights, q, qd, qdd, tau: self._called(weights, "forward", q, qd, tau)
 
         def stack(weights: Tensor, q: Tensor, qd: Tensor, qdd: Tensor, tau: Tensor) -> Tensor:
             def lagrangian(position: Tensor, velocity: Tensor) -> Tensor:
-                kinetic, potential = self._energies(weights, position, velocity)
+                kinetic, potential = self._energy_values(weights, position, velocity)
                 return kinetic - potential
 
             momentum = grad(lagrangian, 1)
@@ -179,8 +171,8 @@ class ModuleModel(Model):
             coupling, inertia = jacrev(momentum, (0, 1))(q, qd)
             force = coupling @ qd + inertia @ qdd - grad(lagrangian)(q, qd)
             if hasattr(self.module, "dissipation"):
-                force = force + self._called(weights, q, method="dissipation") @ qd
-            kinetic, potential = self._energies(weights, q, qd)
+                force = force + self._called(weights, "dissipation", q) @ qd
+            kinetic, potential = self._energy_values(weights, q, qd)
             parts = [force, momentum(q, qd), kinetic.reshape(1), potential.reshape(1)]
             if mass:
                 rows, columns = torch.triu_indices(self.n_q, self.n_q)
@@ -189,26 +181,25 @@ class ModuleModel(Model):
 
         return stack
 
-    def _energies(self, weights: Tensor, q: Tensor, qd: Tensor) -> tuple[Tensor, Tensor]:
+    def _energies(self, called: Callable[..., Any], q: Any, qd: Any, still: Any) -> Any:
+        """T and V; `called`: what a method of the module returns for tensors, or for arrays of expressions."""
         match self.form:
             case Form.LAGRANGIAN:
-                moving, resting = (self._called(weights, q, v).reshape(()) for v in (qd, torch.zeros_like(qd)))
+                moving, resting = called("forward", q, qd), called("forward", q, still)
                 return moving - resting, -resting
             case Form.ENERGIES:
-                kinetic, potential = self._called(weights, q, qd)
-                return kinetic.reshape(()), potential.reshape(())
+                return called("forward", q, qd)
             case _:
-                mass, potential = self._called(weights, q, method="mass"), self._called(weights, q, method="potential")
-                return qd @ mass @ qd / 2, potential.reshape(())
+                return qd @ called("mass", q) @ qd / 2, called("potential", q)
 
-    def _called(self, weights: Tensor, *inputs: Tensor, method: str = "forward") -> Any:
+    def _energy_values(self, weights: Tensor, q: Tensor, qd: Tensor) -> list[Tensor]:
+        """T and V as tensors without axes."""
+        energies = self._energies(partial(self._called, weights), q, qd, torch.zeros_like(qd))
+        return [energy.reshape(()) for energy in energies]
+
+    def _called(self, weights: Tensor, method: str, *inputs: Tensor) -> Any:
         named = {f"module.{name}": weights[place].reshape(self.shapes[name]) for name, place in self.places.items()}
-        return functional_call(self._methods[method], named, inputs)
-
-    @cached_property
-    def _methods(self) -> dict[str, nn.Module]:
-        names = ("forward",) if self.form != Form.PORT else ("mass", "potential", "dissipation")
-        return {name: _Method(self.module, name) for name in names if hasattr(self.module, name)}
+        return functional_call(self._methods, named, (method, *inputs))
 
 
 def form_of(module: nn.Module, n_q: int) -> Form:
@@ -235,15 +226,15 @@ def form_of(module: nn.Module, n_q: int) -> Form:
     )
 
 
-class _Method(nn.Module):
-    """One method of a module as a module, for torch.func."""
+class _Methods(nn.Module):
+    """All methods of a module by their name, for torch.func, which calls `forward` alone."""
 
-    def __init__(self, module: nn.Module, method: str) -> None:
+    def __init__(self, module: nn.Module) -> None:
         super().__init__()
-        self.module, self.method = module, method
+        self.module = module
 
-    def forward(self, *inputs: Tensor) -> Any:
-        return getattr(self.module, self.method)(*inputs)
+    def forward(self, method: str, *inputs: Tensor) -> Any:
+        return getattr(self.module, method)(*inputs)
 
 
 def _described(value: object) -> str:
@@ -251,7 +242,7 @@ def _described(value: object) -> str:
 
 
 def _scalar(value: Any) -> casadi.SX:
-    (entry,) = value.ravel()
+    (entry,) = as_array(value).ravel()
     return casadi.SX(entry)
 
 

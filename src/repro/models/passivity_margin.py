@@ -11,7 +11,7 @@ from repro.codegen.array_evaluation import column_function, evaluate
 from repro.codegen.lazy_torch import torch
 from repro.mechanics.coordinate import Coordinate
 from repro.mechanics.system import System
-from repro.models.model import Model, acceleration, tensors
+from repro.models.model import Model, acceleration
 
 REACH = 2.0  # m on either side of the start
 FASTEST = 3.0  # times the spread of the training velocities
@@ -67,11 +67,9 @@ def margins(model: Model, weights: np.ndarray, states: States, storage: System |
 def _accelerations(model: Model, weights: np.ndarray, states: States) -> np.ndarray:
     if model.not_symbolic is None:
         return evaluate(acceleration(model), states.q, states.qd, states.tau, weights)
-    q, qd, tau = (np.require(array[None], requirements="W") for array in (states.q, states.qd, states.tau))
-    zero = np.zeros_like(q)
-    with torch.no_grad():
-        terms = model.evaluate(torch.from_numpy(weights)[None], tensors(model.prepare(q, qd, zero, tau)), mass=True)
-        return terms.acceleration_error(torch.from_numpy(zero), torch.from_numpy(tau))[0].numpy()
+    samples = [array[None] for array in (states.q, states.qd, states.tau)]
+    (found,) = model.accelerations(torch.from_numpy(weights)[None], *samples)
+    return np.asarray(found)
 
 
 @lru_cache(maxsize=16)

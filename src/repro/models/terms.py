@@ -53,6 +53,18 @@ class Terms:
         return _solve(self.mass, tau - self.tau)
 
 
+def stack_terms(stack: Quantity, n_q: int) -> Terms:
+    """Terms from rows [tau | p | T | V | M, upper entries, where it is known] (member, sample, n_rows)."""
+    upper = stack[..., 2 * n_q + 2 : 2 * n_q + 2 + n_q * (n_q + 1) // 2]
+    return Terms(
+        tau=stack[..., :n_q],
+        momentum=stack[..., n_q : 2 * n_q],
+        kinetic=stack[..., 2 * n_q],
+        potential=stack[..., 2 * n_q + 1],
+        mass=symmetric(upper, n_q) if upper.shape[-1] else None,
+    )
+
+
 def _solve(matrix: Tensor, right: Tensor) -> Tensor:
     if matrix.shape[-1] == 2:  # cofactors: a batched factorisation of 2 x 2 matrices is ten times slower
         (a, b), (c, d) = (row.unbind(-1) for row in matrix.unbind(-2))

@@ -8,6 +8,7 @@ import torch
 from repro.evaluation.pointwise import MetricValues
 from repro.models.bases import t1
 from repro.models.gauge import Gauge
+from repro.models.kinds import blackbox
 from repro.models.kinds.blackbox import BlackBox
 from repro.models.kinds.degenerate import Degenerate
 from repro.models.kinds.trivial import Trivial
@@ -63,7 +64,7 @@ def test_the_anchor_rows_have_metrics_and_no_trajectories(model, tmp_path, data,
 
 
 def test_a_black_box_has_no_energies(tmp_path, data, system):
-    model = BlackBox(2, hidden=(3,))
+    model = BlackBox(2, blackbox.Options(hidden=(3,)))
     weights = torch.from_numpy(model.initial([np.random.default_rng(k) for k in range(2)]))
     measure(tmp_path, Fit(model, weights, [3, 8], ["ok", "ok"], 0.0, {}), data, system, Gauge.RAW)
     metrics, trajectories = _tables(tmp_path)

@@ -6,6 +6,7 @@ import pytest
 from repro.learning.objectives import forward, inverse
 from repro.learning.phases import TrainingData, phases_of
 from repro.models.bases import t1, t2
+from repro.models.kinds import blackbox
 from repro.models.kinds.blackbox import BlackBox
 from repro.models.lagrangian import Lagrangian
 from repro.pipeline.stages.examine import FILE, applies, examine, keep, metrics, shortened
@@ -54,5 +55,5 @@ def test_unseen_directions_are_kept_in_words(tmp_path, recipe, data, free, syste
 def test_it_is_for_linear_regressions(data):
     assert applies(Lagrangian(t1, 2), inverse.Options()) and not applies(Lagrangian(t1, 2), forward.Options())
     assert not applies(Lagrangian(t2, 2, hidden=(3,)), inverse.Options())
-    assert not applies(BlackBox(2), forward.Options())
+    assert not applies(BlackBox(2, blackbox.Options()), forward.Options())
     assert shortened(data).n_train == data.n_train

@@ -37,18 +37,11 @@ class BlackBox(Model):
     inverse = False
     energetic = False
 
-    def __init__(
-        self,
-        n_q: int,
-        *,
-        hidden: Sequence[int] = (32, 32),
-        activation: Activation = "softplus",
-        positions: PositionFeatures | None = None,
-    ) -> None:
+    def __init__(self, n_q: int, options: Options, positions: PositionFeatures | None = None) -> None:
         self.n_q = n_q
         self.positions = positions or cart_with_links(n_q)
         self.features = FeatureMap(self.positions.inertia, n_q)
-        self.network = Network(2 * n_q + len(self.features), tuple(hidden), n_q, activation)
+        self.network = Network(2 * n_q + len(self.features), options.hidden, n_q, options.activation)
         self.n_parameters = self.network.n_parameters
         self.network_slice = slice(0, self.n_parameters)
 
@@ -85,4 +78,4 @@ class BlackBox(Model):
 
 def build(context: Context, options: Options) -> Model:
     """The network."""
-    return BlackBox(context.n_q, hidden=options.hidden, activation=options.activation, positions=context.positions)
+    return BlackBox(context.n_q, options, context.positions)

@@ -27,11 +27,12 @@ class Options(ModelOptions):
 
     def system_problem(self, system: System) -> str | None:
         """It needs a cyclic coordinate that an input drives."""
-        try:
-            Degenerate(system)
-        except UserError as error:
-            return str(error)
-        return None
+        if driven_cyclic(system) is not None:
+            return None
+        return (
+            "model=degenerate: is the momentum of a cyclic coordinate that an input drives, as a cart is; "
+            f"system={system.name} has none"
+        )
 
 
 class Degenerate(Weightless):
@@ -43,14 +44,11 @@ class Degenerate(Weightless):
     """
 
     def __init__(self, system: System) -> None:
-        found = driven_cyclic(system)
-        if found is None:
-            raise UserError(
-                "model=degenerate: is the momentum of a cyclic coordinate that an input drives, as a cart is; "
-                f"system={system.name} has none"
-            )
+        index = driven_cyclic(system)
+        if index is None:
+            raise UserError(str(Options().system_problem(system)))
         super().__init__(system.n_q)
-        self._kinetic, self._index = system.kinetic, found
+        self._kinetic, self._index = system.kinetic, index
 
     def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:
         """No acceleration: the mass matrix is singular."""

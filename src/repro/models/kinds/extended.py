@@ -11,7 +11,7 @@ from repro.codegen.array_evaluation import evaluate
 from repro.errors import UserError
 from repro.models.context import Context, SubModel
 from repro.models.interconnection import Interconnection, Joined
-from repro.models.kinds.structured import Structured
+from repro.models.kinds import structured
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
 from repro.models.model_options import Activation, ModelOptions
@@ -64,15 +64,10 @@ def build(context: Context, options: Options) -> Model:
         rest = Lagrangian(context.basis, context.n_q, hidden=hidden, activation=activation)
     else:
         scale = remaining_scale(context.velocity_scale, mean_inertia(part, context.q))
-        rest = Structured(
-            context.n_q,
-            scale,
-            hidden=hidden,
-            rank=options.rank,
-            activation=activation,
-            skip=options.skip,
-            positions=context.positions,
+        chosen = structured.Options(
+            hidden=hidden, rank=options.rank, activation=activation, skip=options.skip, potential="cosines"
         )
+        rest = structured.Structured(context.n_q, scale, chosen, context.positions)
     joined = [Joined(part.model, lambda q: q[:own]), Joined(rest, lambda q: q)]
     return Interconnection(joined, context.n_q, part.parameters, options.frozen)
 

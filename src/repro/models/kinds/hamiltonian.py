@@ -41,7 +41,7 @@ class Hamiltonian(Model):
     """qdot = dH/dp, pdot = -dH/dq - D dH/dp + tau (Greydanus et al. 2019; D as in Desai et al. 2021).
 
     The network sees what others see of positions, and p divided by `momentum_scale` (n_q,). p and its rate come from
-    the true system at the recorded q, qd, qdd. With `damped`, D is diagonal and constant, of squared weights.
+    the true system at the recorded q, qd, qdd. With `constant` dissipation D is diagonal, of squared weights d.
     parameters: [weights of H | d]. Its motion is integrated in (q, p), and its velocities are its own dH/dp.
     """
 
@@ -50,14 +50,7 @@ class Hamiltonian(Model):
     not_symbolic = "it is a function of momenta that the true system gives"
 
     def __init__(
-        self,
-        system: System,
-        positions: PositionFeatures,
-        momentum_scale: np.ndarray,
-        *,
-        hidden: Sequence[int] = (200, 200),
-        activation: Activation = "tanh",
-        damped: bool = False,
+        self, system: System, positions: PositionFeatures, momentum_scale: np.ndarray, options: Options
     ) -> None:
         self.n_q, self.system = system.n_q, system
         scale = momentum_scale.tolist()
@@ -66,8 +59,9 @@ class Hamiltonian(Model):
             return positions.inertia(q, p, m) | {f"p{i}": p[i] / scale[i] for i in range(system.n_q)}
 
         self.features = FeatureMap(features, self.n_q)
-        self.network = Network(len(self.features), tuple(hidden), 1, activation)
-        self.network_slice, self.damping_slice = consecutive(self.network.n_parameters, self.n_q * int(damped))
+        self.network = Network(len(self.features), options.hidden, 1, options.activation)
+        n_damping = self.n_q if options.dissipation == "constant" else 0
+        self.network_slice, self.damping_slice = consecutive(self.network.n_parameters, n_damping)
         self.n_parameters = self.damping_slice.stop
         n = self.n_q
         upper = [(n + i, n + j) for i in range(n) for j in range(i, n)]
@@ -162,11 +156,4 @@ def momentum_spread(system: System, q: np.ndarray, qd: np.ndarray) -> np.ndarray
 def build(context: Context, options: Options) -> Model:
     """The model; UserError without the true system."""
     system = context.true_system
-    return Hamiltonian(
-        system,
-        context.positions,
-        momentum_spread(system, context.q, context.qd),
-        hidden=options.hidden,
-        activation=options.activation,
-        damped=options.dissipation == "constant",
-    )
+    return Hamiltonian(system, context.positions, momentum_spread(system, context.q, context.qd), options)

@@ -41,15 +41,12 @@ class Options(ModelOptions):
 
     def parts_problem(self, n_q: int, part_sizes: Sequence[int]) -> str | None:
         """A cart with a rod, then with rod `part` a free rod, to be joined on a double pendulum."""
-        needed = [2, 3] if self.rod == "part" else [2]
+        needed, words = [2], "a cart with a rod alone, as model.parts=[cart_rod]"
+        if self.rod == "part":
+            needed, words = [2, 3], "a cart with a rod and a free rod, as model.parts=[cart_rod, free_rod]"
         if n_q == 3 and list(part_sizes) == needed:
             return None
-        names = "[cart_rod, free_rod]" if self.rod == "part" else "[cart_rod]"
-        return (
-            f"model.parts = {list(self.parts)}: model.rod={self.rod} on system=dip takes "
-            f"{'a cart with a rod and a free rod' if self.rod == 'part' else 'a cart with a rod alone'}, as "
-            f"model.parts={names}"
-        )
+        return f"model.parts = {list(self.parts)}: model.rod={self.rod} on system=dip takes {words}"
 
 
 class Hinged(Interconnection):
@@ -75,11 +72,8 @@ class Hinged(Interconnection):
             return casadi.vertcat(across, up * (length * casadi.cos(q[1]) + centre * casadi.cos(q[2])), q[2])
 
         def gap(apart: casadi.SX) -> casadi.SX:
-            x, first, across, height, second = casadi.vertsplit(apart)
-            return casadi.vertcat(
-                x + length * casadi.sin(first) - across + centre * casadi.sin(second),
-                up * (length * casadi.cos(first) + centre * casadi.cos(second)) - height,
-            )
+            hinged = place(casadi.vertcat(apart[:2], apart[4]))
+            return hinged[:2] - apart[2:4]
 
         super().__init__([Joined(cart, lambda q: q[:2]), Joined(rod, place)], 3, trained, frozen)
         self.place, self.gap = place, gap
@@ -158,15 +152,8 @@ def build(context: Context, options: Options) -> Model:
 def joined(context: Context, bodies: Sequence[Model], length: float, rod_length: float, frozen: bool) -> Model:
     """A cart with a rod of `length` and a free rod of `rod_length` (m), hinged; trained parts bring their weights."""
     up = context.system.up if isinstance(context.system, LinkAngles) else 1.0
-    trained = [part.parameters for part in context.parts]
-    return Hinged(
-        *bodies,
-        length=length,
-        centre=rod_length / 2,
-        up=up,
-        trained=np.concatenate(trained, axis=1) if trained else None,
-        frozen=frozen,
-    )
+    weights = np.concatenate([part.parameters for part in context.parts], axis=1) if context.parts else None
+    return Hinged(*bodies, length=length, centre=rod_length / 2, up=up, trained=weights, frozen=frozen)
 
 
 def alone_contexts(context: Context, length: float, rod_length: float) -> Iterator[Context]:

@@ -1,11 +1,11 @@
 """L = T - V with T linear in a basis or a network of it, and V linear in cosines."""
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import ClassVar
 
 from repro.models.context import Context
 from repro.models.damped import with_damping
-from repro.models.lagrangian import Lagrangian
+from repro.models.lagrangian import Lagrangian, Start
 from repro.models.model import Model
 from repro.models.model_options import Activation, Damping, ModelOptions
 from repro.plugins.options import Count
@@ -25,10 +25,11 @@ class Options(ModelOptions):
 
     joinable: ClassVar[bool] = True
     runs_on_device: ClassVar[bool] = True
+    has_coefficients: ClassVar[bool] = True
 
     hidden: tuple[Count, ...] = (10,)
     activation: Activation = "softplus"
-    initialisation: Literal["glorot", "wide", "positive", "ones"] = "glorot"
+    initialisation: Start = "glorot"
     momentum_hidden: tuple[Count, ...] | None = None
     damping: Damping = "none"
 
@@ -36,16 +37,6 @@ class Options(ModelOptions):
     def draws_coefficients(self) -> bool:
         """Its start is one of the coefficients of a linear basis."""
         return self.initialisation in ("positive", "ones")
-
-    @property
-    def uses_basis(self) -> bool:
-        """T and V are made of its features."""
-        return True
-
-    @property
-    def has_coefficients(self) -> bool:
-        """On a linear basis there is no network."""
-        return True
 
 
 def build(context: Context, options: Options) -> Model:
@@ -58,6 +49,6 @@ def build(context: Context, options: Options) -> Model:
         input_scale=WIDE * context.feature_scale if options.initialisation == "wide" else None,
         momentum_hidden=options.momentum_hidden,
         positions=context.positions,
-        coefficient_start=options.initialisation if options.initialisation in ("positive", "ones") else "glorot",
+        initialisation=options.initialisation,
     )
     return with_damping(model, options.damping, context.positions)

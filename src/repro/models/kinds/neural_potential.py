@@ -59,11 +59,8 @@ class NeuralPotential(ExpressionModel):
         velocity_scale: np.ndarray,
         position_scale: np.ndarray,
         angles: Sequence[int],
-        *,
+        options: Options,
         moved: Sequence[int] = (),
-        hidden: Sequence[int] = (8,),
-        potential_hidden: Sequence[int] = (8,),
-        activation: Activation = "tanh",
     ) -> None:
         self.n_q, self.angles, self.moved = len(velocity_scale), tuple(angles), tuple(moved)
         inputs = 2 * len(self.angles)
@@ -71,10 +68,10 @@ class NeuralPotential(ExpressionModel):
         self.rank = self.n_q + 2 if varies else self.n_q
         self.velocity_scale = np.asarray(velocity_scale, dtype=float)
         self.position_scale = np.asarray(position_scale, dtype=float)
-        units = tuple(hidden) if varies else ()
+        units, activation = options.hidden if varies else (), options.activation
         self.factor = Network(inputs + len(self.moved), units, self.n_q * self.rank, activation, varies)
         positions = inputs + self.n_q - len(self.angles)
-        self.potential = Network(positions, tuple(potential_hidden), 1, activation, True)
+        self.potential = Network(positions, options.potential_hidden, 1, activation, True)
         self.factor_slice, self.potential_slice = consecutive(self.factor.n_parameters, self.potential.n_parameters)
         self.n_parameters = self.potential_slice.stop
 
@@ -110,9 +107,7 @@ def build(context: Context, options: Options) -> Model:
         context.velocity_scale,
         context.position_scale,
         [i for i, coordinate in enumerate(context.coordinates) if coordinate.is_angle],
-        moved=[i for i, _ in context.positions.translations] if options.inertia == "positions" else [],
-        hidden=options.hidden,
-        potential_hidden=options.potential_hidden,
-        activation=options.activation,
+        options,
+        [i for i, _ in context.positions.translations] if options.inertia == "positions" else [],
     )
     return with_damping(model, options.damping, context.positions)

@@ -13,8 +13,8 @@ from repro.mechanics.system import System
 from repro.models.context import Context
 from repro.models.expression import ExpressionModel
 from repro.models.features import FeatureMap
+from repro.models.kinds import structured
 from repro.models.kinds.hinged import alone_contexts, joined
-from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian, MomentumTransform
 from repro.models.model import EnergyExpressions, Model, PortForm, consecutive
 from repro.models.model_options import Activation, Dissipation, ModelOptions, NonNegative, Structure
@@ -101,19 +101,15 @@ class PortHamiltonian(ExpressionModel):
         self,
         energy: Model,
         velocity_scale: np.ndarray,
-        *,
-        structure: Structure = "canonical",
-        dissipation: Dissipation = "state",
-        hidden: Sequence[int] = (8,),
-        non_negative: NonNegative = "softplus",
-        floor: float = 0.0,
-        momentum_hidden: Sequence[int] | None = None,
+        options: Options,
         positions: PositionFeatures | None = None,
     ) -> None:
         positions = positions or cart_with_links(energy.n_q)
-        self.transforms = momentum_hidden is not None
-        self.transform = None if momentum_hidden is None else MomentumTransform(energy.n_q, momentum_hidden, positions)
-        self.energy, self.n_q, self.floor, self.structure = energy, energy.n_q, floor, structure
+        structure, hidden, non_negative = options.structure, options.damping_hidden, options.non_negative
+        if options.momentum_hidden is not None:
+            self.transform = MomentumTransform(energy.n_q, options.momentum_hidden, positions)
+        self.energy, self.n_q, self.structure = energy, energy.n_q, structure
+        self.floor = options.floor if options.energy == "structured" else 0.0
         self.fixed, self.upstream = energy.fixed, energy.upstream
         self.velocity_scale = np.asarray(velocity_scale, dtype=float)
         self.features = FeatureMap(positions.inertia, self.n_q)
@@ -122,10 +118,11 @@ class PortHamiltonian(ExpressionModel):
         self.skew = None if structure == "canonical" else Skew(places + self.n_q, hidden, scale)
         if structure == "full":
             self.damping: Factored | None = Factored(places + self.n_q, hidden, scale, non_negative)
-        elif dissipation == "none":
+        elif options.dissipation == "none":
             self.damping = None
         else:
-            self.damping = Factored(places, None if dissipation == "constant" else hidden, force_scale, non_negative)
+            layers = None if options.dissipation == "constant" else hidden
+            self.damping = Factored(places, layers, force_scale, non_negative)
         self._parts = energy, self.skew, self.damping, self.transform
         slices = consecutive(*(0 if part is None else part.n_parameters for part in self._parts))
         self.energy_slice, self.skew_slice, self.damping_slice, self.transform_slice = slices
@@ -184,12 +181,6 @@ class PortHamiltonian(ExpressionModel):
         """Those of the energy, where it is an interconnection."""
         return self.energy.part_energies(q, qd, parameters[self.energy_slice])
 
-    def transformed_momentum(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> casadi.SX:
-        """M_hat(q) qd, eq. (8)."""
-        if self.transform is None:
-            return super().transformed_momentum(q, qd, parameters)
-        return self.transform.expression(q, qd, parameters[self.transform_slice])
-
     def port_error(
         self, q: casadi.SX, qd: casadi.SX, qdd: casadi.SX, tau: casadi.SX, parameters: casadi.SX
     ) -> casadi.SX:
@@ -215,28 +206,11 @@ def build(context: Context, options: Options) -> Model:
     if options.energy == "hinged":
         learned = _hinged(context, options)
     elif options.energy == "structured":
-        learned = Structured(
-            context.n_q,
-            scale,
-            hidden=hidden,
-            rank=options.rank,
-            activation=activation,
-            potential_hidden=None if positions.upright_angles else hidden,
-            positions=positions,
-        )
+        chosen = structured.Options(hidden=hidden, rank=options.rank, activation=activation, potential_hidden=hidden)
+        learned = structured.Structured(context.n_q, scale, chosen, positions)
     else:
         learned = Lagrangian(context.basis, context.n_q, hidden=hidden, activation=activation)
-    return PortHamiltonian(
-        learned,
-        scale,
-        structure=options.structure,
-        dissipation=options.dissipation,
-        hidden=options.damping_hidden,
-        non_negative=options.non_negative,
-        floor=options.floor if options.energy == "structured" else 0.0,
-        momentum_hidden=options.momentum_hidden,
-        positions=positions,
-    )
+    return PortHamiltonian(learned, scale, options, positions)
 
 
 def _hinged(context: Context, options: Options) -> Model:

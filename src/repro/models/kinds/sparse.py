@@ -54,8 +54,9 @@ class Sparse(Model):
     energetic = False
     linear_in_weights = True
 
-    def __init__(self, n_q: int, positions: PositionFeatures, *, order: int = 2, implicit: bool = False) -> None:
-        self.n_q, self.positions, self.order, self.implicit = n_q, positions, order, implicit
+    def __init__(self, n_q: int, positions: PositionFeatures, options: Options) -> None:
+        self.n_q, self.positions = n_q, positions
+        self.order, self.implicit = options.order, options.form == "implicit"
         q, qd, tau = (casadi.SX.sym(name, n_q) for name in ("q", "qd", "tau"))
         library, denominator = self._terms(*(casadi.vertsplit(each) for each in (q, qd, tau)))
         self.library_names, self.denominator_names = tuple(library), tuple(denominator)
@@ -135,4 +136,4 @@ class Sparse(Model):
 
 def build(context: Context, options: Options) -> Model:
     """The model."""
-    return Sparse(context.n_q, context.positions, order=options.order, implicit=options.form == "implicit")
+    return Sparse(context.n_q, context.positions, options)

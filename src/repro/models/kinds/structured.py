@@ -64,45 +64,34 @@ class Structured(Model):
 
     With a square factor the rank-deficient matrices are walls that a fit cannot cross; with rank >= n_q + 2 the path
     goes round them. Velocities are divided by `velocity_scale` (n_q,), so that the start M = diag(scale^-2) has the
-    inertia scale of the data. parameters: [weights of C | beta, or those of V].
-
-    potential_hidden: hidden layers of a network for V of the same inputs as C, in the place of the linear V;
-    potential_shared: V is one more output of the network of C. Other options are those of `Options`.
+    inertia scale of the data. A network for V has the same inputs as that for C. parameters: [weights of C | beta, or
+    those of V].
     """
 
     def __init__(
         self,
         n_q: int,
         velocity_scale: np.ndarray,
-        *,
-        hidden: Sequence[int] = (8,),
-        rank: int | None = None,
-        activation: Activation = "tanh",
-        skip: bool = True,
-        factor: Factor = "wide",
-        initialisation: Initialisation = "inertia",
-        potential_hidden: Sequence[int] | None = None,
-        potential_shared: bool = False,
-        floor: float = 0.0,
+        options: Options,
         positions: PositionFeatures | None = None,
     ) -> None:
         positions = positions or cart_with_links(n_q)
-        self.n_q = n_q
-        self.rank = n_q if factor == "triangular" else n_q + 2 if rank is None else rank
-        self.initialisation = initialisation
+        triangular, activation = options.factor == "triangular", options.activation
+        self.n_q, self.initialisation, self.floor = n_q, options.initialisation, options.floor
+        self.rank = n_q if triangular else options.rank or n_q + 2
         shape = (n_q, self.rank)
-        self._entries = np.flatnonzero(np.tril(np.ones(shape)) if factor == "triangular" else np.ones(shape))
-        self.velocity_scale = np.asarray(velocity_scale, dtype=float)
+        self._entries = np.flatnonzero(np.tril(np.ones(shape)) if triangular else np.ones(shape))
+        self.velocity_scale = np.asarray(velocity_scale, dtype=float) if options.scaled else np.ones(n_q)
         self.features = FeatureMap(positions.inertia, n_q)
         self.potential_features = FeatureMap(positions.potential, n_q)
-        self.potential_shared, self.floor = potential_shared, floor
-        n_out = len(self._entries) + int(potential_shared)
-        self.network = Network(len(self.features), tuple(hidden), n_out, activation, skip)
+        self.potential_shared = options.potential == "shared"
+        n_out = len(self._entries) + int(self.potential_shared)
+        self.network = Network(len(self.features), options.hidden, n_out, activation, options.skip)
         self.potential: Network | None = None
-        if potential_hidden is not None:
-            self.potential = Network(len(self.features), tuple(potential_hidden), 1, activation, True)
+        if options.potential == "network" or (options.potential == "auto" and not positions.upright_angles):
+            self.potential = Network(len(self.features), options.potential_hidden, 1, activation, True)
         n_potential = len(self.potential_features) if self.potential is None else self.potential.n_parameters
-        n_potential = 0 if potential_shared else n_potential
+        n_potential = 0 if self.potential_shared else n_potential
         self.network_slice, self.potential_slice = consecutive(self.network.n_parameters, n_potential)
         self.n_parameters = self.potential_slice.stop
         self._slopes = [0, *range(2, 2 + n_q)]
@@ -121,10 +110,11 @@ class Structured(Model):
         return np.concatenate([networks, self.potential.initial(generators)], axis=1)
 
     def prepare(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tau: np.ndarray) -> dict[str, np.ndarray]:
-        """Position jets [z, zdot, dz/dq_c] (..., 2 + n_q, n_z), potential rows [z, w_c], scaled velocities."""
+        """Position jets [z, zdot, dz/dq_c] (..., 2 + n_q, n_z), rows [z, dz/dq_c] of V, scaled velocities."""
         n_q, jets, prepared = self.n_q, self.features.jets(q, qd, qdd), {}
         if self.potential is None and not self.potential_shared:
-            prepared["potential"] = self.potential_features.potential_rows(q, qd, qdd)
+            rows = self.potential_features.potential_rows(q, qd, qdd)
+            prepared["potential"] = np.concatenate([rows[..., :1, :], -rows[..., 1:, :]], axis=-2)
         return prepared | {
             "position": np.concatenate([jets[..., :2, :], -jets[..., 2 + n_q : 2 + 2 * n_q, :]], axis=-2),
             "velocity": qd / self.velocity_scale,
@@ -133,16 +123,14 @@ class Structured(Model):
         }
 
     def outputs(self, parameters: Tensor, prepared: Prepared, mass: bool) -> list[Tensor]:
-        """C and its derivatives along the motion and each coordinate (..., 2 + n_q, n_entries), and [V, w]."""
+        """C and its derivatives along the motion and each coordinate (..., 2 + n_q, n_entries), and [V, dV/dq_c]."""
         factor = self.network.propagate(parameters[:, self.network_slice], prepared["position"])
         weights = parameters[:, self.potential_slice]
         if self.potential_shared:
-            value = factor[:, :, self._slopes, -1]
-            return [factor[..., :-1], value * self._signs(value)]
+            return [factor[..., :-1], factor[:, :, self._slopes, -1]]
         if self.potential is None:
             return [factor, torch.einsum("mnji,mi->mnj", prepared["potential"], weights)]
-        value = self.potential.propagate(weights, prepared["position"][:, :, self._slopes])[..., 0]
-        return [factor, value * self._signs(value)]
+        return [factor, self.potential.propagate(weights, prepared["position"][:, :, self._slopes])[..., 0]]
 
     def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:
         """tau = M qdd + Mdot qd - d/dq (qd' M qd) / 2 + dV/dq."""
@@ -157,7 +145,7 @@ class Structured(Model):
         inertial = torch.einsum("mnir,mnr->mni", c, u_push + u_rate) + torch.einsum("mnir,mnr->mni", rate, u)
         slope_power = torch.einsum("mnkir,mni,mnr->mnk", slopes, velocity, u)
         return Terms(
-            tau=inertial / scale - slope_power - potential[..., 1:],
+            tau=inertial / scale - slope_power + potential[..., 1:],
             momentum=momentum,
             kinetic=0.5 * (u * u).sum(-1),
             potential=potential[..., 0],
@@ -169,15 +157,14 @@ class Structured(Model):
         weights = parameters[:, self.network_slice]
         if self.potential_shared:
             whole = torch.nn.functional.pad(cotangents[0], (0, 1))
-            whole[:, :, :, self._slopes, -1] = cotangents[1] * self._signs(cotangents[1])
+            whole[:, :, :, self._slopes, -1] = cotangents[1]
             return self.network.jacobian(weights, prepared["position"], whole)
         network = self.network.jacobian(weights, prepared["position"], cotangents[0])
         if self.potential is None:
             potential = torch.einsum("mrnj,mnji->mrni", cotangents[1], prepared["potential"])
         else:
             rows, own = prepared["position"][:, :, self._slopes], parameters[:, self.potential_slice]
-            slopes = (cotangents[1] * self._signs(cotangents[1])).unsqueeze(-1)
-            potential = self.potential.jacobian(own, rows, slopes)
+            potential = self.potential.jacobian(own, rows, cotangents[1].unsqueeze(-1))
         return torch.cat([network, potential], dim=-1)
 
     def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
@@ -197,13 +184,6 @@ class Structured(Model):
         else:
             potential = self.potential.expression(weights, self.features.expression(q, qd))
         return EnergyExpressions(0.5 * casadi.dot(u, u), potential)
-
-    @staticmethod
-    def _signs(rows: Tensor) -> Tensor:
-        """1 for V, -1 for its slopes, as w = -dV/dq of a linear V has it."""
-        signs = rows.new_full((rows.shape[-1],), -1.0)
-        signs[0] = 1.0
-        return signs
 
     def _factor(self, entries: Tensor) -> Tensor:
         """Return C and its derivatives (..., n_q, rank) from the network's outputs (..., n_entries)."""
@@ -239,20 +219,5 @@ class Structured(Model):
 
 def build(context: Context, options: Options) -> Model:
     """The model, beside friction where chosen."""
-
-    cosines = options.potential == "cosines" or (options.potential == "auto" and context.positions.upright_angles)
-    model = Structured(
-        context.n_q,
-        context.velocity_scale if options.scaled else np.ones(context.n_q),
-        hidden=options.hidden,
-        rank=options.rank,
-        activation=options.activation,
-        skip=options.skip,
-        factor=options.factor,
-        initialisation=options.initialisation,
-        potential_hidden=None if cosines or options.potential == "shared" else options.potential_hidden,
-        potential_shared=options.potential == "shared",
-        floor=options.floor,
-        positions=context.positions,
-    )
+    model = Structured(context.n_q, context.velocity_scale, options, context.positions)
     return with_damping(model, options.damping, context.positions)

@@ -40,19 +40,12 @@ class SymODEN(Model):
 
     not_symbolic = "it learns how inputs act"
 
-    def __init__(
-        self,
-        n_q: int,
-        positions: PositionFeatures,
-        *,
-        hidden: Sequence[int] = (64, 64),
-        activation: Activation = "tanh",
-        damped: bool = False,
-    ) -> None:
+    def __init__(self, n_q: int, positions: PositionFeatures, options: Options) -> None:
         self.n_q, self.positions = n_q, positions
         self._entries = torch.tril_indices(n_q, n_q)
-        outputs = [len(self._entries[0]), 1, n_q * n_q, *([len(self._entries[0])] if damped else [])]
-        self.networks = [Network(positions.size, tuple(hidden), n_out, activation) for n_out in outputs]
+        outputs = [len(self._entries[0]), 1, n_q * n_q]
+        outputs += [len(self._entries[0])] if options.dissipation == "state" else []
+        self.networks = [Network(positions.size, options.hidden, n_out, options.activation) for n_out in outputs]
         self.slices = consecutive(*(network.n_parameters for network in self.networks))
         self.n_parameters = self.slices[-1].stop
 
@@ -115,10 +108,4 @@ class SymODEN(Model):
 
 def build(context: Context, options: Options) -> Model:
     """The model."""
-    return SymODEN(
-        context.n_q,
-        context.positions,
-        hidden=options.hidden,
-        activation=options.activation,
-        damped=options.dissipation == "state",
-    )
+    return SymODEN(context.n_q, context.positions, options)
