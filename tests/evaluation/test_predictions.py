@@ -43,6 +43,17 @@ def test_chunks_change_nothing(data, monkeypatch):
     assert pieces.transformed_momentum is None
 
 
+def test_only_a_chunk_of_the_samples_of_one_member_is_prepared_at_once(data, monkeypatch):
+    model, prepared = Lagrangian(t2, 2, hidden=(4,)), []
+    prepare = model.prepare
+    monkeypatch.setattr(model, "prepare", lambda *arrays: prepared.append(arrays[0].shape) or prepare(*arrays))
+    monkeypatch.setattr(predictions, "CHUNK", 250)
+    weights = model.initial([np.random.default_rng(k) for k in range(data.members)])
+    predict(model, weights, data.q, data.qd, data.qdd, data.tau)
+    assert {shape[0] for shape in prepared} == {1} and max(shape[1] for shape in prepared) == 250
+    assert sum(shape[1] for shape in prepared) == data.members * data.samples
+
+
 @needs_compiler
 @pytest.mark.parametrize("name", MODELS)
 def test_compiled_predictions_are_those_of_torch(name, data, monkeypatch):

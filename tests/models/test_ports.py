@@ -1,5 +1,9 @@
 """The interconnection of port-Hamiltonian systems is port-Hamiltonian, with the sum of their energies."""
 
+import subprocess
+import sys
+from pathlib import Path
+
 import casadi
 import numpy as np
 import pytest
@@ -12,6 +16,20 @@ from repro.models.lagrangian import Lagrangian
 from repro.models.ports import ChainLink, PortSystem, interconnect, link_chain
 
 LINK = load("link", damping=[0.3])
+STATUS = Path("/proc/self/status")
+# prints by how many KiB the peak of a process of its own grows while it builds a chain of 3,000 links
+GROWTH = """
+import re
+from pathlib import Path
+from repro.models.ports import ChainLink, link_chain
+
+def peak():
+    return int(re.search(r"VmHWM:\\s*(\\d+) kB", Path("/proc/self/status").read_text())[1])
+
+before = peak()
+link_chain(ChainLink(1.0, 0.1, lambda s: s**2), 3000)
+print(peak() - before)
+"""
 
 
 def _random_system(n, ports, seed):
@@ -96,3 +114,9 @@ def test_a_learned_link_is_read_off_its_model():
 def test_a_link_has_one_coordinate_and_constant_mass():
     with pytest.raises(ValueError, match="one coordinate"):
         ChainLink.learned(Lagrangian(spring, 2), np.zeros(3))
+
+
+@pytest.mark.skipif(not STATUS.exists(), reason="the system does not say the peak of a process")
+def test_a_long_chain_takes_no_memory_for_what_is_not_joined():
+    done = subprocess.run([sys.executable, "-c", GROWTH], capture_output=True, text=True, check=True)
+    assert int(done.stdout) * 1024 < 0.1 * 8 * (2 * 3000) ** 2

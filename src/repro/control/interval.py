@@ -8,7 +8,7 @@ import numpy as np
 
 from repro.control.geometry import distances_squared
 from repro.control.optimal_control_problem import Discretisation, NodeWeights, OptimalControlProblem, by_name
-from repro.control.predictive_model import PredictiveModel, is_wide
+from repro.control.predictive_model import PredictiveModel
 from repro.mechanics.runge_kutta import rk4_step
 
 LARGEST_INLINE = 400  # instructions of the model's derivative
@@ -29,11 +29,6 @@ class HorizonCost:
     model: PredictiveModel
     problem: OptimalControlProblem
 
-    @property
-    def kind(self) -> Any:
-        """Scalar expressions, or matrix expressions for a wide network."""
-        return ca.MX if is_wide(self.model.model) else ca.SX
-
     def symbols(self, kind: Any) -> tuple[Expression, Expression, Expression, Expression]:
         """State, inputs, parameters and data."""
         state, u = kind.sym("x", 2 * self.model.n_q), kind.sym("u", self.model.n_u)
@@ -46,7 +41,7 @@ class HorizonCost:
 
     def start(self) -> ca.Function:
         """(x, u, p, d) -> cost of an interval except for its middle, and margins at its start."""
-        state, u, parameters, data = self.symbols(self.kind)
+        state, u, parameters, data = self.symbols(self.model.kind)
         cost = data[0] / self.problem.time_step * self._cost(self.problem.stage_cost, state, u, parameters)
         penalty, margins = self._obstacle(state)
         return ca.Function("node", [state, u, parameters, data], [cost + data[1] * penalty, margins])
@@ -146,8 +141,7 @@ def interval(
     A small model is written out as scalar expressions. A large one stays a function that is called, so that the code
     of its derivatives is generated once and not for every place where it is evaluated.
     """
-    small = not is_wide(model.model) and model.derivative.n_instructions() <= LARGEST_INLINE
-    kind = ca.SX if small else ca.MX
+    kind = model.kind if model.derivative.n_instructions() <= LARGEST_INLINE else ca.MX
     costs = HorizonCost(model, problem)
     state, u, parameters, data = costs.symbols(kind)
     weights, length = parameters[costs.n_goal :], data[0]
@@ -168,9 +162,9 @@ def interval(
 def horizon_end(model: PredictiveModel, problem: OptimalControlProblem) -> Interval:
     """The last node."""
     costs = HorizonCost(model, problem)
-    state, _, parameters, data = costs.symbols(costs.kind)
+    state, _, parameters, data = costs.symbols(model.kind)
     cost, margins = costs.end(state, parameters)
-    empty = costs.kind(0, 1)
+    empty = model.kind(0, 1)
     return Interval(state, empty, parameters, data, empty, empty, margins, cost)
 
 

@@ -21,70 +21,6 @@ from repro.models.model import EnergyExpressions, Model
 LARGEST_SCALAR = 2000  # weights of a model up to which scalar expressions are used
 
 
-def is_wide(model: Model) -> bool:
-    """Whether a model is too large for scalar expressions and has a form in matrix operations."""
-    return isinstance(model, Lagrangian) and model.network is not None and model.n_parameters > LARGEST_SCALAR
-
-
-@dataclass(frozen=True)
-class MatrixNetwork:
-    """Functions of L = N(z(q, qd)) - beta . v(q) at a state x = [q, qd], for its weights."""
-
-    model: Lagrangian
-    input_map: ca.Function
-
-    @cached_property
-    def energy(self) -> ca.Function:
-        """(x, weights) -> T, V."""
-        n_q = self.model.n_q
-        network: Any = self.model.network  # its expression works on SX and MX
-        x, weights = self._symbols()
-        symbols = [ca.SX.sym(name, n_q) for name in ("q", "qd")]
-        kinetic, potential = (
-            ca.Function("features", symbols, [features.expression(*symbols)])
-            for features in (self.model.kinetic_features, self.model.potential_features)
-        )
-        q, qd = x[:n_q], x[n_q:]
-        kinetic_energy: Any = network.expression(weights[self.model.kinetic_slice], kinetic(q, qd))
-        potential_energy: Any = ca.dot(weights[self.model.potential_slice], potential(q, qd))
-        return ca.Function("energy", [x, weights], [kinetic_energy, potential_energy])
-
-    @cached_property
-    def derivative(self) -> ca.Function:
-        """(x, u, weights) -> xd."""
-        n_q, u = self.model.n_q, self._inputs
-        x, weights = self._symbols()
-        mass, rest = self._motion(x, weights)
-        push = ca.mtimes(self.input_map(x[:n_q]), u) - rest
-        matrix, right = ca.SX.sym("A", n_q, n_q), ca.SX.sym("b", n_q)
-        solve = ca.Function("solve", [matrix, right], [solve_symmetric(matrix, right)])
-        return ca.Function("derivative", [x, u, weights], [ca.vertcat(x[n_q:], solve(mass, push))])
-
-    @cached_property
-    def inverse(self) -> ca.Function:
-        """(x, qdd, u, weights) -> the residual of (7b)."""
-        x, weights = self._symbols()
-        qdd, u = ca.MX.sym("qdd", self.model.n_q), self._inputs
-        mass, rest = self._motion(x, weights)
-        residual = ca.mtimes(mass, qdd) + rest - ca.mtimes(self.input_map(x[: self.model.n_q]), u)
-        return ca.Function("inverse", [x, qdd, u, weights], [residual])
-
-    def _motion(self, x: ca.MX, weights: ca.MX) -> tuple[ca.MX, ca.MX]:
-        """M, and the terms of (7b) without M qdd."""
-        n_q = self.model.n_q
-        kinetic, potential = self.energy(x, weights)
-        gradient = ca.gradient(kinetic - potential, x)
-        of_momentum = ca.jacobian(gradient[n_q:], x)
-        return of_momentum[:, n_q:], ca.mtimes(of_momentum[:, :n_q], x[n_q:]) - gradient[:n_q]
-
-    @property
-    def _inputs(self) -> ca.MX:
-        return ca.MX.sym("u", self.input_map.size2_out(0))
-
-    def _symbols(self) -> tuple[ca.MX, ca.MX]:
-        return ca.MX.sym("x", 2 * self.model.n_q), ca.MX.sym("w", self.model.n_parameters)
-
-
 @dataclass(frozen=True)
 class PredictiveModel:
     """A model with the geometry and the reading of its system; columns q, qd, qdd (n_q,), u (n_u,), and the weights.
@@ -107,6 +43,17 @@ class PredictiveModel:
         """Number of inputs."""
         return len(self.system.inputs)
 
+    @property
+    def is_wide(self) -> bool:
+        """Whether the model is too large for scalar expressions and has a form in matrix operations."""
+        model = self.model
+        return isinstance(model, Lagrangian) and model.network is not None and model.n_parameters > LARGEST_SCALAR
+
+    @property
+    def kind(self) -> Any:
+        """Scalar expressions, or matrix expressions for a wide network."""
+        return ca.MX if self.is_wide else ca.SX
+
     def energies(self, q: ca.SX, qd: ca.SX, weights: ca.SX) -> EnergyExpressions:
         """T and V, in J, in the gauge of the cost."""
         raw = self.model.energies(q, qd, weights)
@@ -119,55 +66,82 @@ class PredictiveModel:
     @cached_property
     def energy(self) -> ca.Function:
         """(x, weights) -> T, V in J, x = [q, qd], in the gauge of the cost; of a wide network in that of the model."""
-        if is_wide(self.model):
-            return self._matrices.energy
-        x, weights = ca.SX.sym("x", 2 * self.n_q), ca.SX.sym("w", self.model.n_parameters)
-        energies = self.energies(x[: self.n_q], x[self.n_q :], weights)
-        return ca.Function("energy", [x, weights], [energies.kinetic, energies.potential], {"cse": True})
+        x, _, weights = self._symbols
+        if self.is_wide:
+            parts = self._matrix_energies(x, weights)
+        else:
+            energies = self.energies(x[: self.n_q], x[self.n_q :], weights)
+            parts = energies.kinetic, energies.potential
+        return ca.Function("energy", [x, weights], [*parts], self._options(2))
 
     @cached_property
     def derivative(self) -> ca.Function:
         """(x, u, weights) -> xd."""
-        if is_wide(self.model):
-            return self._matrices.derivative
         x, u, weights = self._symbols
-        q, qd = x[: self.n_q], x[self.n_q :]
-        rate = ca.vertcat(qd, self.acceleration(q, qd, u, weights))
-        return ca.Function("derivative", [x, u, weights], [rate], {"cse": True})
+        if self.is_wide:
+            mass, rest = self._motion(x, weights)
+            matrix, right = ca.SX.sym("A", self.n_q, self.n_q), ca.SX.sym("b", self.n_q)
+            solve = ca.Function("solve", [matrix, right], [solve_symmetric(matrix, right)])
+            qdd = solve(mass, self._force(x, u) - rest)
+        else:
+            qdd = self.model.acceleration(x[: self.n_q], x[self.n_q :], self._force(x, u), weights)
+        return ca.Function("derivative", [x, u, weights], [ca.vertcat(x[self.n_q :], qdd)], self._options(3))
 
     @cached_property
     def inverse(self) -> ca.Function:
-        """(x, qdd, u, weights) -> the residual of (7b)."""
-        if is_wide(self.model):
-            return self._matrices.inverse
-        (x, u, weights), qdd = self._symbols, ca.SX.sym("qdd", self.n_q)
-        residual = self.residual(x[: self.n_q], x[self.n_q :], qdd, u, weights)
-        return ca.Function("inverse", [x, qdd, u, weights], [residual], {"cse": True})
+        """(x, qdd, u, weights) -> the residual of (7b): tau_hat(q, qd, qdd) - tau, zero along a motion."""
+        (x, u, weights), qdd = self._symbols, self.kind.sym("qdd", self.n_q)
+        if self.is_wide:
+            mass, rest = self._motion(x, weights)
+            force = ca.mtimes(mass, qdd) + rest
+        else:
+            force = self.model.inverse_dynamics(x[: self.n_q], x[self.n_q :], qdd, weights)
+        return ca.Function("inverse", [x, qdd, u, weights], [force - self._force(x, u)], self._options(4))
 
     def rest_inputs(self, q: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """The inputs (n_u,) that come closest to holding the model at rest at q (n_q,)."""
         force = self.inverse(np.append(q, np.zeros(self.n_q)), np.zeros(self.n_q), np.zeros(self.n_u), weights)
         return inputs_from_force(self.system, q, np.asarray(force).ravel())
 
-    @property
-    def _symbols(self) -> tuple[ca.SX, ca.SX, ca.SX]:
-        x, u = ca.SX.sym("x", 2 * self.n_q), ca.SX.sym("u", self.n_u)
-        return x, u, ca.SX.sym("w", self.model.n_parameters)
-
-    @cached_property
-    def _matrices(self) -> MatrixNetwork:
-        assert isinstance(self.model, Lagrangian)
-        return MatrixNetwork(self.model, input_map(self.system))
-
     def potential_cost(self, potential: Any) -> Any:
         """V_cost: -V where theta = 0 is up (minimising it erects), V as printed otherwise."""
         printed = isinstance(self.system, LinkAngles) and self.system.reading == Reading.PRINTED
         return potential if printed else -potential
 
-    def acceleration(self, q: ca.SX, qd: ca.SX, u: ca.SX, weights: ca.SX) -> ca.SX:
-        """The forward dynamics, qdd."""
-        return self.model.acceleration(q, qd, input_map(self.system)(q) @ u, weights)
+    def _options(self, n_inputs: int) -> dict[str, Any]:
+        """Of a function whose last input is the weights, by which a wide one is never differentiated."""
+        differentiable = [True] * (n_inputs - 1) + [False]
+        return {"is_diff_in": differentiable} if self.is_wide else {"cse": True}
 
-    def residual(self, q: ca.SX, qd: ca.SX, qdd: ca.SX, u: ca.SX, weights: ca.SX) -> ca.SX:
-        """The inverse model as an implicit equation, (7b): tau_hat(q, qd, qdd) - tau, zero along a motion."""
-        return self.model.inverse_dynamics(q, qd, qdd, weights) - input_map(self.system)(q) @ u
+    def _force(self, x: Any, u: Any) -> Any:
+        """tau = B(q) u."""
+        return ca.mtimes(input_map(self.system)(x[: self.n_q]), u)
+
+    def _matrix_energies(self, x: ca.MX, weights: ca.MX) -> tuple[ca.MX, ca.MX]:
+        """T = N(z(q, qd)) and V = beta . v(q) of a wide network."""
+        assert isinstance(self.model, Lagrangian)
+        network: Any = self.model.network  # its expression works on SX and MX
+        symbols = [ca.SX.sym(name, self.n_q) for name in ("q", "qd")]
+        q, qd = x[: self.n_q], x[self.n_q :]
+        kinetic, potential = (
+            ca.Function("features", symbols, [features.expression(*symbols)])(q, qd)
+            for features in (self.model.kinetic_features, self.model.potential_features)
+        )
+        kinetic_energy: Any = network.expression(weights[self.model.kinetic_slice], kinetic)
+        potential_energy: Any = ca.dot(weights[self.model.potential_slice], potential)
+        return kinetic_energy, potential_energy
+
+    def _motion(self, x: ca.MX, weights: ca.MX) -> tuple[ca.MX, ca.MX]:
+        """M of a wide network, and the terms of (7b) without M qdd."""
+        kinetic, potential = self.energy(x, weights)
+        gradient = ca.gradient(kinetic - potential, x)
+        of_momentum = ca.jacobian(gradient[self.n_q :], x)
+        rest = ca.mtimes(of_momentum[:, : self.n_q], x[self.n_q :]) - gradient[: self.n_q]
+        return of_momentum[:, self.n_q :], rest
+
+    @property
+    def _symbols(self) -> tuple[Any, Any, Any]:
+        """x, u and the weights, scalar or as matrices."""
+        sizes = {"x": 2 * self.n_q, "u": self.n_u, "w": self.model.n_parameters}
+        x, u, weights = (self.kind.sym(name, size) for name, size in sizes.items())
+        return x, u, weights

@@ -16,6 +16,7 @@ from math import factorial, prod
 
 import casadi as ca
 
+from repro.codegen.array_evaluation import column_function
 from repro.control.predictive_model import PredictiveModel
 from repro.mechanics.inputs import input_map
 
@@ -42,7 +43,7 @@ class Rate:
     def value(self) -> ca.Function:
         """qdd."""
         z, w = self._symbols
-        return column_function("rate_value", [z, w], [self._motion(z, w)[0]])
+        return column_function("rate_value", [z, w], self._motion(z, w)[0])
 
     @cached_property
     def jacobian(self) -> ca.Function:
@@ -50,7 +51,7 @@ class Rate:
         z, w = self._symbols
         acceleration, inverse = self._motion(z, w)
         _, _, of_residual, _ = self._residual(z, acceleration, ca.SX.zeros(self.n_q), w)
-        return column_function("rate_jacobian", [z, w], [acceleration, ca.vec(-(inverse @ of_residual).T)])
+        return column_function("rate_jacobian", [z, w], acceleration, ca.vec(-(inverse @ of_residual).T))
 
     @cached_property
     def hessian(self) -> ca.Function:
@@ -62,7 +63,7 @@ class Rate:
         _, _, _, of_residual = self._residual(z, jacobian[: self.n_q], inverse.T @ multipliers, w)
         extended = ca.vertcat(ca.SX.eye(n_z), ca.reshape(jacobian[self.n_q :], n_z, self.n_q).T)
         hessian = -(extended.T @ of_residual @ extended)
-        return column_function("rate_hessian", [z, w, jacobian, multipliers], [ca.vec(hessian)])
+        return column_function("rate_hessian", [z, w, jacobian, multipliers], ca.vec(hessian))
 
     @property
     def _symbols(self) -> tuple[ca.SX, ca.SX]:
@@ -161,8 +162,3 @@ def _inertial(entries: ca.SX, q: ca.SX, qd: ca.SX, qdd: ca.SX) -> ca.SX:
     momentum = mass @ qd
     lagrangian = 0.5 * ca.dot(qd, momentum) - entries[len(pairs)]
     return mass @ qdd + ca.jtimes(momentum, q, qd) - ca.gradient(lagrangian, q)
-
-
-def column_function(name: str, inputs: list[ca.SX], results: list[ca.SX]) -> ca.Function:
-    """A function whose results stand below each other in one column."""
-    return ca.Function(name, inputs, [ca.densify(ca.vertcat(*results))], {"cse": True})

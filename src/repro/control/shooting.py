@@ -10,11 +10,12 @@ from collections.abc import Sequence
 import casadi as ca
 import numpy as np
 
+from repro.codegen.array_evaluation import column_function
 from repro.codegen.c_source import c_source
 from repro.codegen.lanes import FUNCTIONS, TYPE, vector_function
 from repro.control.interval import HorizonCost
 from repro.control.programme import hessian_places, jacobian_places
-from repro.control.rate import Rate, column_function
+from repro.control.rate import Rate
 from repro.control.transcription import Transcription
 
 
@@ -75,10 +76,10 @@ def _node_kernels(name: str, inputs: list[ca.SX], cost: ca.SX, margins: ca.SX) -
     hessian = ca.hessian(ca.dot(multipliers, both), z)[0]
     names = ("z", "shared", "data")
     return [
-        vector_function(column_function(f"{name}_value", inputs, [both]), names),
-        vector_function(column_function(f"{name}_jacobian", inputs, [both, *slopes]), names),
+        vector_function(column_function(f"{name}_value", inputs, both), names),
+        vector_function(column_function(f"{name}_jacobian", inputs, both, *slopes), names),
         vector_function(
-            column_function(f"{name}_hessian", [*inputs, multipliers], [ca.vec(hessian)]), (*names, "multipliers")
+            column_function(f"{name}_hessian", [*inputs, multipliers], ca.vec(hessian)), (*names, "multipliers")
         ),
     ]
 

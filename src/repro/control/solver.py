@@ -9,7 +9,6 @@ import casadi as ca
 from repro.codegen.c_library import has_compiler, library_file
 from repro.control.nonlinear_solver import CompiledProgramme, NonlinearSolver, Solver
 from repro.control.optimal_control_problem import SolverName
-from repro.control.predictive_model import is_wide
 from repro.control.programme import Programme, programme
 from repro.control.shooting import shooting_code
 from repro.control.solver_process import GuardedSolver
@@ -85,7 +84,7 @@ def compiled_programme(of: Transcription, limits: Limits) -> CompiledProgramme:
             "max_iter": limits.iterations,
         },
     }
-    by_lanes = of.discretisation == "shooting" and not is_wide(of.model.model)
+    by_lanes = of.discretisation == "shooting" and not of.model.is_wide
     source, flags = (shooting_code(of), VECTOR_FLAGS) if by_lanes else (_code(programme(of)), FLAGS)
     return CompiledProgramme(str(library_file(source, flags)), options, bounds)
 

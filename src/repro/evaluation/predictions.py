@@ -17,7 +17,7 @@ from repro.models.expression import ExpressionModel
 from repro.models.model import Model, tensors
 from repro.models.terms import Terms
 
-CHUNK = 1024  # samples at a time, so that wide networks fit into memory
+CHUNK = 256  # samples at a time: wide networks fit into memory, and what a layer makes fits into the cache
 MOST_PARAMETERS = 400  # above this an expression is too long to compile, and matrix products win
 
 
@@ -39,31 +39,32 @@ def predict(
         if terms.mass is None:
             return replace(terms, port_error=None)
         return _split(model, evaluate(_quantities(model), *arrays))
-    own = [slice(member, member + 1) for member in range(len(q))]
-    return _joined([_by_torch(model, weights[m], [array[m] for array in arrays]) for m in own], axis=0)
+    filled: dict[str, np.ndarray] = {}
+    for member in range(len(q)):
+        own = slice(member, member + 1)
+        for start in range(0, q.shape[1], CHUNK):
+            chunk = slice(start, start + CHUNK)
+            part = [np.require(array[own, chunk], requirements=("C", "W")) for array in arrays]
+            for name, values in _by_torch(model, weights[own], part).items():
+                if name not in filled:
+                    filled[name] = np.empty((*q.shape[:2], *values.shape[2:]), values.dtype)
+                # small results that are kept until the end would split the memory that the next chunk could reuse
+                filled[name][own, chunk] = values
+    return Terms(**filled)
 
 
-def _by_torch(model: Model, weights: np.ndarray, arrays: Sequence[np.ndarray]) -> Terms:
-    """Predictions of one member, (1, sample, ...), by the model's own evaluation."""
-    chunks = []
-    for start in range(0, arrays[0].shape[1], CHUNK):
-        part = [np.require(array[:, start : start + CHUNK], requirements=("C", "W")) for array in arrays]
-        prepared = tensors(model.prepare(*part))
-        with torch.no_grad():
-            terms = model.evaluate(torch.from_numpy(weights), prepared, mass=True)
-            acceleration = terms.acceleration
-            if acceleration is None and terms.mass is not None:
-                measured = torch.from_numpy(part[2])
-                acceleration = measured + terms.acceleration_error(measured, torch.from_numpy(part[3]))
-        chunks.append(replace(terms, acceleration=acceleration, port_error=None, implicit_error=None))
-    return _joined(chunks, axis=1)
-
-
-def _joined(parts: Sequence[Terms], axis: int) -> Terms:
-    """Predictions of several members, or of samples one after the other, as numpy arrays."""
-    columns = {field.name: [getattr(part, field.name) for part in parts] for field in fields(Terms)}
-    defined = {name: map(np.ascontiguousarray, each) for name, each in columns.items() if each[0] is not None}
-    return Terms(**{name: np.concatenate([*each], axis) for name, each in defined.items()})
+def _by_torch(model: Model, weights: np.ndarray, samples: Sequence[np.ndarray]) -> dict[str, np.ndarray]:
+    """What one member predicts at a few samples, (1, sample, ...), by the model's own evaluation."""
+    prepared = tensors(model.prepare(*samples))
+    with torch.no_grad():
+        terms = model.evaluate(torch.from_numpy(weights), prepared, mass=True)
+        acceleration = terms.acceleration
+        if acceleration is None and terms.mass is not None:
+            measured = torch.from_numpy(samples[2])
+            acceleration = measured + terms.acceleration_error(measured, torch.from_numpy(samples[3]))
+    terms = replace(terms, acceleration=acceleration, port_error=None, implicit_error=None)
+    columns = {field.name: getattr(terms, field.name) for field in fields(Terms)}
+    return {name: np.asarray(values) for name, values in columns.items() if values is not None}
 
 
 @lru_cache(maxsize=16)
