@@ -41,9 +41,9 @@ def data():
 )
 def test_nothing_remains_of_the_own_motion_of_a_model(data, model, scheme, substeps, tolerance):
     weights = 0.5 * model.initial([np.random.default_rng(k) for k in range(2)])
-    starts = np.concatenate([data.q, data.qd], axis=-1)[:, ::12].reshape(-1, 4)
-    held = data.tau.reshape(-1, 12, 2)[:, :-1]
-    motion = model_motion(model, np.repeat(weights, 10, axis=0), starts, held, data.time_step, ())
+    starts = np.concatenate([data.q, data.qd], axis=-1)[:, ::12]
+    held = data.tau.reshape(2, 10, 12, 2)[:, :, :-1]
+    motion = model_motion(model, weights, starts, held, data.time_step, ())
     q, qd = np.split(motion.reshape(2, 120, 4), 2, axis=-1)
     own = replace(data, q=q.copy(), qd=qd.copy())
     options = prediction.Options(scheme=scheme, substeps=substeps, intervals=3)

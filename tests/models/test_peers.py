@@ -90,7 +90,7 @@ def test_a_hamiltonian_keeps_its_energy_in_free_motion_and_accelerates_as_its_ve
     model = Hamiltonian(DIP, POSITIONS, np.ones(3), hamiltonian.Options(hidden=(6, 5)))
     weights = model.initial([np.random.default_rng(0)])
     start = np.concatenate([DATA.q[0, :4], DATA.qd[0, :4]], axis=1)
-    motion = model_motion(model, np.repeat(weights, 4, axis=0), start, np.zeros((4, 40, 3)), 0.01, DIP.angles)
+    (motion,) = model_motion(model, weights, start[None], np.zeros((1, 4, 40, 3)), 0.01, DIP.angles)
     assert np.array_equal(motion[:, 0], start)
     parameters, state = torch.from_numpy(weights), model.state(start)[None]
     energies = []

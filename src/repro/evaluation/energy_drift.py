@@ -47,8 +47,7 @@ def free_motion_energies(model: Model, parameters: np.ndarray, system: System, s
     plant = simulate(
         dynamics_of(system).acceleration, starts, np.zeros((STARTS, steps, system.n_q)), TIME_STEP, angles=system.angles
     )
-    predicted = _roll(model, np.repeat(weights, STARTS, axis=0), np.tile(starts, (len(weights), 1)), steps, system)
-    predicted = predicted.reshape(len(weights), STARTS, steps + 1, -1)
+    predicted = _roll(model, weights, np.tile(starts, (len(weights), 1, 1)), steps, system)
     true = np.broadcast_to(_energy(system, plant), predicted.shape[:-1])
     return FreeMotion(np.arange(steps + 1) * TIME_STEP, true, _energy(system, predicted))
 
@@ -78,9 +77,11 @@ def _roll(model: Model, weights: np.ndarray, starts: np.ndarray, steps: int, sys
         except NotQuadraticError:
             pass
         else:
-            states = integrate(space, evaluate(space.to_phase, starts, weights), steps, TIME_STEP, weights)
-            return np.stack([evaluate(space.to_rates, x, w) for x, w in zip(states, weights, strict=True)])
-    tau = np.zeros((len(starts), steps, system.n_q))
+            each, start = np.repeat(weights, STARTS, axis=0), starts.reshape(-1, starts.shape[-1])
+            states = integrate(space, evaluate(space.to_phase, start, each), steps, TIME_STEP, each)
+            rates = np.stack([evaluate(space.to_rates, x, w) for x, w in zip(states, each, strict=True)])
+            return rates.reshape(*starts.shape[:2], steps + 1, -1)
+    tau = np.zeros((*starts.shape[:2], steps, system.n_q))
     return model_motion(model, weights, starts, tau, TIME_STEP, system.angles)
 
 

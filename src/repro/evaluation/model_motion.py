@@ -25,29 +25,26 @@ def model_motion(
     angles: Sequence[int],
     system: System | None = None,
 ) -> np.ndarray:
-    """States (batch, steps + 1, 2 n_q) of a model from `initial` (batch, 2 n_q), with weights (batch, n_parameters).
+    """States (member, start, steps + 1, 2 n_q) from `initial` (member, start, 2 n_q); weights (member, n_parameters).
 
-    held: over each step of time_step s, tau (batch, steps, n_q), or the inputs (batch, steps, n_u) of `system`.
+    held: over each step of time_step s, tau (member, start, steps, n_q), or the inputs (..., n_u) of `system`.
     Integrated by RK4; not finite from where the motion diverges.
     """
+    weights = np.asarray(weights, dtype=float)
+    members, starts, steps, _ = held.shape
     if is_compiled(model):
         motion = acceleration(model) if system is None else under_inputs(acceleration(model), system)
-        engine = "casadi" if held.shape[0] * held.shape[1] < FEW_STEPS else "auto"
-        return simulate(motion, initial, held, time_step, parameters=weights, angles=angles, engine=engine)
-    members = len(np.unique(weights, axis=0))
-    if not np.array_equal(weights, np.repeat(weights[:: len(weights) // members], len(weights) // members, axis=0)):
-        members = len(weights)
-    parameters = torch.from_numpy(np.ascontiguousarray(weights[:: len(weights) // members]))
+        engine = "casadi" if members * starts * steps < FEW_STEPS else "auto"
+        flat = [array.reshape(members * starts, *array.shape[2:]) for array in (initial, held)]
+        each = np.repeat(weights, starts, axis=0)
+        moved = simulate(motion, *flat, time_step, parameters=each, angles=angles, engine=engine)
+        return moved.reshape(members, starts, *moved.shape[1:])
+    parameters = torch.from_numpy(weights)
+    states = np.empty((steps + 1, *initial.shape))
+    states[0] = model.state(initial)
+    for step in range(steps):
 
-    def of_members(array: np.ndarray) -> np.ndarray:
-        return array.reshape(members, -1, array.shape[-1])
-
-    states = np.empty((held.shape[1] + 1, members, len(held) // members, initial.shape[1]))
-    states[0] = model.state(of_members(initial))
-    for step in range(held.shape[1]):
-
-        def rate(state: np.ndarray, step: int = step) -> np.ndarray:
-            inputs = of_members(held[:, step])
+        def rate(state: np.ndarray, inputs: np.ndarray = held[:, :, step]) -> np.ndarray:
             tau = inputs if system is None else generalised_force(system, state[..., : model.n_q], inputs)
             return model.state_rate(parameters, state, tau)
 
@@ -57,8 +54,8 @@ def model_motion(
                 state = rk4_step(rate, state, time_step / SUBSTEPS)
         states[step + 1] = np.where(np.isfinite(state).all(axis=-1, keepdims=True), state, np.nan)
     moved = np.stack([model.motion_of(parameters, state) for state in states], axis=2)
-    moved[:, :, 0] = of_members(initial)
-    return moved.reshape(len(held), *moved.shape[2:])
+    moved[:, :, 0] = initial
+    return moved
 
 
 def is_compiled(model: Model) -> bool:

@@ -58,11 +58,8 @@ class Driven:
 
     def simulate(self, initial: np.ndarray, held: np.ndarray) -> np.ndarray:
         """States (member, start, steps + 1, 2 n_q) from initial (member, start, 2 n_q) under held (..., steps, n)."""
-        weights = np.repeat(np.asarray(self.parameters, dtype=float), initial.shape[1], axis=0)
-        starts, steps = (array.reshape(len(weights), *array.shape[2:]) for array in (initial, held))
         system = self.system if self.by_inputs else None
-        states = model_motion(self.model, weights, starts, steps, self.part.time_step, self.part.angles, system)
-        return states.reshape(*initial.shape[:2], *states.shape[1:])
+        return model_motion(self.model, self.parameters, initial, held, self.part.time_step, self.part.angles, system)
 
 
 def first_points(model: Model, parameters: np.ndarray, part: Dataset, system: System | None = None) -> ModelRollout:

@@ -240,9 +240,9 @@ class Ensemble:
                 f"rollout: q and qd need {self.model.n_q} numbers each and tau (steps, {self.model.n_q}); "
                 f"got {np.shape(q)}, {np.shape(qd)}, {force.shape}"
             )
-        initial, held = (np.repeat(array[None], self.members, axis=0) for array in (start, force))
+        initial, held = (np.repeat(array[None, None], self.members, axis=0) for array in (start, force))
         step = self.data.time_step if time_step is None else time_step
-        return model_motion(self.model, self.weights_, initial, held, step, self.data.angles)
+        return model_motion(self.model, self.weights_, initial, held, step, self.data.angles)[:, 0]
 
     simulate = rollout
 
