@@ -15,7 +15,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from repro.codegen.array_evaluation import evaluate
+from repro.codegen.array_evaluation import column_function, evaluate
 from repro.control.controller import ControlStep
 from repro.control.predictive_controller import PredictiveController
 from repro.mechanics.inputs import input_matrix
@@ -151,7 +151,7 @@ class Identification:
         self._begin(prior.covariance)
         self._positions = np.random.default_rng(0).uniform(-np.pi, np.pi, (POSITIONS, n_q))
         q, qd, w = (ca.SX.sym(name, size) for name, size in (("q", n_q), ("qd", n_q), ("w", n_w)))
-        mass = ca.substitute(ca.jacobian(model.momentum(q, qd, w), qd), qd, ca.SX.zeros(n_q))
+        mass = ca.substitute(model.mass_matrix(q, qd, w), qd, ca.SX.zeros(n_q))
         self._mass = ca.Function("mass", [q, w], [ca.densify(mass)], {"cse": True})
         self._least = LEAST * self._least_eigenvalue(prior.weights)
 
@@ -225,5 +225,4 @@ def sampled(
 ) -> np.ndarray:
     """An expression in q, qd, ... and the weights at samples, each (sample, n_q): (sample, entries)."""
     symbols = [*(ca.SX.sym("at", model.n_q) for _ in samples), ca.SX.sym("w", model.n_parameters)]
-    function = ca.Function("sampled", symbols, [ca.densify(expression(*symbols))], {"cse": True})
-    return evaluate(function, *samples, weights)
+    return evaluate(column_function("sampled", symbols, expression(*symbols)), *samples, weights)

@@ -84,7 +84,10 @@ class Controller(Protocol):
         """The inputs at a measured state (2 n_q,)."""
 
     def observe(self, samples: np.ndarray, inputs: np.ndarray) -> None:
-        """Learn from the step: samples (n + 1, 2 n_q) measured under inputs (n, n_u) held between them."""
+        """Learn from the step: samples (n + 1, 2 n_q) measured under inputs (n, n_u) held between them.
+
+        Nothing is learned unless said.
+        """
 
 
 Samples = tuple[np.ndarray, np.ndarray, np.ndarray]

@@ -43,11 +43,11 @@ class Solver(Protocol):
         """The solution for parameters (n_parameters,) from a guess of the variables (n_variables,)."""
 
     def close(self) -> None:
-        """Free the resources of the solver."""
+        """Free the resources of the solver, where it has any."""
 
 
 @dataclass(frozen=True)
-class NonlinearSolver:
+class NonlinearSolver(Solver):
     """A CasADi solver with the bounds lbx, ubx, lbg, ubg of its programme."""
 
     function: ca.Function
@@ -70,9 +70,6 @@ class NonlinearSolver:
             objective=float(result["f"]),
             seconds=time.thread_time() - started,
         )
-
-    def close(self) -> None:
-        """Nothing to free."""
 
 
 @dataclass(frozen=True)

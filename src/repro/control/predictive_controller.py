@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from repro.control.controller import ControlStep
+from repro.control.controller import Controller, ControlStep
 from repro.control.nonlinear_solver import Solution, Solver
 from repro.control.transcription import Transcription
 
@@ -25,7 +25,7 @@ class Plan:
     age: int = 0
 
 
-class PredictiveController:
+class PredictiveController(Controller):
     """Solves from the shifted plan, then from a roll-out of the shifted inputs; if both fail it follows the last plan.
 
     A solution counts if it converged, or if its constraints hold to 1e-3; after the second try the better of both
@@ -62,9 +62,6 @@ class PredictiveController:
         self.plan = Plan(states, inner[:, : self.of.n_u])
         u = self._limited(inner[0, : self.of.n_u])
         return ControlStep(u, len(tries) - 1, best.status, iterations, seconds, killed, states)
-
-    def observe(self, samples: np.ndarray, inputs: np.ndarray) -> None:
-        """The model stays as it is."""
 
     def _without_solution(self, status: str, iterations: int, seconds: float, killed: int) -> ControlStep:
         """The inputs of the last good plan at this time; 0 after its end."""

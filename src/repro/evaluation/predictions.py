@@ -7,7 +7,7 @@ from functools import lru_cache
 import casadi
 import numpy as np
 
-from repro.codegen.array_evaluation import evaluate
+from repro.codegen.array_evaluation import column_function, evaluate
 from repro.codegen.c_library import has_compiler
 from repro.codegen.lazy_torch import torch
 from repro.codegen.point_function import LEAST_POINTS
@@ -74,13 +74,12 @@ def _quantities(model: Model) -> casadi.Function:
     parameters = casadi.SX.sym("parameters", model.n_parameters)
     rows = [model.acceleration(q, qd, tau, parameters)]
     if model.energetic:
-        momentum, energies = model.momentum(q, qd, parameters), model.energies(q, qd, parameters)
-        mass = casadi.vec(casadi.jacobian(momentum, qd))
-        rows += [model.inverse_dynamics(q, qd, qdd, parameters), momentum, energies.kinetic, energies.potential, mass]
+        energies, mass = model.energies(q, qd, parameters), casadi.vec(model.mass_matrix(q, qd, parameters))
+        rows += [model.inverse_dynamics(q, qd, qdd, parameters), model.momentum(q, qd, parameters)]
+        rows += [energies.kinetic, energies.potential, mass]
     if model.transforms:
         rows.append(model.transformed_momentum(q, qd, parameters))
-    outputs = casadi.densify(casadi.vertcat(*rows))
-    return casadi.Function("quantities", [q, qd, qdd, tau, parameters], [outputs], {"cse": True})
+    return column_function("quantities", [q, qd, qdd, tau, parameters], *rows)
 
 
 def _split(model: Model, rows: np.ndarray) -> Terms:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import casadi
 import numpy as np
 
-from repro.codegen.array_evaluation import evaluate
+from repro.codegen.array_evaluation import column_function, evaluate
 from repro.data.dataset import Dataset
 from repro.evaluation.identifiability import Identifiability, identifiability
 from repro.evaluation.pointwise import ACCELERATION, FORCE, MetricValues
@@ -139,5 +139,4 @@ def motion_errors(
 def _mass(model: Model) -> casadi.Function:
     x, weights = casadi.SX.sym("x", 2 * model.n_q), casadi.SX.sym("parameters", model.n_parameters)
     q, qd = casadi.vertsplit(x, model.n_q)
-    mass = casadi.jacobian(model.momentum(q, qd, weights), qd)
-    return casadi.Function("mass", [x, weights], [casadi.densify(casadi.vec(mass))], {"cse": True})
+    return column_function("mass", [x, weights], casadi.vec(model.mass_matrix(q, qd, weights)))

@@ -14,7 +14,7 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
-from repro.control.controller import ControllerOptions, ControlStep, MakeController, Samples
+from repro.control.controller import Controller, ControllerOptions, ControlStep, MakeController, Samples
 from repro.control.geometry import Disc
 from repro.control.goal import Goal
 from repro.control.predictive_model import PredictiveModel
@@ -94,7 +94,7 @@ class Laws:
 
 
 @dataclass
-class EnergyShaping:
+class EnergyShaping(Controller):
     """Swings up the link of a model with these weights (n,), and holds it at a goal."""
 
     laws: Laws
@@ -116,9 +116,6 @@ class EnergyShaping:
         else:
             force = self._swing(state, error)
         return ControlStep(np.clip([force], -self._limit, self._limit))
-
-    def observe(self, samples: np.ndarray, inputs: np.ndarray) -> None:
-        """The controller stays as it is."""
 
     def _swing(self, state: np.ndarray, error: np.ndarray) -> float:
         laws, weights, options = self.laws, self.weights, self.options
