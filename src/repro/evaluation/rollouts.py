@@ -1,7 +1,8 @@
 """Predictions over time: one step and many steps, from the states of the test data, under the recorded forces."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -36,42 +37,28 @@ def can_simulate(model: Model) -> bool:
     return model.not_symbolic is not None or 0 < model.n_parameters <= LARGEST
 
 
-@dataclass(frozen=True)
-class Driven:
-    """A model under what a data set's steps hold: the inputs of a system whose B depends on q, otherwise tau."""
+def _driven(
+    model: Model, parameters: np.ndarray, part: Dataset, system: System | None
+) -> tuple[np.ndarray, Callable[[np.ndarray, np.ndarray], np.ndarray]]:
+    """What is held over each step of a data set, (member, sample, n), and the model's motion under it.
 
-    model: Model
-    parameters: np.ndarray
-    part: Dataset
-    system: System | None
-
-    @property
-    def by_inputs(self) -> bool:
-        """Whether the inputs are held, so that tau changes within a step."""
-        return self.system is not None and not is_constant(self.system)
-
-    @property
-    def held(self) -> np.ndarray:
-        """What is held over each step, (member, sample, n_q or n_u)."""
-        part, system = self.part, self.system
-        return inputs_from_force(system, part.q, part.tau) if system and self.by_inputs else part.tau
-
-    def simulate(self, initial: np.ndarray, held: np.ndarray) -> np.ndarray:
-        """States (member, start, steps + 1, 2 n_q) from initial (member, start, 2 n_q) under held (..., steps, n)."""
-        system = self.system if self.by_inputs else None
-        return model_motion(self.model, self.parameters, initial, held, self.part.time_step, self.part.angles, system)
+    Held are the inputs of a system whose B depends on q, so that tau changes within a step; otherwise tau. The motion:
+    states (member, start, steps + 1, 2 n_q) from (member, start, 2 n_q) under what is held, (member, start, steps, n).
+    """
+    turned = None if system is None or is_constant(system) else system
+    held = part.tau if turned is None else inputs_from_force(turned, part.q, part.tau)
+    return held, partial(model_motion, model, parameters, time_step=part.time_step, angles=part.angles, system=turned)
 
 
 def first_points(model: Model, parameters: np.ndarray, part: Dataset, system: System | None = None) -> ModelRollout:
     """Roll the model out over the first test points, as in Fig. 4."""
     points = min(POINTS, part.samples)
-    driven = Driven(model, parameters, part, system)
-    held = driven.held
+    held, motion = _driven(model, parameters, part, system)
     plant = np.concatenate([part.q, part.qd], axis=-1)[:, :points]
     states = plant.copy()
     restarts = np.flatnonzero(np.diff(part.episode[:points])) + 1
     for start, stop in pairwise([0, *restarts.tolist(), points]):
-        states[:, start:stop] = driven.simulate(plant[:, None, start], held[:, None, start : stop - 1])[:, 0]
+        states[:, start:stop] = motion(plant[:, None, start], held[:, None, start : stop - 1])[:, 0]
     euler = plant.copy()
     predicted = predict(model, parameters, *(array[:, :points] for array in (part.q, part.qd, part.qdd, part.tau)))
     inside = np.flatnonzero(np.diff(part.episode[:points]) == 0)
@@ -99,8 +86,8 @@ def one_step_errors(
     if not len(inside):
         return
     states = np.concatenate([part.q, part.qd], axis=-1)
-    driven = Driven(model, parameters, part, system)
-    following = driven.simulate(states[:, inside], driven.held[:, inside, None])[:, :, 1]
+    held, motion = _driven(model, parameters, part, system)
+    following = motion(states[:, inside], held[:, inside, None])[:, :, 1]
     error = finite_or_infinite(np.abs(following - states[:, inside + 1]))
     for component, coordinate in enumerate(part.coordinates):
         unit = coordinate.rate_unit
@@ -122,9 +109,8 @@ def window_error(
     starts = fits[np.linspace(0, len(fits) - 1, min(WINDOWS, len(fits))).astype(int)]
     states = np.concatenate([part.q, part.qd], axis=-1)
     true = np.stack([states[:, s : s + steps + 1] for s in starts], axis=1)
-    driven = Driven(model, parameters, part, system)
-    held = driven.held
-    rolled = driven.simulate(true[:, :, 0], np.stack([held[:, s : s + steps] for s in starts], axis=1))
+    held, motion = _driven(model, parameters, part, system)
+    rolled = motion(true[:, :, 0], np.stack([held[:, s : s + steps] for s in starts], axis=1))
     z, z_hat = (_embedded(array, true[:, :, :1], part)[:, :, 1:] for array in (true, rolled))
     distance = np.linalg.norm(z - z_hat, axis=-1)
     relative = distance / (np.linalg.norm(z, axis=-1) + np.linalg.norm(z_hat, axis=-1))
