@@ -88,6 +88,7 @@ class Controller(Protocol):
 
         Nothing is learned unless said.
         """
+        return
 
 
 Samples = tuple[np.ndarray, np.ndarray, np.ndarray]

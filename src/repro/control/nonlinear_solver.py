@@ -44,6 +44,7 @@ class Solver(Protocol):
 
     def close(self) -> None:
         """Free the resources of the solver, where it has any."""
+        return
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 A wide network is computed in matrix operations instead of one scalar per weight.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -67,6 +68,7 @@ class PredictiveModel:
     def energy(self) -> ca.Function:
         """(x, weights) -> T, V in J, x = [q, qd], in the gauge of the cost; of a wide network in that of the model."""
         x, _, weights = self._symbols
+        parts: Sequence[Any]
         if self.is_wide:
             parts = self._matrix_energies(x, weights)
         else:
@@ -78,6 +80,7 @@ class PredictiveModel:
     def derivative(self) -> ca.Function:
         """(x, u, weights) -> xd."""
         x, u, weights = self._symbols
+        qdd: Any
         if self.is_wide:
             mass, rest = self._motion(x, weights)
             matrix, right = ca.SX.sym("A", self.n_q, self.n_q), ca.SX.sym("b", self.n_q)
@@ -91,6 +94,7 @@ class PredictiveModel:
     def inverse(self) -> ca.Function:
         """(x, qdd, u, weights) -> the residual of (7b): tau_hat(q, qd, qdd) - tau, zero along a motion."""
         (x, u, weights), qdd = self._symbols, self.kind.sym("qdd", self.n_q)
+        force: Any
         if self.is_wide:
             mass, rest = self._motion(x, weights)
             force = ca.mtimes(mass, qdd) + rest

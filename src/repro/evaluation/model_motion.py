@@ -35,9 +35,9 @@ def model_motion(
     if is_compiled(model):
         motion = acceleration(model) if system is None else under_inputs(acceleration(model), system)
         engine = "casadi" if members * starts * steps < FEW_STEPS else "auto"
-        flat = [array.reshape(members * starts, *array.shape[2:]) for array in (initial, held)]
+        begun, driven = (array.reshape(members * starts, *array.shape[2:]) for array in (initial, held))
         each = np.repeat(weights, starts, axis=0)
-        moved = simulate(motion, *flat, time_step, parameters=each, angles=angles, engine=engine)
+        moved = simulate(motion, begun, driven, time_step, parameters=each, angles=angles, engine=engine)
         return moved.reshape(members, starts, *moved.shape[1:])
     parameters = torch.from_numpy(weights)
     states = np.empty((steps + 1, *initial.shape))
