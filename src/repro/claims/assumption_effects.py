@@ -19,11 +19,7 @@ if TYPE_CHECKING:
 METRIC = "metric="
 NOT_NEEDED = ("curves", "trajectories", "closed_loops", "identifiability", "bench")
 # By table: the columns by which a claim finds a run, which are the same in all rows of one run.
-FOUND_BY: Mapping[str, Sequence[str]] = {
-    "runs": ["setting", "config", "changed", *CARD],
-    "metrics": ["setting"],
-    "control": [*LOOP_CARD],
-}
+FOUND_BY: Mapping[str, Sequence[str]] = {"runs": ["setting", "config", "changed", *CARD], "control": [*LOOP_CARD]}
 
 
 @dataclass(frozen=True)
@@ -76,12 +72,7 @@ class _Substitution:
 
     def __init__(self, results: Results) -> None:
         self.all = results
-        # The card stands in the runs, from which settings take it.
-        self.tables = {
-            "runs": results.runs,
-            "metrics": results.metrics.drop(columns=[*CARD]),
-            "control": results.control,
-        }
+        self.tables = {"runs": results.runs, "control": results.control}
         self.places = {name: table.groupby(["experiment", "run"]).indices for name, table in self.tables.items()}
         self.made: dict[tuple[object, ...], Results] = {}
 
@@ -93,7 +84,7 @@ class _Substitution:
         if place not in self.made:
             found_by = {**FOUND_BY, "control": [*FOUND_BY["control"], *extra]}
             tables = {name: self._rows(name, experiment, substitutes, columns) for name, columns in found_by.items()}
-            self.made[place] = replace(self.all, **tables)  # type: ignore[arg-type]
+            self.made[place] = self.all.with_runs(**tables)
         return self.made[place]
 
     def _rows(

@@ -2,13 +2,13 @@
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from repro.errors import UserError
-from repro.results.run_setting import Measured, RunSetting
+from repro.results.run_setting import Measured, Metrics, RunSetting
 from repro.results.table_schema import CARD, PANDAS_TYPES, TABLES, Row, records
 from repro.tracking.files import replacing
 from repro.tracking.plain_data import Json
@@ -46,23 +46,34 @@ class Results:
         return records(self.runs)
 
     @cached_property
+    def measured(self) -> Mapping[str, Metrics]:
+        """The metrics of each run, in their stored order."""
+        found: dict[str, dict[tuple[str, str], Measured]] = {}
+        columns = ("run", "metric", "split", "unit", "member", "value")
+        for run, name, split, unit, seed, value in zip(*(self.metrics[c].tolist() for c in columns), strict=True):
+            found.setdefault(run, {}).setdefault((name, split), Measured(unit, {})).values[seed] = value
+        return {**found}
+
+    def with_runs(self, runs: "pd.DataFrame", control: "pd.DataFrame") -> "Results":
+        """The same with other rows of runs and of closed loops; what was measured is taken apart once for all."""
+        made = replace(self, runs=runs, control=control)
+        vars(made)["measured"] = self.measured
+        return made
+
+    @cached_property
     def settings(self) -> tuple[RunSetting, ...]:
         """Every setting of every experiment that has finished runs, in the order of the runs."""
-        measured: dict[tuple[str, str], tuple[Measured, dict[str, str]]] = {}
-        columns = ("setting", "experiment", "metric", "split", "unit", "run", "member", "value")
-        for setting, place, name, split, unit, run, member, value in zip(
-            *(self.metrics[column].tolist() for column in columns), strict=True
-        ):
-            values, units = measured.setdefault((setting, place), ({}, {}))
-            values.setdefault((name, split), {})[run, member] = value
-            units.setdefault(name, unit)
         grouped: dict[tuple[str, str], list[Row]] = {}
         for row in self.rows:
             if row["setting"] and row["outcome"] == "ok":
                 grouped.setdefault((row["setting"], row["experiment"]), []).append(row)
         return tuple(
-            RunSetting({column: rows[0][column] for column in CARD}, tuple(rows), *measured.get(key, ({}, {})))
-            for key, rows in grouped.items()
+            RunSetting(
+                {column: rows[0][column] for column in CARD},
+                tuple(rows),
+                {row["run"]: self.measured.get(row["run"], {}) for row in rows},
+            )
+            for rows in grouped.values()
         )
 
     @cached_property

@@ -4,6 +4,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,7 +14,15 @@ from repro.results.run_card import options
 from repro.results.statistics import Estimate, estimate, share
 from repro.results.table_schema import Row, as_text
 
-Measured = dict[tuple[str, str], dict[tuple[str, int], float]]
+
+class Measured(NamedTuple):
+    """One metric of one run: its unit, and seed -> value."""
+
+    unit: str
+    values: dict[int, float]
+
+
+Metrics = Mapping[tuple[str, str], Measured]  # of one run: (metric, split) -> values
 
 
 class FromRuns:
@@ -48,14 +57,12 @@ class RunSetting(FromRuns):
 
     card      the card columns
     rows      its finished rows of the runs table
-    measured  (metric, split) -> (run, seed) -> value
-    units     metric -> unit
+    measured  run -> its metrics
     """
 
     card: Row
     rows: tuple[Row, ...]
-    measured: Measured = field(default_factory=dict, repr=False)
-    units: Mapping[str, str] = field(default_factory=dict, repr=False)
+    measured: Mapping[str, Metrics] = field(default_factory=dict, repr=False)
 
     @cached_property
     def members(self) -> Mapping[int, tuple[str, str]]:
@@ -63,7 +70,7 @@ class RunSetting(FromRuns):
         found: dict[int, tuple[str, str]] = {}
         for run in sorted(self.rows, key=lambda run: run["run"]):
             name, statuses = run["run"], run["member_status"]
-            seeds = run["seeds"] or sorted({seed for of in self.measured.values() for own, seed in of if own == name})
+            seeds = run["seeds"] or sorted({seed for of in self.measured.get(name, {}).values() for seed in of.values})
             for place, seed in enumerate(seeds):
                 found.setdefault(int(seed), (name, statuses[place] if place < len(statuses) else "ok"))
         return dict(sorted(found.items()))
@@ -101,10 +108,11 @@ class RunSetting(FromRuns):
         """Return the members' values, (member,) by seed; nan for a failed one, empty where none was measured."""
         if metric == "diverged":
             return np.array([float(status != "ok") for _, status in self.members.values()])
-        column = self.measured.get((metric.partition("@")[0], metric_named(metric).split))
-        if column is None:
+        place = (metric.partition("@")[0], metric_named(metric).split)
+        columns = {run: metrics[place].values for run, metrics in self.measured.items() if place in metrics}
+        if not columns:
             return np.full(self.n if self.failed == self.n else 0, np.nan)
-        found = [(column.get((run, seed)), status) for seed, (run, status) in self.members.items()]
+        found = [(columns.get(run, {}).get(seed), status) for seed, (run, status) in self.members.items()]
         return np.array([np.nan if value is None or status != "ok" else value for value, status in found])
 
     def estimate(self, metric: str) -> Estimate:
@@ -116,4 +124,6 @@ class RunSetting(FromRuns):
 
     def unit(self, metric: str) -> str:
         """Return the unit that was stored with a metric."""
-        return self.units.get(metric.partition("@")[0], "")
+        name = metric.partition("@")[0]
+        found = (of.unit for metrics in self.measured.values() for (own, _), of in metrics.items() if own == name)
+        return next(found, "")

@@ -9,6 +9,7 @@ from statistics import median
 from repro.report.sections import Content
 from repro.results.metric_names import metric_named, written
 from repro.results.results import Results
+from repro.results.run_setting import Metrics
 from repro.results.table_schema import CARD, Row, as_text, records
 
 NAMED_BY = ("model", "basis", "hidden", "objective", "optimiser", "sequence")
@@ -18,7 +19,6 @@ LOOP_COLUMNS = (
 )
 ONE_LOOP = ["run", "member", "controller", "start", "x_des"]
 SPLITS = {"test": "on the test set", "free": "on the test part of D_H", "train": "of the training"}
-Values = Mapping[tuple[str, str, str], Mapping[int, float]]  # (split, metric, unit) -> seed -> value
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,6 @@ def _pages(
     claims: Mapping[str, Sequence[str]],
     tables: Mapping[str, Mapping[str, str]],
 ) -> Iterator[RunPage]:
-    measured = _measured(results)
     loops = _by_run(records(results.control.drop_duplicates(ONE_LOOP)))
     benches, stages = _by_run(records(results.bench)), _by_run(records(results.stages))
     listed = _by_run([row for row in results.rows if row["run"]])
@@ -92,7 +91,7 @@ def _pages(
             members=members,
             command=row["command"],
             chosen={column: text for column, text in texts.items() if text},
-            metrics=_metric_rows(measured.get(id, {}), members),
+            metrics=_metric_rows(results.measured.get(id, {}), members),
             loops=loops.get(id, ()),
             stages=[
                 {**stage, **{name: json.loads(stage[name] or "{}") for name in ("config", "libraries")}}
@@ -112,23 +111,14 @@ def _by_run(rows: Sequence[Row]) -> dict[str, list[Row]]:
     return by_run
 
 
-def _measured(results: Results) -> dict[str, Values]:
-    """The values of each run."""
-    found: dict[str, dict[tuple[str, str, str], dict[int, float]]] = {}
-    columns = ("run", "split", "metric", "unit", "member", "value")
-    for run, split, name, unit, seed, value in zip(*(results.metrics[c].tolist() for c in columns), strict=True):
-        found.setdefault(run, {}).setdefault((split, name, unit), {})[seed] = value
-    return {**found}
-
-
-def _metric_rows(measured: Values, members: Mapping[int, str]) -> list[Row]:
+def _metric_rows(measured: Metrics, members: Mapping[int, str]) -> list[Row]:
     """The metrics of one run in their stored order, test set first."""
     rows = []
-    for (split, name, unit), of in measured.items():
-        values = [of.get(seed, math.nan) for seed in members]
+    for (name, split), of in measured.items():
+        values = [of.values.get(seed, math.nan) for seed in members]
         finite = [value for value in values if not math.isnan(value)]
         middle = median(finite) if finite else math.nan
         texts = {"label": metric_named(name).label, "meaning": metric_named(name).meaning}
-        shown_unit = "" if unit == "1" else unit
+        shown_unit = "" if of.unit == "1" else of.unit
         rows.append({"split": split, "name": name, **texts, "unit": shown_unit, "median": middle, "values": values})
     return sorted(rows, key=lambda row: [*SPLITS].index(row["split"]))
