@@ -6,7 +6,7 @@ import pytest
 
 from repro.report.tables.under_trained import TRAINED, UNDER_TRAINED, training_of
 from repro.report.writing import ABSENT
-from repro.results.run_setting import RunSetting
+from repro.results.run_setting import Measured, RunSetting
 
 
 def setting(error: float, budget: float | None, rate: float = 0.01) -> RunSetting:
@@ -14,7 +14,7 @@ def setting(error: float, budget: float | None, rate: float = 0.01) -> RunSettin
     config = {"optimiser.learning_rate": rate} | ({} if budget is None else {"optimiser.budget_s": budget})
     name = f"{error}-{budget}-{rate}"
     run = {"run": name, "config": json.dumps(config), "seeds": [0], "member_status": ["ok"], "changed": ""}
-    return RunSetting({}, (run,), {("mae_qdd", "test"): {(name, 0): error}})
+    return RunSetting({}, (run,), {name: {("mae_qdd", "test"): Measured("rad/s^2", {0: error})}})
 
 
 @pytest.mark.parametrize(
