@@ -6,34 +6,17 @@ from pathlib import Path
 
 from repro.claims.verdicts import Verdict, headline
 from repro.errors import UserError
-from repro.report import writing
 from repro.report.paper import load_paper, paper_folder
 from repro.report.tables.front import front_block
 from repro.report.tables.table import markdown_table
-from repro.report.tables.verdicts import in_words
+from repro.report.tables.verdicts import in_words, titles
 from repro.results.results import Results
 from repro.tracking.files import write_text
 
 PAGES = {"count": "README.md", "headlines": "README.md", "verdicts": "docs/verdicts.md"}
-# Columns: what is shown of a verdict, and its title.
-SHORT = {
-    "claim": "claim",
-    "about": "what the paper says",
-    "printed": "printed",
-    "ours": "ours [95 %]",
-    "marked": "verdict",
-}
-LONG = {
-    "claim": "claim",
-    "section": "where",
-    "about": "what the paper says",
-    "measured": "measured",
-    "printed": "printed",
-    "ours": "ours [95 %]",
-    "members": "units",
-    "flagged": "verdict",
-    "cure": "smallest change",
-}
+# Of what `in_words` writes.
+SHORT = ("claim", "about", "printed", "compared", "marked")
+LONG = ("claim", "section", "about", "measured", "printed", "compared", "members", "flagged", "cure")
 
 
 def write_tables(root: Path, results: Results, verdicts: Sequence[Verdict]) -> None:
@@ -50,8 +33,8 @@ def blocks(results: Results, verdicts: Sequence[Verdict]) -> dict[str, str]:
         raise UserError(f"report.yaml, headlines: no claim is called {', '.join(unknown)}")
     return {
         "count": f"**{headline(verdicts)}.**",
-        "headlines": markdown_table([*SHORT.values()], [_cells(by_name[name], *SHORT) for name in paper.headlines]),
-        "verdicts": markdown_table([*LONG.values()], [_cells(verdict, *LONG) for verdict in verdicts]),
+        "headlines": _table(SHORT, [by_name[name] for name in paper.headlines]),
+        "verdicts": _table(LONG, verdicts),
         **{table.name: front_block(results, table) for table in paper.front_tables},
     }
 
@@ -73,9 +56,6 @@ def parts(page: Path, name: str) -> tuple[str, str, str]:
     return match[1], match[2], match[3]
 
 
-def _cells(verdict: Verdict, *names: str) -> list[str]:
-    shown = in_words(verdict)
-    against = f" against {writing.interval(verdict.other)}" if verdict.other else ""
-    flagged = "; ".join(filter(None, (shown["marked"], verdict.flag)))
-    shown |= {"ours": shown["ours"] + against, "flagged": flagged}
-    return [shown[name] for name in names]
+def _table(names: Sequence[str], verdicts: Sequence[Verdict]) -> str:
+    shown = map(in_words, verdicts)
+    return markdown_table(titles(names), [[words[name] for name in names] for words in shown])

@@ -16,14 +16,12 @@ READING = (
     "are not of a protocol as printed. Preview: a smaller scale. Stale: the code has changed since the run."
 )
 
-# In the table: what `in_words` writes, and its title.
-SHOWN = {
-    "claim": "claim",
+SHOWN = ("claim", "about", "marked", "printed", "ours", "measured", "units", "section", "cure", "remarks")
+# Of columns that have another one than the name of what they show.
+TITLES = {
     "about": "what the paper says",
-    "marked": "verdict",
-    "printed": "printed",
-    "ours": "ours [95 %]",
-    "measured": "measured",
+    **dict.fromkeys(("marked", "flagged"), "verdict"),
+    **dict.fromkeys(("ours", "compared"), "ours [95 %]"),
     "members": "units",
     "section": "where",
     "cure": "smallest change that makes it hold",
@@ -32,8 +30,12 @@ SHOWN = {
 
 def verdict_table(verdicts: Sequence[Verdict]) -> Table:
     """Make the table of claims: printed, ours, verdict. Its CSV is claims.csv."""
-    columns = (*SHOWN.values(), "remarks")
-    return Table("verdicts", "Verdicts", READING, columns, tuple(_verdict_row(verdict) for verdict in verdicts))
+    return Table("verdicts", "Verdicts", READING, titles(SHOWN), tuple(_verdict_row(verdict) for verdict in verdicts))
+
+
+def titles(names: Sequence[str]) -> tuple[str, ...]:
+    """The titles of columns that show what `in_words` writes under these names."""
+    return tuple(TITLES.get(name, name) for name in names)
 
 
 def mark(verdict: Verdict) -> str:
@@ -69,33 +71,37 @@ def measured(verdict: Verdict) -> str:
 
 def in_words(verdict: Verdict) -> dict[str, str]:
     """Write all that is shown of a verdict, by name."""
-    claim, estimate = verdict.claim, verdict.estimate
+    claim, estimate, marked = verdict.claim, verdict.estimate, mark(verdict)
+    ours = writing.interval(estimate)
+    members = str(estimate.n or writing.ABSENT)
     return {
         "claim": claim.name,
         "about": claim.about,
         "section": claim.section,
         "printed": writing.number(claim.printed),
         "measured": measured(verdict),
-        "ours": writing.interval(estimate),
-        "interval": writing.interval(estimate).partition(" ")[2],
+        "ours": ours,
+        "interval": ours.partition(" ")[2],
+        "compared": ours + (f" against {writing.interval(verdict.other)}" if verdict.other else ""),
         **{name: writing.number(getattr(estimate, name)) for name in ("median", "low", "high")},
-        "members": str(estimate.n or writing.ABSENT),
+        "members": members,
         "failed": str(estimate.failed),
+        "units": members + (f", {estimate.failed} failed" if estimate.failed else ""),
         "verdict": verdict.verdict,
-        "marked": mark(verdict),
+        "marked": marked,
+        "flagged": "; ".join(filter(None, (marked, verdict.flag))),
         "marks": "; ".join(filter(None, (*marks(verdict), verdict.flag))),
         "flag": verdict.flag,
         "note": verdict.note,
+        "remarks": "; ".join(filter(None, (verdict.flag, verdict.note))),
         "cure": cure(verdict),
     }
 
 
 def _verdict_row(verdict: Verdict) -> Row:
     claim, estimate, shown = verdict.claim, verdict.estimate, in_words(verdict)
-    shown["members"] += f", {estimate.failed} failed" if estimate.failed else ""
-    remarks = "; ".join(filter(None, (verdict.flag, verdict.note)))
     return Row(
-        cells=(*(shown[name] for name in SHOWN), remarks),
+        cells=tuple(shown[name] for name in SHOWN),
         data={
             "id": claim.name,
             "metric": verdict.quantity,
