@@ -152,7 +152,7 @@ def gone(pid: int, seconds: float) -> bool:
 KILLS_ITS_SERVER = """
 import os, signal, sys
 from multiprocessing import forkserver
-from repro.launch import running
+from repro.launch import pool
 from repro.launch.pool import run_jobs
 from repro.launch.jobs import Job
 from repro import cli

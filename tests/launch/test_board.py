@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from repro.launch import board
-from repro.launch.board import Board, Clock
+from repro.launch.board import Board
 from repro.launch.jobs import Event, EventKind, Job, JobError, JobOutcome, JobResult
 from repro.tracking.text import duration, size, table
 
@@ -25,25 +25,28 @@ def ended(index, outcome=JobOutcome.OK, seconds=10.0, error=None):
     return Event(EventKind.ENDED, index, result=result)
 
 
-def test_time_left(now):
-    clock = Clock(JOBS, workers=2)
-    assert clock.seconds_left() is None
-    clock.take(Event(EventKind.STARTED, 0))
+def test_the_time_left_is_what_the_pace_so_far_gives(now):
+    shown = Board(JOBS, workers=2, live=False)
+    assert shown.seconds_left() is None
+    for index in (0, 1):
+        shown(Event(EventKind.STARTED, index))
     now[0] = 5.0
-    clock.take(Event(EventKind.PROGRESS, 0, fraction=0.25))
-    # One job takes 20 s: 15 s of it are left, and three whole ones, on two workers.
-    assert clock.seconds_left() == pytest.approx((15 + 3 * 20) / 2)
+    shown(Event(EventKind.PROGRESS, 0, fraction=0.25))
+    shown(Event(EventKind.PROGRESS, 1, fraction=0.25))
+    # Half a job in 5 s, by two workers: three and a half are left.
+    assert shown.seconds_left() == pytest.approx(3.5 * 5 / 0.5)
     now[0] = 20.0
-    clock.take(ended(0, seconds=20.0))
-    assert clock.seconds_left() == pytest.approx(3 * 20 / 2)
-    for index in (1, 2):
-        clock.take(ended(index, seconds=20.0))
-    assert clock.seconds_left() == pytest.approx(20.0)
+    for index in (0, 1):
+        shown(ended(index, seconds=20.0))
+    assert shown.seconds_left() == pytest.approx(20.0)
 
 
-def test_expected_times_are_used_before_any_job_has_ended(now):
-    clock = Clock([Job("a", "m:f", expected_s=30.0), Job("b", "m:f", expected_s=10.0)], workers=1)
-    assert clock.seconds_left() == pytest.approx(40.0)
+def test_a_longer_job_counts_for_more_and_expected_times_hold_before_any_progress(now):
+    shown = Board([Job("a", "m:f", expected_s=30.0), Job("b", "m:f", expected_s=10.0)], workers=1, live=False)
+    assert shown.seconds_left() == pytest.approx(40.0)
+    now[0] = 60.0  # twice as slow as expected
+    shown(ended(0, seconds=60.0))
+    assert shown.seconds_left() == pytest.approx(20.0)
 
 
 def test_plain_lines(now, capsys):

@@ -5,29 +5,34 @@ jobs and interrupts the running ones, which keep their checkpoints; the second k
 Editing a module that the server has loaded changes no job of this sweep.
 """
 
-from __future__ import annotations
-
 import atexit
 import multiprocessing
 import os
+import re
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from multiprocessing import connection, forkserver
 from pathlib import Path
-from types import FrameType
+from types import FrameType, ModuleType
 
+from repro.errors import UserError
 from repro.launch import worker
-from repro.launch.jobs import Event, EventKind, Job, JobOutcome, JobResult, SweepInterrupted
+from repro.launch.jobs import Event, EventKind, Job, JobError, JobOutcome, JobResult, SweepInterrupted
 from repro.launch.machine import memory_for_jobs_mib
-from repro.launch.running import Running
 from repro.tracking import progress
 from repro.tracking.paths import Paths, outputs_root
 
-_TICK_S = 0.2
+SERVER_ENDED = (
+    "the process that starts the jobs was ended from outside, often for lack of memory: try fewer --workers. "
+    "Finished work is kept; the same command goes on from there"
+)
+_TICK_S, _EXIT_S = 0.2, 2.0
+_TAIL_LINES = 15
 _THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
@@ -58,7 +63,8 @@ def run_jobs(
         try:
             launcher.run()
         finally:
-            launcher.kill_all()
+            for job in launcher.running:
+                job.signal(signal.SIGKILL)
             # Jobs that printed nothing leave no log; a folder with logs stays.
             with suppress(OSError):
                 logs.rmdir()
@@ -91,6 +97,102 @@ def _stop_server() -> None:
             os.kill(server._forkserver_pid, signal.SIGKILL)
 
 
+class _Running:
+    """A job while it runs, in a process forked from the server.
+
+    pipe, process  readable and ready, respectively, when there is something new
+    result         as its last message says it
+    ready          it can end gracefully when interrupted
+    interrupts     how many Ctrl-C were passed on to it
+    timed_out      the launcher killed it for taking too long
+    """
+
+    def __init__(self, index: int, job: Job, logs: Path) -> None:
+        self.index = index
+        self.job = job
+        self.log = logs / f"{index:04d}-{re.sub(r'[^A-Za-z0-9._=-]+', '-', job.name)[:80]}.log"
+        context = multiprocessing.get_context("forkserver")
+        self.pipe, end_of_job = context.Pipe(duplex=False)
+        arguments = (end_of_job, index, job, str(self.log))
+        self.process = context.Process(target=worker.main, args=arguments, name=job.name)
+        # A child would run the main module again; jobs are functions of other modules.
+        main, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
+        try:
+            self.process.start()
+        except (EOFError, ConnectionError):
+            raise UserError(SERVER_ENDED) from None
+        finally:
+            sys.modules["__main__"] = main
+            end_of_job.close()
+        self.started = time.monotonic()
+        self.ready = False
+        self.interrupts = 0
+        self.timed_out = False
+        self.result: JobResult | None = None
+
+    @property
+    def seconds(self) -> float:
+        """Seconds since it started."""
+        return time.monotonic() - self.started
+
+    def signal(self, number: signal.Signals) -> None:
+        """Signal the job and every process it has started."""
+        pid = self.process.pid
+        if pid is not None and self.process.is_alive():
+            with suppress(ProcessLookupError):
+                try:
+                    os.killpg(pid, number)
+                except ProcessLookupError:  # it has not yet made its own group
+                    os.kill(pid, number)
+
+    def events(self) -> Iterator[Event]:
+        """What happened since the last call, all but the end."""
+        while (event := self._receive()) is not None:
+            self.ready = True
+            self.result = event.result
+            if event.result is None:
+                yield event
+
+    def end(self, *, interrupted: bool) -> JobResult:
+        """Wait for the process, kill it if it lingers, and return how the job ended."""
+        seconds = self.seconds
+        self.process.join(_EXIT_S)
+        self.signal(signal.SIGKILL)
+        self.process.join()
+        self.pipe.close()
+        result = self.result or self._death(interrupted)
+        log = str(self.log)
+        if result.ok and self.log.is_file() and not self.log.stat().st_size:
+            self.log.unlink()
+            log = ""
+        return replace(result, seconds=seconds, log=log)
+
+    def _receive(self) -> Event | None:
+        try:
+            event: Event | None = self.pipe.recv() if self.result is None and self.pipe.poll() else None
+            return event
+        except (EOFError, OSError):
+            return None  # it died; its exit code shows how
+        except Exception as error:
+            text = f"its value cannot be read by the launcher: {error}"
+            result = JobResult(self.job, JobOutcome.FAILED, error=JobError(text, type(error).__name__))
+            return Event(EventKind.ENDED, self.index, result=result)
+
+    def _death(self, interrupted: bool) -> JobResult:
+        """How a job ended that died without a last message."""
+        if interrupted:
+            return JobResult(self.job, JobOutcome.INTERRUPTED)
+        if self.timed_out:
+            outcome, message = JobOutcome.TIMED_OUT, f"killed after {self.seconds:.3g} s"
+        else:
+            outcome, message = JobOutcome.KILLED, f"ended without a result, exit code {self.process.exitcode}"
+            if (code := self.process.exitcode or 0) < 0:
+                hint = ", often for lack of memory: try fewer workers" if code == -signal.SIGKILL else ""
+                message = f"ended by {signal.Signals(-code).name}{hint}"
+        lines = self.log.read_text(errors="replace").splitlines() if self.log.is_file() else []
+        return JobResult(self.job, outcome, error=JobError(message, trace="\n".join(lines[-_TAIL_LINES:])))
+
+
 @dataclass
 class _Launcher:
     """The jobs that wait, run and have ended."""
@@ -101,7 +203,7 @@ class _Launcher:
     timeout_s: float | None
     on_progress: Callable[[Event], None]
     logs: Path
-    running: list[Running] = field(default_factory=list)
+    running: list[_Running] = field(default_factory=list)
     results: dict[int, JobResult] = field(default_factory=dict)
     interrupts: int = 0
     announced: bool = False
@@ -110,7 +212,7 @@ class _Launcher:
         """Until every job has ended, or the running ones have after Ctrl-C."""
         while self.running or (self.waiting and not self.interrupts):
             while not self.interrupts and (place := self._next()) is not None:
-                self.running.append(Running(*self.waiting.pop(place), self.logs))
+                self.running.append(_Running(*self.waiting.pop(place), self.logs))
             self._pass_on_interrupts()
             connection.wait(
                 [source for job in self.running for source in (job.pipe, job.process.sentinel)], timeout=_TICK_S
@@ -130,11 +232,6 @@ class _Launcher:
         """Count a Ctrl-C; the loop acts on it, at a point where nothing is half done."""
         self.interrupts += 1
 
-    def kill_all(self) -> None:
-        """Kill what still runs."""
-        for job in self.running:
-            job.signal(signal.SIGKILL)
-
     def _pass_on_interrupts(self) -> None:
         if self.interrupts and not self.announced:
             self.announced = True
@@ -145,15 +242,15 @@ class _Launcher:
                 job.interrupts = self.interrupts
                 job.signal(signal.SIGINT if self.interrupts == 1 else signal.SIGKILL)
 
-    def _attend(self, job: Running) -> None:
-        alive = job.process.is_alive()
+    def _attend(self, job: _Running) -> None:
+        ended = not job.process.is_alive()  # looked at before its messages, the last of which may lie there still
         for event in job.events():
             self.on_progress(event)
-        if self.timeout_s is not None and job.seconds > self.timeout_s and not job.has_ended(alive=alive):
-            job.timed_out = True
+        ended = ended or job.result is not None
+        if not ended and self.timeout_s is not None and job.seconds > self.timeout_s:
+            job.timed_out = ended = True
             job.signal(signal.SIGKILL)
-            alive = False
-        if job.has_ended(alive=alive):
+        if ended:
             result = job.end(interrupted=self.interrupts > 0)
             self.running.remove(job)
             self.results[job.index] = result
