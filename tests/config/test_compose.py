@@ -97,7 +97,7 @@ def test_a_base_is_no_option():
     assert not [option for options in groups().values() for option in options if option.startswith("_")]
     with pytest.raises(UserError, match="control=_mpc: allowed are dip"):
         compose(["control=_mpc"])
-    with pytest.raises(UserError, match=r"unknown key 'interval' \(did you mean intervals\?\)"):
+    with pytest.raises(UserError, match=r"control.interval: unknown key \(did you mean intervals\?\)"):
         compose(["control=sip_best", "control.interval=30"])
 
 

@@ -9,15 +9,26 @@ from repro import cli
 from repro.claims.assumptions import Trial, load_assumptions
 from repro.claims.claims import load_claims
 from repro.config.overrides import check, experiments
+from repro.config.registry import groups, settings
 from repro.errors import UserError
 from repro.sweep import assumption_runs as sensitivity
 from repro.sweep.assumption_runs import plan_cases
 from repro.tracking.paths import Paths, project_folder
+from repro.tracking.plain_data import flattened
 
 PAPER = project_folder() / "paper"
 LEDGER = {row.id: row for row in load_assumptions(PAPER / "assumptions.yaml")}
 CLAIMS = load_claims(PAPER / "claims.yaml")
 TIMING = "timing"  # the experiment of the benchmark, which has no settings
+
+
+def check_key(override):
+    """UserError for an unknown group or option; a key of a group must be there in one of its options."""
+    check([override])
+    key = override.partition("=")[0]
+    group, _, leaf = key.partition(".")
+    if leaf:
+        assert any(leaf in flattened(settings(group, option)) for option in groups()[group]), key
 
 
 @pytest.mark.parametrize("row", LEDGER.values(), ids=LEDGER)
@@ -27,7 +38,7 @@ def test_every_setting_that_an_assumption_names_exists(row):
         key, *options = re.split(r"\s*[=|]\s*", setting)
         for option in options or ["1"]:
             try:
-                check([f"{key}={option}"])
+                check_key(f"{key}={option}")
             except UserError as error:  # a group alone names all of its options
                 assert not options and "allowed are" in str(error) and "unknown" not in str(error), error
 
@@ -39,7 +50,9 @@ def test_every_assumption_is_tried_or_says_why_not(row):
     for trial in row.trials:
         assert set(trial.claims) <= names
         for overrides in (*trial.instead, trial.both, trial.only):
-            check([override for override in overrides.split() if not override.startswith("metric=")])
+            for override in overrides.split():
+                if not override.startswith("metric="):
+                    check_key(override)
 
 
 def test_every_claim_names_an_experiment():

@@ -8,7 +8,7 @@ import yaml
 
 from repro.commands.arguments import add_workers, command_parser, seconds
 from repro.config.compose import plan
-from repro.config.overrides import belongs, expand, experiment_of, setting
+from repro.config.overrides import belongs, expand, experiment_of, refuse_options, setting
 from repro.config.registry import choices_text
 from repro.errors import UserError
 from repro.launch import cluster
@@ -34,27 +34,12 @@ Results lie in outputs/ (or $REPRO_OUTPUTS); a finished run is never repeated.
 
 choices:
 """
-# Options of Hydra's own command line, and what takes their place here.
-HYDRAS_OPTIONS = {
-    "--hydra-help": "`repro run --help` lists options and choices",
-    "--info -i": "`repro run --cfg job` prints the configuration, `repro show ID` where a result comes from",
-    "--config-dir -cd --config-path -cp": "own options are files: conf/GROUP/NAME.yaml, experiments/NAME.yaml",
-    "--config-name -cn": "conf/config.yaml is the only one; experiment=NAME takes settings from experiments/",
-    "--shell-completion -sc": "`repro completion bash` (zsh, fish) prints a script to source",
-    "--resolve": "`--cfg job` prints the resolved configuration as it is",
-    "--package -p": "`--cfg job` prints all of the configuration",
-    "--run -r": "leave it out: without -m one job runs",
-    "--experimental-rerun": "`repro show ID` prints the command that repeats a run",
-    "--dryrun --dry": "write --dry-run",
-}
 _MOST_SHOWN = 5  # runs of a search
 
 
 def main(argv: Sequence[str]) -> int:
     """Run one configuration, or with -m every one that the lists and the experiment make; 1 when a job failed."""
-    for name in (word.partition("=")[0] for word in argv):
-        if instead := next((text for spelt, text in HYDRAS_OPTIONS.items() if name in spelt.split()), ""):
-            raise UserError(f"{name} is an option of Hydra that is not needed here: {instead}")
+    refuse_options(argv)
     options = _run_parser().parse_intermixed_args(argv)
     if options.cfg not in (None, "job"):
         if "=" not in options.cfg:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from repro.config.overrides import EXPERIMENT, REPRODUCED_AT, experiment_of, explicit, first_lines, takes_names
+from repro.config.overrides import EXPERIMENT, REPRODUCED_AT, experiment_of, explicit, first_lines
 from repro.config.places import CONF, experiment_files, option_file, settings_roots
 from repro.config.registry import groups
 from repro.config.schema import Config
@@ -40,16 +40,13 @@ def composed(overrides: Sequence[str], *, apart: bool = False) -> dict[str, Any]
     from hydra.core.override_parser.overrides_parser import OverridesParser
     from hydra.errors import HydraException
     from omegaconf import OmegaConf
-    from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException
+    from omegaconf.errors import OmegaConfBaseException
 
     try:
         config = pickle.loads((_put_together if apart else _chosen)(choices(overrides)))
         for override in OverridesParser.create().parse_overrides([o for o in overrides if _is_value(o)]):
-            try:
-                key = override.key_or_group
-                OmegaConf.update(config, key, override.value(), merge=True, force_add=takes_names(key))
-            except (ConfigAttributeError, ConfigKeyError):
-                raise UserError(f"{override.key_or_group}: unknown key; the chosen option has no such key") from None
+            # A key that there is not is named, with those that there are, by the type that takes it.
+            OmegaConf.update(config, override.key_or_group, override.value(), merge=True, force_add=True)
         resolved = OmegaConf.to_container(config, resolve=True, throw_on_missing=False)
     except (HydraException, OmegaConfBaseException, yaml.YAMLError) as error:
         raise UserError(first_lines(error)) from None
@@ -66,7 +63,7 @@ def choices(overrides: Sequence[str]) -> tuple[str, ...]:
 def _is_value(override: str) -> bool:
     """Whether an override sets a value (data.samples=100, seeds=3), which Hydra sets after all choices are made."""
     key = override.partition("=")[0]
-    return key[0] not in "+~" and key.partition(".")[0] != "hydra" and ("." in key or key not in groups())
+    return key[0] not in "+~" and ("." in key or key not in groups())
 
 
 # Pickled, because each job sets values in a copy of its own, and a deep copy takes four times as long.

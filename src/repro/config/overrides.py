@@ -4,7 +4,7 @@ import itertools
 import re
 from collections.abc import Iterable, Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from repro.config import registry
 from repro.config.places import CONF, check_checkout, experiment_files
@@ -162,10 +162,22 @@ def _values(override: str) -> list[str]:
     return [f"{key}={value}" for value in one.sweep_string_iterator()]
 
 
-def refuse_renamed(override: str) -> None:
-    """UserError with the present name where an override uses one of version 0.1 (conf/renamed.yaml)."""
+def refuse_options(words: Sequence[str]) -> None:
+    """UserError for an option of Hydra's own command line, with what takes its place (conf/renamed.yaml)."""
+    listed = registry.read_settings(CONF / "renamed.yaml")["hydra_options"]
+    instead = {option: text for options, text in listed.items() for option in options.split()}
+    for option in (word.partition("=")[0] for word in words):
+        if option in instead:
+            raise UserError(f"{option} is an option of Hydra that is not needed here: {instead[option]}")
+
+
+def _refuse_renamed(override: str) -> None:
+    """UserError for a name of version 0.1 or a setting of Hydra, with what takes its place (conf/renamed.yaml)."""
     renamed = registry.read_settings(CONF / "renamed.yaml")
     key, _, value = override.lstrip("+~").partition("=")
+    for start, instead in renamed["hydra_settings"].items():
+        if key.startswith(start):
+            raise UserError(f"{override}: {instead}")
     for old, new in renamed["keys"].items():
         if key == old or key.startswith(f"{old}."):
             raise UserError(f"{override}: {old} is called {new} now; write {override.replace(old, new, 1)}")
@@ -175,12 +187,15 @@ def refuse_renamed(override: str) -> None:
 
 
 def check(overrides: Sequence[str]) -> None:
-    """UserError for a misspelt group, option or key: Hydra's own advice, to append with +, would mislead."""
+    """UserError for a misspelt group or option: Hydra's own advice, to append with +, would mislead.
+
+    Keys of a group are checked with their values, by the types that take them.
+    """
     groups = registry.groups()
     top = sorted({*groups, "chain", "device", "seeds", "record", "whole_chain", "hydra", "experiment"})
     earlier: dict[str, str] = {}
     for override in overrides:
-        refuse_renamed(override)
+        _refuse_renamed(override)
         key, _, value = override.lstrip("+~").partition("=")
         if key in earlier:
             raise UserError(f"{key} is given twice: {earlier[key]} and {override}; give it once")
@@ -197,29 +212,6 @@ def check(overrides: Sequence[str]) -> None:
             raise UserError(f"{override}: a group cannot be removed; {instead}")
         if override.startswith("+") and "." in key:
             raise UserError(f"{override}: keys cannot be added; leave out the + and use a key that the schema has")
-        if "." in key and head in groups:
-            _check_leaf(override, head, key.split(".")[1:], overrides)
-
-
-def _check_leaf(override: str, group: str, path: Sequence[str], overrides: Sequence[str]) -> None:
-    options = registry.groups()[group]
-    chosen = [option for option in options if f"{group}={option}" in overrides]
-    allowed: set[str] = set()
-    for option in chosen or options:
-        section: Any = registry.settings(group, option)
-        for part in path[:-1]:
-            section = section.get(part, {}) if isinstance(section, dict) else {}
-        allowed |= set(section) if isinstance(section, dict) else set()
-    if path[-1] not in allowed and not takes_names(f"{group}.{path[0]}"):
-        listed = ", ".join(sorted(allowed)) or "none here"
-        raise UserError(
-            f"{override}: unknown key {path[-1]!r}{nearest(path[-1], sorted(allowed))}; allowed are {listed}"
-        )
-
-
-def takes_names(key: str) -> bool:
-    """Whether a key, or the group of keys that it is in, is by name of coordinates."""
-    return key.startswith(tuple(f"task.{each}" for each in ("spread", "goal", "tolerance", "limits")))
 
 
 def first_lines(error: Exception) -> str:

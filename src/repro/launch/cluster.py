@@ -37,19 +37,6 @@ INSTEAD = {
     "submitit_local": {"--timeout": "hydra.launcher.timeout_min=N"},
     "ray": {"--workers": "+hydra.launcher.ray.init.num_cpus=N"},
 }
-# Settings of Hydra that nothing here reads, and what takes their place.
-_PLACE = "results lie in outputs/ by what was run; REPRO_OUTPUTS=/some/folder chooses another place"
-HYDRAS_OWN = {
-    "hydra.sweep.": _PLACE,
-    "hydra.run.": _PLACE,
-    "hydra.job.chdir": _PLACE,
-    "hydra.output_subdir": _PLACE,
-    "hydra.verbose": "a failed job's log and trace are in `repro show ID`",
-    "hydra/sweeper": "the only search is hydra/sweeper=optuna; lists multiply by themselves with -m",
-    "hydra.sweeper": "goes with hydra/sweeper=optuna",
-    "hydra/help": "`repro run --help` lists options and choices",
-    "hydra.mode": "-m runs many jobs",
-}
 _SUBMITTED = "_submitted.pkl"
 JOBS, ENDED = "jobs.json", "ended.json"  # in the folder of the sweep, and in one per job
 
@@ -57,24 +44,20 @@ JOBS, ENDED = "jobs.json", "ended.json"  # in the folder of the sweep, and in on
 def split(overrides: Sequence[str]) -> tuple[list[str], list[str]]:
     """The overrides that make the jobs, and those that choose and set the launcher.
 
-    Without `hydra/launcher=...` the second list is empty: the jobs run on this machine. Raises UserError for a launcher
-    that does not exist or is not installed.
+    Without `hydra/launcher=...` all of them make jobs, which run on this machine. Raises UserError for a launcher that
+    does not exist or is not installed.
     """
+    names = [override.removeprefix(LAUNCHER) for override in overrides if override.startswith(LAUNCHER)]
+    if not names:
+        return list(overrides), []
     jobs = [override for override in overrides if not override.lstrip("+").startswith("hydra")]
-    launcher = [override for override in overrides if override not in jobs]
-    names = [override.removeprefix(LAUNCHER) for override in launcher if override.startswith(LAUNCHER)]
-    if launcher and not names:
-        key = launcher[0].lstrip("+~").partition("=")[0]
-        instead = next((text for start, text in HYDRAS_OWN.items() if key.startswith(start)), "")
-        text = instead or f"settings of Hydra itself go with hydra/launcher={'|'.join(EXTRAS)}"
-        raise UserError(f"{launcher[0]}: {text}")
     for name in names:
         if name not in EXTRAS:
             raise UserError(f"{LAUNCHER}{name}: allowed are {', '.join(EXTRAS)}; leave it out to run on this machine")
         extra, plugin = EXTRAS[name]
         if not _is_installed(plugin):
             raise UserError(f"{LAUNCHER}{name} needs an extra: pip install -e '.[{extra}]' in the project's folder")
-    return jobs, launcher
+    return jobs, [override for override in overrides if override not in jobs]
 
 
 def refuse(flags: Mapping[str, float | None], launcher: Sequence[str]) -> None:
