@@ -41,8 +41,6 @@ def _cheaper() -> Iterator[None]:
         preload([*dict.fromkeys([*others, *HEAVY]), last])
 
     with pytest.MonkeyPatch.context() as patch:
-        # One process composes here what many commands do; that both ways are equal is tested with the configuration.
-        patch.setattr("repro.config.compose.FEW", 0)
         patch.setattr(multiprocessing, "set_forkserver_preload", preload_for_all)
         patch.setattr(
             os, "fsync", lambda descriptor: None

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from repro.tracking import code
-from repro.tracking.source_reader import READER
+from repro.tracking.files import Cache
 from repro.tracking.stage import Stage
 from repro.tracking.store import Store
 
@@ -89,8 +89,7 @@ class Toy:
 @pytest.fixture
 def toy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Toy:
     package = Toy(tmp_path / "source")
-    monkeypatch.setattr(READER, "cache_file", tmp_path / "code.json")
-    monkeypatch.setattr(READER, "_cached", None)
+    monkeypatch.setattr(code.READER, "cache", Cache(tmp_path / "code.json", 0))
     monkeypatch.syspath_prepend(tmp_path / "source")
     importlib.invalidate_caches()
     return package

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from repro.errors import UserError
-from repro.tracking import code, source_reader
-from repro.tracking.source_reader import READER
+from repro.tracking import code
+from repro.tracking.files import Cache
 from repro.tracking.stage import Stage
 
 ALL = {"data", "fit", "score", "figure"}
@@ -125,8 +125,8 @@ def test_code_edited_after_it_was_loaded_does_not_matter(store, toy, monkeypatch
 
 def test_the_cache_of_digests_only_saves_time(root, toy, monkeypatch):
     ids = toy.ids()
-    READER.cache_file.write_text("{ damaged")
-    monkeypatch.setattr(READER, "_cached", None)
+    code.READER.cache.file.write_text("{ damaged")
+    monkeypatch.setattr(code.READER, "cache", Cache(code.READER.cache.file, 0))
     code.closure.cache_clear()
     assert toy.ids() == ids
 
@@ -135,8 +135,8 @@ def test_a_hundred_modules_are_read_from_the_cache(root, toy, monkeypatch):
     for path in toy.folder.rglob("*.*"):
         os.utime(path, (time.time() - 60, time.time() - 60))
     ids = toy.ids()
-    assert str(toy.folder) in READER.cache_file.read_text()
-    monkeypatch.setattr(READER, "_cached", None)
+    assert str(toy.folder) in code.READER.cache.file.read_text()
+    monkeypatch.setattr(code.READER, "cache", Cache(code.READER.cache.file, 0))
     code.closure.cache_clear()
-    monkeypatch.setattr(source_reader, "analyse", lambda path, module: pytest.fail(f"{path} was analysed again"))
+    monkeypatch.setattr(code, "analyse", lambda path, module: pytest.fail(f"{path} was analysed again"))
     assert toy.ids() == ids

@@ -6,15 +6,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from repro.config.composed_cache import Cache
-from repro.config.composition import choices, composed, typed
+from repro.config.composition import composed, typed
 from repro.config.overrides import EXPERIMENT, check, experiment_of, renamed
+from repro.config.places import code_digest, digest
 from repro.config.rules import impossible
 from repro.config.schema import Config
+from repro.data.data_options import RecordingFile
 from repro.errors import UserError
+from repro.tracking.files import Cache
 
 Overrides = tuple[str, ...]  # of one job
-FEW = 3  # combinations of options up to which each is composed as a whole
 
 
 @dataclass(frozen=True)
@@ -41,23 +42,25 @@ def plan(
     cache       a folder that keeps what was composed and checked, so that a known job costs nothing
     on_unknown  takes the jobs that are not known, where there are any, before the first of them is composed
     """
-    caches = {name: Cache.of(cache, name) for name in dict.fromkeys(experiment_of(job) for job in jobs)}
-    checked = {job: caches[experiment_of(job)].checked(job) for job in jobs}
-    unknown = [job for job in checked if checked[job] is None]
+    names = {job: experiment_of(job) for job in jobs}
+    known = {name: _known(cache, name) for name in names.values()}
+    stored = {job: known[name].values.get(" ".join(job)) for job, name in names.items()}
+    configs = {job: Config.model_validate(values) for job, values in stored.items() if values is not None}
+    unknown = [job for job in names if job not in configs]
     for job in unknown:
         check(job)
     if unknown:
         on_unknown(unknown)
-    apart = len({choices(job) for job in unknown}) > FEW
     for job in unknown:
-        raw, name = composed(job, apart=apart), experiment_of(job)
+        raw, name = composed(job), names[job]
         if (raw["experiment"] or "") != name:
             raise UserError(f"experiments/{name}.yaml: experiment = {raw['experiment']!r}: must be {name!r}")
-        accepted = checked[job] = parse(raw)
-        caches[name].keep(job, accepted)
-    for one in caches.values():
-        one.save()
-    return [Composed(job, config) for job in jobs if (config := checked[job]) is not None]
+        config = configs[job] = parse(raw)
+        if not isinstance(config.data, RecordingFile):  # which is checked each time, as the file is
+            known[name].keep(" ".join(job), config.model_dump(mode="json"))
+    for accepted in known.values():
+        accepted.save()
+    return [Composed(job, configs[job]) for job in jobs]
 
 
 def compose(overrides: Sequence[str], cache: Path | None = None) -> Composed:
@@ -72,3 +75,9 @@ def parse(raw: Mapping[str, Any]) -> Config:
     if problems := [*impossible(config)]:
         raise UserError("\n".join(problems))
     return config
+
+
+def _known(folder: Path | None, experiment: str) -> Cache:
+    """What was accepted of an experiment ("": of single runs) under these settings and this code, by the overrides."""
+    file = None if folder is None else folder / f"{experiment or 'single'}.json"
+    return Cache(file, f"{digest(experiment)} {code_digest()}")

@@ -31,11 +31,8 @@ def typed(raw: Mapping[str, Any]) -> Config:
         raise UserError("\n".join(lines(error, raw))) from None
 
 
-def composed(overrides: Sequence[str], *, apart: bool = False) -> dict[str, Any]:
-    """The settings of a job; UserError for what Hydra does not understand.
-
-    apart  compose every option by itself and put them together: equal, slower for one job, faster for many
-    """
+def composed(overrides: Sequence[str]) -> dict[str, Any]:
+    """The settings of a job; UserError for what Hydra does not understand."""
     import yaml
     from hydra.core.override_parser.overrides_parser import OverridesParser
     from hydra.errors import HydraException
@@ -43,7 +40,7 @@ def composed(overrides: Sequence[str], *, apart: bool = False) -> dict[str, Any]
     from omegaconf.errors import OmegaConfBaseException
 
     try:
-        config = pickle.loads((_put_together if apart else _chosen)(choices(overrides)))
+        config = pickle.loads(_put_together(tuple(override for override in overrides if not _is_value(override))))
         for override in OverridesParser.create().parse_overrides([o for o in overrides if _is_value(o)]):
             # A key that there is not is named, with those that there are, by the type that takes it.
             OmegaConf.update(config, override.key_or_group, override.value(), merge=True, force_add=True)
@@ -53,11 +50,6 @@ def composed(overrides: Sequence[str], *, apart: bool = False) -> dict[str, Any]
     assert isinstance(resolved, dict)
     resolved["explicit"] = resolved.get("explicit") or explicit(overrides)
     return {str(key): value for key, value in resolved.items() if key != REPRODUCED_AT}
-
-
-def choices(overrides: Sequence[str]) -> tuple[str, ...]:
-    """The overrides of a job that choose an experiment or the options of groups."""
-    return tuple(override for override in overrides if not _is_value(override))
 
 
 def _is_value(override: str) -> bool:
@@ -75,7 +67,7 @@ def _chosen(choices: tuple[str, ...]) -> bytes:
 
 @lru_cache(maxsize=256)
 def _put_together(choices: tuple[str, ...]) -> bytes:
-    """The same, from the experiment with the options that it has by itself, and every other option composed alone.
+    """The same, from the experiment with its own options and every other option composed alone, once for all jobs.
 
     An option stands under the key of its group, and the values of the experiment for this key are laid over it. What is
     not of this form is left to Hydra.

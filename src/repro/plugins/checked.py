@@ -1,6 +1,7 @@
 """Plain data checked against types: what is wrong in one line per key, with its value and what is allowed."""
 
 from collections.abc import Collection, Iterator, Mapping
+from dataclasses import fields
 from functools import cache
 from typing import Any
 
@@ -56,7 +57,7 @@ def validated(kind: Any, group: str, options: Mapping[str, Any]) -> Any:
     try:
         return _adapter(kind).validate_python(options)
     except ValidationError as error:
-        raise OptionsError([*lines(error, options, group, kind.__dataclass_fields__)]) from None
+        raise OptionsError([*lines(error, options, group, {field.name for field in fields(kind)})]) from None
 
 
 def checked(group: str, folder: str, raw: Any) -> Any:

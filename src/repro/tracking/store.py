@@ -12,11 +12,11 @@ from typing import Any
 
 from repro.errors import UserError
 from repro.tracking import lock, paths, progress, provenance, record
+from repro.tracking.code import READER
 from repro.tracking.files import disk_errors_explained, disk_trouble, file_digest, sync, write_json
 from repro.tracking.paths import HOLDER_FILE, RUN_FILE, TEMPORARY_SUFFIX, Paths
 from repro.tracking.plain_data import plain_copy
 from repro.tracking.record import Damage, Failure, Record, StageOutcome, StoredFile
-from repro.tracking.source_reader import READER
 from repro.tracking.stage import Stage
 
 NOTICES = "notices"  # the key of a summary that has the notices shown while the stage was made
