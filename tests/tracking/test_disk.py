@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from repro.errors import UserError
-from repro.tracking import code, git, provenance
+from repro.tracking import code, provenance
 from repro.tracking.files import write_bytes
 from repro.tracking.store import Store
 
@@ -18,7 +18,7 @@ from repro.tracking.store import Store
 @pytest.fixture
 def small_disk(root, monkeypatch):
     """A file system of 300 KB at the outputs root; needs the right to mount."""
-    monkeypatch.setattr(git, "source_tree", lambda: None)
+    monkeypatch.setattr(provenance, "source_tree", lambda: None)
     provenance._source.cache_clear()
     root.mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", "size=300k", "tmpfs", str(root)]

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 import subprocess
 
 import pytest
 
-from repro.tracking import git, provenance
+from repro.tracking import provenance
 from repro.tracking.stage import Stage
 
 
@@ -28,14 +27,14 @@ def tree(tmp_path, monkeypatch):
     (folder / ".gitignore").write_text("ignored/\n")
     run(folder, "add", ".")
     run(folder, "commit", "--quiet", "-m", "first")
-    monkeypatch.setattr(git, "source_tree", lambda: folder)
+    monkeypatch.setattr(provenance, "source_tree", lambda: folder)
     provenance._source.cache_clear()
     yield folder
     provenance._source.cache_clear()
 
 
 def test_a_clean_tree_is_its_commit(tree, tmp_path):
-    state = git.state(tmp_path / "outputs" / "patches")
+    state = provenance.source_state(tmp_path / "outputs" / "patches")
     assert state["commit"] == run(tree, "rev-parse", "HEAD").strip()
     assert state["branch"] == "main"
     assert state["clean"]
@@ -49,18 +48,18 @@ def test_commit_and_patch_give_the_tree_back(tree, tmp_path):
     (tree / "ignored").mkdir()
     (tree / "ignored" / "x").write_text("x")
     index = (tree / ".git" / "index").read_bytes()
-    state = git.state(tmp_path / "outputs" / "patches")
+    state = provenance.source_state(tmp_path / "outputs" / "patches")
     assert (tree / ".git" / "index").read_bytes() == index
     assert not state["clean"]
     assert state["untracked"] == ["src/repro/new file.py"]
-    assert state["untracked_not_stored"] == {}
+    assert state["untracked_not_stored"] == []
     copy = tmp_path / "copy"
     run(tmp_path, "clone", "--quiet", str(tree), str(copy))
     run(copy, "checkout", "--quiet", state["commit"])
     run(copy, "apply", str(tmp_path / "outputs" / state["patch"]))
     for name in ("model.py", "src/repro/new file.py"):
         assert (copy / name).read_bytes() == (tree / name).read_bytes()
-    assert git.state(tmp_path / "outputs" / "patches") == state
+    assert provenance.source_state(tmp_path / "outputs" / "patches") == state
     assert len(list((tmp_path / "outputs" / "patches").iterdir())) == 1
 
 
@@ -70,8 +69,8 @@ def test_commit_and_patch_give_the_tree_back(tree, tmp_path):
 def test_what_no_run_is_made_from_stays_private(tree, tmp_path, name):
     (tree / name).parent.mkdir(parents=True, exist_ok=True)
     (tree / name).write_text("password of nobody else")
-    state = git.state(tmp_path / "patches")
-    assert state["untracked_not_stored"] == {name: hashlib.sha256(b"password of nobody else").hexdigest()}
+    state = provenance.source_state(tmp_path / "patches")
+    assert state["untracked_not_stored"] == [name]
     stored = b"".join(path.read_bytes() for path in (tmp_path / "patches").iterdir())
     assert b"password" not in stored and name.encode() not in stored
 
@@ -80,8 +79,8 @@ def test_a_tree_without_a_commit_says_so(tmp_path, monkeypatch):
     run(tmp_path, "init", "--quiet")
     (tmp_path / "a.py").write_text("a = 1")
     run(tmp_path, "add", ".")
-    monkeypatch.setattr(git, "source_tree", lambda: tmp_path)
-    state = git.state(tmp_path / "outputs" / "patches")
+    monkeypatch.setattr(provenance, "source_tree", lambda: tmp_path)
+    state = provenance.source_state(tmp_path / "outputs" / "patches")
     assert state["commit"] is None
     assert "git diff failed" in state["why"]
 
@@ -90,7 +89,7 @@ def test_results_inside_the_tree_are_no_source(tree):
     patches = tree / "outputs" / "patches"
     (tree / "outputs").mkdir()
     (tree / "outputs" / "result.txt").write_text("x")
-    assert git.state(patches)["clean"]
+    assert provenance.source_state(patches)["clean"]
 
 
 def test_description(tree, tmp_path):

@@ -1,7 +1,5 @@
 """Data types shared by the job launcher and its callers."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum

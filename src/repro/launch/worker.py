@@ -1,7 +1,5 @@
 """Runs one job in a child process and always reports an outcome."""
 
-from __future__ import annotations
-
 import faulthandler
 import os
 import signal

@@ -1,7 +1,5 @@
 """Files: written so that a kill at any moment leaves either the old content or the new one; YAML, read quickly."""
 
-from __future__ import annotations
-
 import errno
 import hashlib
 import json

@@ -6,8 +6,6 @@ transaction. Where it cannot be written (read-only results, a file system withou
 run.json is read each time.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import sqlite3

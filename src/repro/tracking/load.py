@@ -1,7 +1,5 @@
 """Stored results in a notebook: a tidy table of all runs, and one run with everything in its folder."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
@@ -43,7 +41,7 @@ class Run:
         return dict(self.record.identity.config)
 
     @property
-    def upstream(self) -> dict[str, Run]:
+    def upstream(self) -> "dict[str, Run]":
         """Role -> the stage its data, fit, ... came from."""
         paths, stages = Paths(self.record.folder.parent.parent), {}
         for role, id in self.record.identity.upstream.items():
@@ -53,7 +51,7 @@ class Run:
             stages[role] = Run(load_record(paths, id))
         return stages
 
-    def table(self, name: str) -> pd.DataFrame:
+    def table(self, name: str) -> "pd.DataFrame":
         """A Parquet file of its folder: "metrics", "curves", "trajectories", ... UserError for an unknown one."""
         import pandas as pd
 
@@ -107,7 +105,7 @@ def resolve(paths: Paths, text: str) -> Path:
     raise UserError(f"no stage {text} under {paths.root}; `repro runs` lists the ids")
 
 
-def load_runs(*, root: Path | str | None = None, **filters: Any) -> pd.DataFrame:
+def load_runs(*, root: Path | str | None = None, **filters: Any) -> "pd.DataFrame":
     """All finished runs as one tidy table.
 
     Parameters
@@ -157,7 +155,7 @@ def load_runs(*, root: Path | str | None = None, **filters: Any) -> pd.DataFrame
     return whole.reset_index(drop=True)
 
 
-def _filtered(table: pd.DataFrame, key: str, condition: Any) -> pd.DataFrame:
+def _filtered(table: "pd.DataFrame", key: str, condition: Any) -> "pd.DataFrame":
     """The rows whose value fits; a warning where none does."""
     present = table[key].unique()
     fitting = [value for value in present if _fits(value, condition)]

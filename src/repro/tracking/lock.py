@@ -6,8 +6,6 @@ usual set-up; elsewhere filelock falls back to marker files, and breaks those wh
 The holder's host and process number lie in the working folder, for the messages of those that wait.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import socket

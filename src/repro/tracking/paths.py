@@ -1,7 +1,5 @@
 """The file names of the store, all in one place."""
 
-from __future__ import annotations
-
 import os
 import tempfile
 from dataclasses import dataclass

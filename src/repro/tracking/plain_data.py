@@ -1,7 +1,5 @@
 """Plain data (numbers, text, lists, dictionaries): their one JSON text, and the digest that identifies a stage."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping

@@ -3,8 +3,6 @@
 In a job of a sweep they are sent to the launcher; elsewhere only notices are shown, on standard error.
 """
 
-from __future__ import annotations
-
 import logging
 import sys
 import time

@@ -1,12 +1,15 @@
 """Where a result comes from: source, machine, libraries, seeds, time and memory."""
 
-from __future__ import annotations
-
+import hashlib
 import os
 import platform
+import re
 import resource
+import shutil
 import socket
+import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Sequence
 from datetime import UTC, datetime
@@ -14,12 +17,13 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from repro.tracking import git
-from repro.tracking.files import file_digest
+from repro.tracking.files import file_digest, write_bytes
 from repro.tracking.plain_data import flattened
 from repro.tracking.record import Provenance
 from repro.tracking.stage import Stage
 
+# The files that a run's identity is made from: of new files these alone are stored.
+_READ_BY_RUNS = re.compile(r"src/repro/.*\.(py|c|h)|(conf|experiments)/.*\.yaml")
 _THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -60,11 +64,73 @@ def describe(stage: Stage, overrides: Sequence[str], patches: Path, meter: Meter
 
 @cache
 def _source(patches: Path) -> dict[str, Any]:
-    state = git.state(patches)
-    top = git.source_tree()
+    top = source_tree()
     pins = top / "constraints.txt" if top else None
-    state["constraints_sha256"] = file_digest(pins) if pins and pins.is_file() else None
-    return state
+    sha256 = file_digest(pins) if pins and pins.is_file() else None
+    return {**source_state(patches), "constraints_sha256": sha256}
+
+
+@cache
+def source_tree() -> Path | None:
+    """Top folder of the git checkout this package runs from; None for an installed copy or without git."""
+    here = Path(__file__).resolve()
+    try:
+        _git(here.parent, "ls-files", "--error-unmatch", here.name)
+        return Path(_git(here.parent, "rev-parse", "--show-toplevel").strip()).resolve()
+    except (subprocess.CalledProcessError, OSError):
+        return None
+
+
+def source_state(patches: Path) -> dict[str, Any]:
+    """Commit, branch, clean or not, and the patch (uncommitted changes and new source files) that `git apply` takes.
+
+    The patch is stored once per content as <patches>/<hash>.patch. Of new files that no run is made from (data, .env)
+    the names are stored, never the content.
+    """
+    top = source_tree()
+    if top is None:
+        return {"commit": None, "why": "the package does not run from a git checkout"}
+    try:
+        status = _git(top, "status", "--porcelain=v2", "--branch", "--untracked-files=all", "-z").split("\0")
+        header = dict(line[2:].split(" ", 1) for line in status if line.startswith("# "))
+        untracked = [line[2:] for line in status if line.startswith("? ")]
+        if top in (results := patches.parent.resolve()).parents:
+            untracked = [name for name in untracked if not (top / name).is_relative_to(results)]
+        clean = not untracked and not any(line and line[0] in "12u" for line in status)
+        state = {"commit": header.get("branch.oid"), "branch": header.get("branch.head"), "clean": clean, "patch": None}
+        if clean:
+            return state
+        source = [name for name in untracked if _READ_BY_RUNS.fullmatch(name)]
+        patch = os.fsencode(_patch(top, source))
+    except subprocess.CalledProcessError as error:
+        return {"commit": None, "why": f"git {error.cmd[3]} failed: {os.fsdecode(error.stderr).strip()}"}
+    file = patches / f"{hashlib.sha256(patch).hexdigest()[:16]}.patch"
+    if not file.exists():
+        write_bytes(file, patch)
+    others = sorted(set(untracked) - set(source))
+    return state | {"patch": f"{patches.name}/{file.name}", "untracked": source, "untracked_not_stored": others}
+
+
+def _patch(top: Path, new_files: list[str]) -> str:
+    with tempfile.TemporaryDirectory() as folder:
+        # A copy of git's list of files, so that naming the new ones leaves the user's own list alone.
+        index = Path(folder) / "index"
+        shutil.copyfile(Path(_git(top, "rev-parse", "--path-format=absolute", "--git-path", "index").strip()), index)
+        if new_files:
+            _git(top, "add", "--intent-to-add", "--", *new_files, GIT_INDEX_FILE=str(index))
+        return _git(top, "diff", "--binary", "--no-ext-diff", "HEAD", GIT_INDEX_FILE=str(index))
+
+
+def _git(folder: Path, *arguments: str, **environment: str) -> str:
+    # Without optional locks, git status cannot block a git command of the user.
+    outcome = subprocess.run(
+        ["git", "-C", str(folder), *arguments],
+        check=True,
+        capture_output=True,
+        stdin=subprocess.DEVNULL,
+        env={**os.environ, "GIT_OPTIONAL_LOCKS": "0", "LC_ALL": "C", **environment},
+    )
+    return os.fsdecode(outcome.stdout)
 
 
 @cache

@@ -1,13 +1,11 @@
 """A finished or failed stage as it lies in the store."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from repro.tracking.files import file_digest, write_json
 from repro.tracking.paths import RUN_FILE
@@ -111,14 +109,14 @@ class Record:
         write_json(self.folder / RUN_FILE, {**content, "checksum": digest(content)})
 
     @classmethod
-    def of(cls, folder: Path, content: Mapping[str, Any]) -> Record:
+    def of(cls, folder: Path, content: Mapping[str, Any]) -> Self:
         """The record of a folder from the content of its run.json; entries that only another version has are left out.
 
         Raises KeyError, TypeError or ValueError for what is none.
         """
         from repro.plugins.checked import validated  # takes longer to load than most commands need
 
-        record: Record = validated(cls, RUN_FILE, {**content, "folder": folder, "failure": content["error"]})
+        record: Self = validated(cls, RUN_FILE, {**content, "folder": folder, "failure": content["error"]})
         return record
 
 

@@ -1,7 +1,5 @@
 """The identity of a stage, which decides whether a stored result may be used again."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace

@@ -1,7 +1,5 @@
 """How two stages differ: config, code, libraries, upstream, origin, results."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
@@ -92,7 +90,7 @@ def _metric_differences(before: Record, after: Record) -> list[Difference]:
     return [Difference("metrics", str(name), *values) for name, values in largest.T.to_dict("list").items()]
 
 
-def _metric_means(record: Record) -> pd.Series:
+def _metric_means(record: Record) -> "pd.Series":
     import pandas as pd
 
     table = pd.read_parquet(record.path("metrics.parquet"))

@@ -1,7 +1,5 @@
 """The store of finished stages: never a half one, never a stale one, never the same work twice."""
 
-from __future__ import annotations
-
 import itertools
 import shutil
 import traceback

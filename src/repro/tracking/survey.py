@@ -1,7 +1,5 @@
 """The state of every stage (done, stale, failed, missing, running, interrupted, damaged) and the reasons."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

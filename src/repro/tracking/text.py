@@ -1,7 +1,5 @@
 """Plain text for the terminal."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil
