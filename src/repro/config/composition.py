@@ -3,21 +3,17 @@
 import pickle
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydantic import ValidationError
 
 from repro.config.overrides import EXPERIMENT, REPRODUCED_AT, experiment_of, explicit, first_lines
 from repro.config.places import CONF, experiment_files, option_file, settings_roots
-from repro.config.registry import groups
+from repro.config.registry import groups, read_settings, settings
 from repro.config.schema import Config
 from repro.errors import UserError
 from repro.plugins.checked import lines
 from repro.tracking.text import hydra_quoted
-
-if TYPE_CHECKING:
-    from omegaconf import DictConfig
 
 # The groups of Hydra's own settings: no run reads them, and composing them takes a quarter of the time.
 _OWN_GROUPS = ("output", "launcher", "sweeper", "help", "hydra_help", "hydra_logging", "job_logging", "env")
@@ -62,52 +58,6 @@ def _is_value(override: str) -> bool:
 @lru_cache(maxsize=256)
 def _chosen(choices: tuple[str, ...]) -> bytes:
     """What Hydra makes of an experiment and the options of groups; jobs that differ in values alone share it."""
-    return pickle.dumps(_by_hydra("config", choices))
-
-
-@lru_cache(maxsize=256)
-def _put_together(choices: tuple[str, ...]) -> bytes:
-    """The same, from the experiment with its own options and every other option composed alone, once for all jobs.
-
-    An option stands under the key of its group, and the values of the experiment for this key are laid over it. What is
-    not of this form is left to Hydra.
-    """
-    from omegaconf import OmegaConf
-
-    options = dict(choice.split("=", 1) for choice in choices if not choice.startswith(EXPERIMENT))
-    files = {group: option_file(group, option) for group, option in options.items()}
-    if not all(group in groups() and file.is_file() and file.is_relative_to(CONF) for group, file in files.items()):
-        return _chosen(choices)
-    parts = {group: _alone(group, option) for group, option in options.items()}
-    if any(list(part) != [group] for group, part in parts.items()):
-        return _chosen(choices)
-    config = pickle.loads(_chosen(tuple(choice for choice in choices if choice.startswith(EXPERIMENT))))
-    name = experiment_of(choices)
-    own = _as_hydra_reads(experiment_files()[name]) if name else {}
-    for group, part in parts.items():
-        config[group] = OmegaConf.merge(part[group], own.get(group, {}))
-    return pickle.dumps(config)
-
-
-@lru_cache(maxsize=256)
-def _alone(group: str, option: str) -> dict[str, Any]:
-    """What Hydra makes of one option."""
-    from omegaconf import OmegaConf
-
-    made = OmegaConf.to_container(_by_hydra(f"{group}/{option}", ()))
-    assert isinstance(made, dict)
-    return {str(key): value for key, value in made.items()}
-
-
-@lru_cache(maxsize=64)
-def _as_hydra_reads(path: Path) -> Any:
-    """The content of a file, its numbers as Hydra understands them: 1e-5 is none in YAML."""
-    from omegaconf import OmegaConf
-
-    return OmegaConf.load(path)
-
-
-def _by_hydra(name: str, choices: Sequence[str]) -> "DictConfig":
     import hydra
     from hydra.core.global_hydra import GlobalHydra
     from omegaconf import open_dict
@@ -117,7 +67,28 @@ def _by_hydra(name: str, choices: Sequence[str]) -> "DictConfig":
     folders = [*settings_roots(), *(root / CONF.name for root in settings_roots()[1:] if (root / CONF.name).is_dir())]
     searchpath = ",".join(hydra_quoted(f"file://{folder}") for folder in folders)
     without = [f"~hydra/{group}" for group in _OWN_GROUPS]
-    chosen = hydra.compose(name, [f"hydra.searchpath=[{searchpath}]", *without, *choices])
-    with open_dict(chosen):
-        chosen.pop("hydra", None)
-    return chosen
+    config = hydra.compose("config", [f"hydra.searchpath=[{searchpath}]", *without, *choices])
+    with open_dict(config):
+        config.pop("hydra", None)
+    return pickle.dumps(config)
+
+
+@lru_cache(maxsize=256)
+def _put_together(choices: tuple[str, ...]) -> bytes:
+    """The same, from what Hydra makes of the experiment alone, and the files of the options, several times as fast.
+
+    An option stands under the key of its group, and the values of the experiment for this key are laid over it. Options
+    of the user's plugins, which need not be of this form, are left to Hydra.
+    """
+    from omegaconf import OmegaConf
+
+    options = dict(choice.split("=", 1) for choice in choices if not choice.startswith(EXPERIMENT))
+    files = {group: option_file(group, option) for group, option in options.items()}
+    if not all(group in groups() and file.is_file() and file.is_relative_to(CONF) for group, file in files.items()):
+        return _chosen(choices)
+    config = pickle.loads(_chosen(tuple(choice for choice in choices if choice.startswith(EXPERIMENT))))
+    name = experiment_of(choices)
+    own = read_settings(experiment_files()[name]) if name else {}
+    for group, option in options.items():
+        config[group] = OmegaConf.merge(settings(group, option), own.get(group, {}))
+    return pickle.dumps(config)
