@@ -6,7 +6,7 @@ import pytest
 
 from repro.launch import board
 from repro.launch.board import Board
-from repro.launch.jobs import Event, EventKind, Job, JobError, JobOutcome, JobResult
+from repro.launch.jobs import Event, EventKind, Job, JobOutcome, JobResult
 from repro.tracking.text import duration, size, table
 
 JOBS = [Job(name, "m:f") for name in ("a", "b", "c", "d")]
@@ -20,7 +20,7 @@ def now(monkeypatch):
     return time
 
 
-def ended(index, outcome=JobOutcome.OK, seconds=10.0, error=None):
+def ended(index, outcome=JobOutcome.OK, seconds=10.0, error=""):
     result = JobResult(JOBS[index], outcome, seconds=seconds, error=error)
     return Event(EventKind.ENDED, index, result=result)
 
@@ -54,7 +54,7 @@ def test_plain_lines(now, capsys):
         shown(Event(EventKind.STARTED, 0))
         shown(ended(0))
         shown(Event(EventKind.NOTICE, 1, text="look"))
-        shown(ended(1, JobOutcome.FAILED, 2.0, JobError("no\nmore", "ValueError")))
+        shown(ended(1, JobOutcome.FAILED, 2.0, "ValueError: no\nmore"))
         now[0] = 60.0
         shown(Event(EventKind.STARTED, 2))
         shown(Event(EventKind.PROGRESS, 2, fraction=0.5, text="epoch 3"))
@@ -72,7 +72,7 @@ def test_live_display_takes_every_event(now, capsys):
             shown(Event(EventKind.STARTED, index))
             shown(Event(EventKind.PROGRESS, index, fraction=0.5, text="[half]"))
         shown(ended(0))
-        shown(ended(1, JobOutcome.KILLED, 1.0, JobError("[SIGKILL]")))
+        shown(ended(1, JobOutcome.KILLED, 1.0, "[SIGKILL]"))
     assert "b: killed: [SIGKILL]" in capsys.readouterr().err
 
 

@@ -114,7 +114,7 @@ def test_settings_of_the_launcher_make_no_jobs() -> None:
 def test_a_failing_job_ends_its_launcher_s_process_well(outputs: Path, recordings: tuple[Path, Path]) -> None:
     ended = run_here(outputs, job(outputs, *CLOSED_FORM, f"data.path={recordings[1]}"))
     assert ended["outcome"] == "failed"
-    assert "infs" in ended["error"]["message"]
+    assert "infs" in ended["error"]
 
 
 def test_a_killed_job_ends_its_launcher_s_process_well(outputs: Path) -> None:
@@ -123,7 +123,7 @@ def test_a_killed_job_ends_its_launcher_s_process_well(outputs: Path) -> None:
     ended = run_here(outputs, job(outputs, *SMOKE, "optimiser.epochs=10000000000"))
     killer.join()
     assert ended["outcome"] == "killed"
-    assert "SIGKILL" in ended["error"]["message"]
+    assert "SIGKILL" in ended["error"]
 
 
 def kill_maker_of_a_fit(outputs: Path) -> None:

@@ -54,7 +54,7 @@ ENDINGS = """
     order = []
     note = lambda event: order.append((event.kind, jobs[event.index].name))
     results = run_jobs(jobs, workers=2, timeout_s=1.0, preload=(), on_progress=note)
-    rows = [[r.job.name, r.outcome, r.value, vars(r.error) if r.error else {}, r.log] for r in results]
+    rows = [[r.job.name, r.outcome, r.value, r.error, r.log] for r in results]
     print(json.dumps({"rows": rows, "order": order, "table": failure_table(results)}))
 """
 
@@ -80,8 +80,8 @@ def test_every_ending_costs_that_job_alone(start):
         "last": "ok",
     }
     assert [value for _, outcome, value, *_ in told["rows"] if outcome == "ok"] == [2, 4]
-    messages = {name: error.get("message", "") for name, _, _, error, _ in told["rows"]}
-    assert messages["raises"] == "no such\nthing"
+    messages = {name: error for name, _, _, error, _ in told["rows"]}
+    assert messages["raises"] == "ValueError: no such\nthing"
     assert "exit code 3" in messages["leaves"]
     assert "SIGKILL" in messages["is_killed"] and "memory" in messages["is_killed"]
     assert "SIGABRT" in messages["crashes"]

@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterator, Sequence
 from contextlib import redirect_stdout, suppress
 from importlib import import_module
+from pathlib import Path
 
 from repro.commands.arguments import command_parser
 from repro.commands.table import COMMANDS
@@ -18,25 +19,7 @@ EXAMPLES = """examples:
   source <(repro completion bash)        in ~/.bashrc; for zsh in ~/.zshrc: source <(repro completion zsh)
   repro completion fish | source         in ~/.config/fish/config.fish
 """
-SCRIPTS = {
-    "bash": """_repro() {
-    local line="${COMP_LINE:0:COMP_POINT}"
-    local word="${line##*[[:space:]]}"
-    mapfile -t COMPREPLY < <(repro completion --line "$line" 2>/dev/null)
-    # bash cuts words at = and :, so only what follows the last one is replaced
-    local cut="${word%"${word##*[=:]}"}"
-    COMPREPLY=("${COMPREPLY[@]#"$cut"}")
-    [[ ${COMPREPLY[0]} == *[=.] ]] && compopt -o nospace
-}
-complete -o default -F _repro repro""",
-    "zsh": """_repro() {
-    local -a found
-    found=("${(@f)$(repro completion --line "${BUFFER[1,CURSOR]}" 2>/dev/null)}")
-    [[ -n $found ]] && compadd -Q -S '' -- $found || _files
-}
-compdef _repro repro""",
-    "fish": """complete -c repro -a '(repro completion --line (commandline -cp) 2>/dev/null)'""",
-}
+SHELLS = ("bash", "zsh", "fish")  # each has its script beside this file
 OF_RUNS = ("show", "diff", "view", "export")
 WITH_OVERRIDES = ("run", "identify", "reproduce")
 
@@ -50,9 +33,9 @@ def main(argv: Sequence[str]) -> int:
     if options.line is not None:
         print("\n".join(candidates(options.line)))
         return 0
-    if options.shell not in SCRIPTS:
-        raise UserError(f"repro completion {options.shell or ''}: choose one of {', '.join(SCRIPTS)}")
-    print(SCRIPTS[options.shell])
+    if options.shell not in SHELLS:
+        raise UserError(f"repro completion {options.shell or ''}: choose one of {', '.join(SHELLS)}")
+    print(Path(__file__).with_suffix(f".{options.shell}").read_text(), end="")
     return 0
 
 
@@ -77,7 +60,7 @@ def _words(before: Sequence[str], word: str) -> Iterator[str]:
     elif command in OF_RUNS:
         yield from Paths(outputs_root()).ids("runs")
     elif command == "completion":
-        yield from SCRIPTS
+        yield from SHELLS
     elif command in WITH_OVERRIDES:
         yield from _overrides(before, word)
 

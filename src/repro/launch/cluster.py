@@ -20,7 +20,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from repro.errors import UserError
-from repro.launch.jobs import Event, EventKind, Job, JobError, JobOutcome, JobResult, reason
+from repro.launch.jobs import Event, EventKind, Job, JobOutcome, JobResult, reason
 from repro.launch.pool import run_jobs
 from repro.tracking.files import write_json
 from repro.tracking.text import hydra_quoted
@@ -86,7 +86,7 @@ def _ending(folder: Path, number: int, job: Job) -> JobResult:
         return TypeAdapter(JobResult).validate_json((folder / str(number) / ENDED).read_bytes())
     except FileNotFoundError:
         message = "the scheduler stopped it, or never started it: see the messages above and the logs"
-        return JobResult(job, JobOutcome.KILLED, error=JobError(message), log=str(folder))
+        return JobResult(job, JobOutcome.KILLED, error=message, log=str(folder))
 
 
 def _is_installed(plugin: str) -> bool:
@@ -113,7 +113,7 @@ def _run_one(config: Any) -> None:
     try:
         [result] = run_jobs([job], workers=1, preload=(), on_progress=print_notice, logs=file.parent)
     except Exception as error:  # submitit's signal handler raises when the time is over
-        result = JobResult(job, JobOutcome.KILLED, error=JobError(str(error), type(error).__name__))
+        result = JobResult(job, JobOutcome.KILLED, error=f"{type(error).__name__}: {error}")
     print(reason(result), result.log, flush=True)
     write_json(file, asdict(replace(result, value=None)))  # what a job returns need not be plain data
 

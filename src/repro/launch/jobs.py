@@ -35,26 +35,19 @@ class JobOutcome(StrEnum):
 
 
 @dataclass(frozen=True)
-class JobError:
-    """Why a job did not end well; `type` is the exception's, "" for an error that the user can fix."""
-
-    message: str
-    type: str = ""
-    trace: str = ""
-
-
-@dataclass(frozen=True)
 class JobResult:
     """The end of a job.
 
     value  what the target returned, when OK
+    error  why it did not end well, after the name of the exception unless the user can fix it; trace: of the exception
     log    file with everything the job printed
     """
 
     job: Job
     outcome: JobOutcome
     value: Any = None
-    error: JobError | None = None
+    error: str = ""
+    trace: str = ""
     seconds: float = 0.0
     log: str = ""
 
@@ -113,6 +106,5 @@ def failure_table(results: Sequence[JobResult]) -> str:
 
 def reason(result: JobResult) -> str:
     """Why a job did not end well, on one line."""
-    error = result.error or JobError("")
-    message = error.message.strip().partition("\n")[0]
-    return ": ".join(part for part in (result.outcome, error.type, message) if part)
+    message = result.error.strip().partition("\n")[0]
+    return f"{result.outcome}: {message}" if message else str(result.outcome)

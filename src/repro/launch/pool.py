@@ -22,7 +22,7 @@ from types import FrameType, ModuleType
 
 from repro.errors import UserError
 from repro.launch import worker
-from repro.launch.jobs import Event, EventKind, Job, JobError, JobOutcome, JobResult, SweepInterrupted
+from repro.launch.jobs import Event, EventKind, Job, JobOutcome, JobResult, SweepInterrupted
 from repro.launch.machine import memory_for_jobs_mib
 from repro.tracking import progress
 from repro.tracking.paths import Paths, outputs_root
@@ -174,9 +174,8 @@ class _Running:
         except (EOFError, OSError):
             return None  # it died; its exit code shows how
         except Exception as error:
-            text = f"its value cannot be read by the launcher: {error}"
-            result = JobResult(self.job, JobOutcome.FAILED, error=JobError(text, type(error).__name__))
-            return Event(EventKind.ENDED, self.index, result=result)
+            text = f"{type(error).__name__}: its value cannot be read by the launcher: {error}"
+            return Event(EventKind.ENDED, self.index, result=JobResult(self.job, JobOutcome.FAILED, error=text))
 
     def _death(self, interrupted: bool) -> JobResult:
         """How a job ended that died without a last message."""
@@ -190,7 +189,7 @@ class _Running:
                 hint = ", often for lack of memory: try fewer workers" if code == -signal.SIGKILL else ""
                 message = f"ended by {signal.Signals(-code).name}{hint}"
         lines = self.log.read_text(errors="replace").splitlines() if self.log.is_file() else []
-        return JobResult(self.job, outcome, error=JobError(message, trace="\n".join(lines[-_TAIL_LINES:])))
+        return JobResult(self.job, outcome, error=message, trace="\n".join(lines[-_TAIL_LINES:]))
 
 
 @dataclass

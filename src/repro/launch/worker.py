@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from repro.errors import UserError
-from repro.launch.jobs import Event, EventKind, Job, JobError, JobOutcome, JobResult
+from repro.launch.jobs import Event, EventKind, Job, JobOutcome, JobResult
 from repro.tracking import code, progress
 from repro.tracking.files import disk_errors_explained
 from repro.tracking.store import StageFailed
@@ -22,8 +22,8 @@ from repro.tracking.store import StageFailed
 def main(pipe: connection.Connection, index: int, job: Job, log: str) -> None:
     """Call the job's target and send STARTED once it can end gracefully, at last ENDED with the result."""
 
-    def end(outcome: JobOutcome, value: Any = None, error: JobError | None = None) -> None:
-        pipe.send(Event(EventKind.ENDED, index, result=JobResult(job, outcome, value, error)))
+    def end(outcome: JobOutcome, value: Any = None, error: str = "", trace: str = "") -> None:
+        pipe.send(Event(EventKind.ENDED, index, result=JobResult(job, outcome, value, error, trace)))
 
     # A process group of its own: Ctrl-C in the terminal reaches the launcher alone, which passes it on.
     os.setpgid(0, 0)
@@ -47,13 +47,12 @@ def main(pipe: connection.Connection, index: int, job: Job, log: str) -> None:
     except StageFailed as error:
         failure = error.record.failure
         assert failure is not None
-        end(JobOutcome.FAILED, error=JobError(failure.message, failure.type, failure.trace))
+        end(JobOutcome.FAILED, error=f"{failure.type}: {failure.message}", trace=failure.trace)
         _print_trace()
     except UserError as error:
-        end(JobOutcome.FAILED, error=JobError(str(error)))
+        end(JobOutcome.FAILED, error=str(error))
     except Exception as error:
-        trace = "".join(traceback.format_exception(error))
-        end(JobOutcome.FAILED, error=JobError(str(error), type(error).__name__, trace))
+        end(JobOutcome.FAILED, error=f"{type(error).__name__}: {error}", trace=traceback.format_exc())
         _print_trace()
 
 

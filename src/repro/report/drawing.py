@@ -34,7 +34,7 @@ def draw_all(results: Results, effects: Sequence[AssumptionEffect], folder: Path
     ended = run_jobs(jobs, workers=cores, preload=PRELOAD, logs=folder.parent / "logs", on_progress=shown)
     for result in ended:
         if not result.ok:
-            raise RuntimeError(f"{result.job.name}: {reason(result)}\n{result.error.trace if result.error else ''}")
+            raise RuntimeError(f"{result.job.name}: {reason(result)}\n{result.trace}")
     written = {name for result in ended for name in result.value}
     return [figure for figure in figures if figure.name in written]
 

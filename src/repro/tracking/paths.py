@@ -2,7 +2,6 @@
 
 import os
 import tempfile
-from dataclasses import dataclass
 from pathlib import Path
 
 from repro.errors import UserError
@@ -29,11 +28,19 @@ def outputs_root() -> Path:
     return root
 
 
-@dataclass(frozen=True)
 class Paths:
-    """Names of every file and folder under one outputs root; none is created here."""
+    """Names of every file and folder under one outputs root; none is created here.
 
-    root: Path
+    experiments  folder of the job lists: experiments/<scale>/<experiment>.json
+    logs         folder of the jobs' printed output
+    index        the index of all run.json files; a cache, safe to delete
+    composed     folder of the configurations composed so far, safe to delete
+    """
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self.experiments, self.logs = root / "experiments", root / "logs"
+        self.index, self.composed = root / ".cache" / "index.sqlite", root / ".cache" / "composed"
 
     def folder(self, kind: str, id: str, shelf: str = "") -> Path:
         """Folder of a stage: finished, or on the shelf WORK, FAILED or DAMAGED."""
@@ -56,26 +63,6 @@ class Paths:
         if not folder.is_dir():
             return []
         return sorted(entry.name for entry in os.scandir(folder) if entry.is_dir() and not entry.name.startswith("."))
-
-    @property
-    def experiments(self) -> Path:
-        """Folder of the job lists: experiments/<scale>/<experiment>.json."""
-        return self.root / "experiments"
-
-    @property
-    def logs(self) -> Path:
-        """Folder of the jobs' printed output."""
-        return self.root / "logs"
-
-    @property
-    def index(self) -> Path:
-        """The index of all run.json files; a cache, safe to delete."""
-        return self.root / ".cache" / "index.sqlite"
-
-    @property
-    def composed(self) -> Path:
-        """Folder of the configurations composed so far, safe to delete."""
-        return self.root / ".cache" / "composed"
 
 
 def source_cache() -> Path:
