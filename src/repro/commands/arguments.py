@@ -27,12 +27,14 @@ class CommandParser(argparse.ArgumentParser):
         raise UserError(f"{message}{guess}; `{self.prog} --help` lists what there is")
 
 
-def command_parser(name: str, description: str, examples: str = "") -> argparse.ArgumentParser:
-    """The parser of `repro NAME`; below the options stand the examples as they are, or that of the list of commands."""
+def command_parser(name: str, more: str = "") -> argparse.ArgumentParser:
+    """The parser of `repro NAME` with its texts (commands.toml); below its examples stands what else there is."""
+    texts = COMMANDS[name]
+    examples = f"examples:\n{texts['examples']}" if "examples" in texts else f"example: repro {name} {texts['example']}"
     return CommandParser(
         prog=f"repro {name}",
-        description=description,
-        epilog=examples or f"example: repro {name} {COMMANDS[name][1]}",
+        description=texts["description"],
+        epilog=examples + more,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
 

@@ -15,18 +15,12 @@ from repro.commands.arguments import command_parser
 from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.store import StageFailed
 
-EXAMPLES = """examples:
-  repro bench                  about a minute; nothing else should run on the machine
-  repro bench --scale paper    larger networks, more pairs
-A finished bench of this machine and code is shown again, not repeated; `repro report` uses it for its verdicts."""
-
 WIDE = 110  # columns of a terminal from which the times fit beside the ratios
 
 
 def main(argv: Sequence[str]) -> int:
     """Run `repro bench`; 1 when a comparison failed."""
-    description = "Time training steps in pairs: forward against inverse, this engine against others."
-    parser = command_parser("bench", description, EXAMPLES)
+    parser = command_parser("bench")
     parser.add_argument("--scale", default="quick", choices=("smoke", "quick", "paper"), help="how much (quick)")
     scale = parser.parse_args(argv).scale
     root = outputs_root()

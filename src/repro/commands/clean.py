@@ -23,8 +23,7 @@ _LOG_AGE_S = 7 * 24 * 3600
 
 def main(argv: Sequence[str]) -> int:
     """List the leftovers; remove them with --yes."""
-    description = "List what can be removed without losing a current result; with --yes, remove it."
-    parser = command_parser("clean", description)
+    parser = command_parser("clean")
     sorts = ", ".join(SORTS)
     parser.add_argument("sorts", nargs="*", metavar="what", help=f"{sorts} (default: all but stale)")
     parser.add_argument("--yes", action="store_true", help="remove them")

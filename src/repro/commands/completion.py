@@ -15,10 +15,6 @@ from repro.errors import UserError
 from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.plain_data import flattened
 
-EXAMPLES = """examples:
-  source <(repro completion bash)        in ~/.bashrc; for zsh in ~/.zshrc: source <(repro completion zsh)
-  repro completion fish | source         in ~/.config/fish/config.fish
-"""
 SHELLS = ("bash", "zsh", "fish")  # each has its script beside this file
 OF_RUNS = ("show", "diff", "view", "export")
 WITH_OVERRIDES = ("run", "identify", "reproduce")
@@ -26,7 +22,7 @@ WITH_OVERRIDES = ("run", "identify", "reproduce")
 
 def main(argv: Sequence[str]) -> int:
     """Print the script for a shell, or with --line what may stand at the end of a line."""
-    parser = command_parser("completion", "Print a script that makes a shell complete `repro`.", EXAMPLES)
+    parser = command_parser("completion")
     parser.add_argument("shell", nargs="?", metavar="bash|zsh|fish", help="whose script to print")
     parser.add_argument("--line", help="print what may follow at the end of this line; used by the scripts")
     options = parser.parse_args(argv)

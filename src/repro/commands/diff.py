@@ -16,8 +16,7 @@ _LINE = 100  # characters of a difference whose two sides are printed on one lin
 
 def main(argv: Sequence[str]) -> int:
     """Print the differences of two stored stages, by area."""
-    description = "How two stored stages differ: settings, code, libraries, origin, results, and those of their inputs."
-    parser = command_parser("diff", description)
+    parser = command_parser("diff")
     parser.add_argument("before", help=ID)
     parser.add_argument("after", help=ID)
     add_json(parser)

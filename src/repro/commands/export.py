@@ -8,13 +8,10 @@ from repro.errors import UserError
 from repro.export.member import LearnedMember, write
 from repro.pipeline.finished_run import OpenedRun, open_run
 
-DESCRIPTION = """Write one member's T, V, L, H, p, M, inverse and forward dynamics as CasADi functions, C source and
-a torch module. The files need CasADi or torch, and nothing of this project."""
-
 
 def main(argv: Sequence[str]) -> int:
     """Write the learned functions of one member and print the names of the files."""
-    parser = command_parser("export", DESCRIPTION)
+    parser = command_parser("export")
     parser.add_argument("run", help=ID)
     parser.add_argument("folder", type=Path, help="a new or empty folder")
     parser.add_argument(

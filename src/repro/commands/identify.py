@@ -30,22 +30,10 @@ from repro.tracking.store import Store
 
 ONE_PERCENT = 0.01
 
-EXAMPLES = """examples:
-  repro identify system=dip basis=fxf sequence=pretrain_only        what force-free motion of known energy determines
-  repro identify system=dip basis=fxf_gauge sequence=joint sequence.energy_form=sum
-  repro identify basis=library data.episode_steps=100
-  repro identify basis=t1 data=file data.path=my.csv             of a recording of your own
-  repro identify basis=t1 objective=path data.labels=smoothed data.measured=positions data.q_noise=0.001
-Settings are those of `repro run`; each phase of the sequence is examined, for the first seed unless seeds= is set.
-A combination consists of terms of T, unless V is named. With objective=path a fit is made: standard errors, what is
-known least, and the seconds of such data that make the worst known coefficient accurate to 1 %.
-"""
-
 
 def main(argv: Sequence[str]) -> int:
     """Examine the training data of a configuration and print rank, condition and null directions."""
-    description = "Rank, condition and the combinations of terms that the data do not determine, for a linear basis."
-    parser = command_parser("identify", description, EXAMPLES)
+    parser = command_parser("identify")
     parser.add_argument("overrides", nargs="*", metavar="key=value")
     overrides = parser.parse_args(argv).overrides
     if not any(override.startswith("seeds=") for override in overrides):

@@ -10,8 +10,7 @@ from repro.tracking.paths import Paths, outputs_root
 
 def main(argv: Sequence[str]) -> int:
     """Copy the runs with these values on their card."""
-    description = "Copy finished runs to an MLflow tracking store: card, medians and tables. Copies there are kept."
-    parser = command_parser("mlflow", description)
+    parser = command_parser("mlflow")
     parser.add_argument("uri", help="where MLflow keeps its runs: sqlite:///mlflow.db, http://host:5000, ...")
     add_filters(parser)
     parser.add_argument("--experiment", default="repro", help="experiment of MLflow that takes the runs")

@@ -12,18 +12,10 @@ from repro.results.results import Results
 from repro.results.stored import stale_runs
 from repro.tracking.paths import Paths, outputs_root, project_folder
 
-EXAMPLES = """examples:
-  repro report                          the report of the last quick runs, under outputs/report/quick
-  repro report --scale paper --open     the full one, opened in the browser
-  repro report --from paper/results     everything drawn again from the committed results, nothing run
-  repro report --interactive ID ID      also one page with recordings to replay in the browser, without a server
-  repro report --scale paper --publish  results, tables, figures and the README's verdicts into the checkout
-"""
-
 
 def main(argv: Sequence[str]) -> int:
     """Run `repro report`. Raises UserError for a mistake of the user."""
-    parser = command_parser("report", "Gather stored runs into verdicts, tables, figures and a page.", EXAMPLES)
+    parser = command_parser("report")
     parser.add_argument("--scale", default="quick", choices=("smoke", "quick", "paper"), help="whose runs (quick)")
     parser.add_argument("--from", dest="source", type=Path, metavar="FOLDER", help="draw from this folder of results")
     parser.add_argument("--publish", action="store_true", help="write the committed results (scale paper, clean tree)")

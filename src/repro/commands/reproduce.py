@@ -17,14 +17,10 @@ from repro.sweep.planned_job import SAMPLED, plan_jobs, plan_sample
 from repro.tracking.paths import Paths, outputs_root, project_folder
 from repro.tracking.store import StageFailed
 
-DESCRIPTION = """Run every experiment, then make the report.
-An experiment whose file lists other scales under reproduced_at runs only by name. scale=smoke tries a sample: every
-option of the experiments once, and a job for every claim; an experiment that is named runs as a whole."""
-
 
 def main(argv: Sequence[str]) -> int:
     """Run every experiment, then make the report; 1 when a job failed."""
-    parser = command_parser("reproduce", DESCRIPTION)
+    parser = command_parser("reproduce")
     parser.add_argument("overrides", nargs="*", help="scale=smoke|quick|paper, experiment=NAME,NAME for some")
     add_workers(parser)
     options = parser.parse_args(argv)

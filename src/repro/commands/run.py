@@ -22,18 +22,6 @@ from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.store import Store
 from repro.tracking.text import duration, table
 
-EPILOGUE = """examples:
-  repro run basis=t1 optimiser=least_squares
-  repro run -m basis=t1,t2 objective=forward,inverse
-  repro run -m experiment=sip_basis scale=smoke
-  repro run --cfg job basis=t2          the resolved configuration, nothing run
-  repro run -m --dry-run experiment=sip_energies
-  repro run -m hydra/sweeper=optuna 'optimiser.learning_rate=tag(log,interval(1e-4,1e-1))' hydra.sweeper.n_trials=20
-  repro run -m experiment=sip_basis hydra/launcher=submitit_slurm hydra.launcher.timeout_min=60
-Results lie in outputs/ (or $REPRO_OUTPUTS); a finished run is never repeated.
-
-choices:
-"""
 _MOST_SHOWN = 5  # runs of a search
 
 
@@ -115,8 +103,7 @@ def _print_outcome(jobs: Sequence[PlannedJob], paths: Paths) -> None:
 
 
 def _run_parser() -> argparse.ArgumentParser:
-    description = "Run one configuration, or many. Overrides are Hydra's: group=option, group.key=value."
-    parser = command_parser("run", description, EPILOGUE + choices_text())
+    parser = command_parser("run", f"\n\nchoices:\n{choices_text()}")
     parser.add_argument("overrides", nargs="*", metavar="key=value")
     parser.add_argument("-m", "--multirun", action="store_true", help="run every combination of the lists")
     parser.add_argument("--paired", action="store_true", help="walk the lists side by side instead of multiplying them")

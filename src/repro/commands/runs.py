@@ -18,7 +18,7 @@ Card = Mapping[str, object]
 
 def main(argv: Sequence[str]) -> int:
     """List stored stages, newest last."""
-    parser = command_parser("runs", "List stored runs, newest last, with the settings in which they differ.")
+    parser = command_parser("runs")
     add_filters(parser)
     parser.add_argument("--kind", default="runs", help="runs (default), fits, data, recordings, bench, ...")
     add_json(parser)

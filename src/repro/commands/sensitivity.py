@@ -11,23 +11,15 @@ from repro.launch.pool import start_server
 from repro.results.gather import Gathering
 from repro.results.results import SENSITIVITY
 from repro.results.stored import read_stored
-from repro.sweep.assumption_runs import MEMBERS, SCALE, list_cases, plan_cases
+from repro.sweep.assumption_runs import list_cases, plan_cases
 from repro.sweep.missing import preload, run_missing
 from repro.sweep.planned_job import total
 from repro.tracking.paths import Paths, outputs_root, project_folder
 
-EPILOGUE = """examples:
-  repro sensitivity                     every assumption; what is finished is not repeated
-  repro sensitivity data_start gravity  some of them
-  repro sensitivity --dry-run           what would be run, and about how long it takes
-paper/assumptions.yaml lists what is tried for an assumption; `repro report` shows the effects.
-"""
-
 
 def main(argv: Sequence[str]) -> int:
     """Run what the assumptions' trials need, and list it for the report; 1 when a job failed."""
-    description = f"Change one assumption at a time, at scale {SCALE} with {MEMBERS} members."
-    parser = command_parser("sensitivity", description, EPILOGUE)
+    parser = command_parser("sensitivity")
     parser.add_argument("assumptions", nargs="*", metavar="assumption", help="ids of paper/assumptions.yaml (all)")
     add_workers(parser)
     parser.add_argument("--dry-run", action="store_true", help="list the jobs, and about how long they take")

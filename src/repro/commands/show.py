@@ -14,7 +14,7 @@ from repro.tracking.text import duration, short, size, table
 
 def main(argv: Sequence[str]) -> int:
     """Print one stage: failure, origin, results, settings and files."""
-    parser = command_parser("show", "Show one stored stage: settings, results, origin, files, failure.")
+    parser = command_parser("show")
     parser.add_argument("id", help=ID)
     add_json(parser)
     arguments = parser.parse_args(argv)

@@ -19,8 +19,7 @@ _MOST_LINES = 15
 
 def main(argv: Sequence[str]) -> int:
     """Print the state of every stage, or with --why ID what changed in the inputs of one."""
-    description = "What is done, stale (code, libraries or defaults changed), failed, missing, running, interrupted."
-    parser = command_parser("status", description)
+    parser = command_parser("status")
     parser.add_argument("--why", metavar="ID", help=f"name every input of this stage that changed; {ID}")
     parser.add_argument("--all", action="store_true", help="list every stage, not the first few of each state")
     add_json(parser)

@@ -7,15 +7,10 @@ from repro.commands.arguments import command_parser
 from repro.recording import viewer
 from repro.tracking.paths import outputs_root
 
-EXAMPLES = """examples:
-  repro view 9f3c2a81bd --web
-  repro view 9f3c2a81bd 04be7d1f6a --screenshot both.png"""
-
 
 def main(argv: Sequence[str]) -> int:
     """Run `repro view`; raises UserError when the recording is missing, ambiguous or cannot be shown here."""
-    description = "Open the recording of a run; of several runs, their models beside the plant they were tested on."
-    parser = command_parser("view", description, EXAMPLES)
+    parser = command_parser("view")
     parser.add_argument(
         "run", nargs="+", help="id of a run, its beginning or last digits, or the path of an .rrd file; or several ids"
     )
