@@ -125,7 +125,7 @@ OVERRIDES = {
     "run data.samples=many": "data.samples = 'many'",
     "run data.samples=nan": "data.samples = nan",
     "run data.samples=[1]": "data.samples = [1]",
-    "run data.samples.x=1": "data.samples.x",
+    "run data.samples.x=1": "data.samples = {'x': 1}",
     "run data..samples=1": "not understood",
     "run data/samples=1": "data",
     "run data.smaples=100": "did you mean samples?",

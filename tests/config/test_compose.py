@@ -19,6 +19,7 @@ from repro.config.places import ROOT, code_digest, digest
 from repro.config.registry import groups, settings
 from repro.errors import UserError
 from repro.plugins.plugin import plugin_names
+from repro.tracking.cache import Cache
 
 # What an option needs beside it.
 COMPANIONS = {
@@ -132,14 +133,15 @@ def test_what_was_composed_is_read_from_the_cache(tmp_path):
     assert plan(jobs, tmp_path, lambda jobs: calls.append(2)) == first
     assert calls == [1]
     (file,) = tmp_path.iterdir()
-    stored = json.loads(file.read_text())
-    assert stored["version"] == f"{digest()} {code_digest()}"
-    stored["values"]["basis=t1 scale=quick"]["seeds"] = 7
-    file.write_text(json.dumps(stored))
+    stored = Cache(file, [digest(), code_digest()])
+    stored.values["basis=t1 scale=quick"] = stored.values["basis=t1 scale=quick"] | {"seeds": 7}
+    stored.save()
     again = plan(jobs, tmp_path)
     assert again[0].config.members == list(range(7))
     assert again[1].config == first[1].config
-    file.write_text(json.dumps(stored | {"version": "settings or models of yesterday"}))
+    changed = Cache(file, "settings or models of yesterday")
+    changed.values.update(stored.values)
+    changed.save()
     assert plan(jobs, tmp_path) == first
     file.write_text("{")
     assert plan(jobs, tmp_path) == first

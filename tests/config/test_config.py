@@ -8,8 +8,8 @@ from repro.plugins.plugin import plugin_names
 
 MISTAKES = {
     "system=spi": "system=spi: allowed are {systems} (did you mean sip?)",
-    "system.m2=0.1": "system: unknown constant of sip 'm2': choose one of m0, m1, L1, g",
-    "system=sip system.m2=0.1": "system: unknown constant of sip 'm2': choose one of m0, m1, L1, g",
+    "system.m2=0.1": "system: unknown constant of sip 'm2': choose one of m0, g, m1, L1",
+    "system=sip system.m2=0.1": "system: unknown constant of sip 'm2': choose one of m0, g, m1, L1",
     "sytem=sip": "unknown key 'sytem' (did you mean system?); allowed are basis, ",
     "optimiser.epoch=3": "optimiser.epoch: unknown key (did you mean epochs?); allowed are batch_size,",
     "optimiser=adam optimiser.restarts=3": "optimiser.restarts: unknown key; allowed are batch_size, budget_s, decay",

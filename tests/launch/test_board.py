@@ -52,8 +52,10 @@ def test_a_longer_job_counts_for_more_and_expected_times_hold_before_any_progres
 def test_plain_lines(now, capsys):
     with Board(JOBS, workers=1, live=False) as shown:
         shown(Event(EventKind.STARTED, 0))
+        now[0] = 10.0
         shown(ended(0))
         shown(Event(EventKind.NOTICE, 1, text="look"))
+        now[0] = 20.0
         shown(ended(1, JobOutcome.FAILED, 2.0, "ValueError: no\nmore"))
         now[0] = 60.0
         shown(Event(EventKind.STARTED, 2))

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from repro.tracking import code
-from repro.tracking.files import Cache
+from repro.tracking.cache import Cache
 from repro.tracking.stage import Stage
 from repro.tracking.store import Store
 
@@ -89,7 +89,7 @@ class Toy:
 @pytest.fixture
 def toy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Toy:
     package = Toy(tmp_path / "source")
-    monkeypatch.setattr(code.READER, "cache", Cache(tmp_path / "code.json", 0))
+    monkeypatch.setattr(code.READER, "cache", Cache(tmp_path / "code.sqlite", 0))
     monkeypatch.syspath_prepend(tmp_path / "source")
     importlib.invalidate_caches()
     return package

@@ -9,7 +9,7 @@ from contextlib import closing
 
 import pytest
 
-from repro.tracking import index
+from repro.tracking import cache, index
 
 
 def query(store, statement):
@@ -18,7 +18,8 @@ def query(store, statement):
 
 
 def rows(store):
-    return sorted(place.rpartition("/")[2] for (place,) in query(store, "SELECT place FROM stages"))
+    names = query(store, "SELECT name FROM entries WHERE name LIKE '%/%'")
+    return sorted(place.rpartition("/")[2] for (place,) in names)
 
 
 def make(store, stage, numbers):
@@ -77,7 +78,15 @@ def test_a_damaged_file_is_made_again(store, stage, damage):
 
 
 @pytest.mark.parametrize(
-    "statement", ["PRAGMA user_version = 7", "DELETE FROM codes", "DROP TABLE codes", "UPDATE stages SET entry = '[1]'"]
+    "statement",
+    [
+        "UPDATE entries SET value = 7 WHERE name = 'version'",
+        "DELETE FROM entries WHERE name = 'version'",
+        "DELETE FROM entries WHERE name LIKE 'code %'",
+        "DROP TABLE entries",
+        "UPDATE entries SET value = '[1]' WHERE name LIKE '%/%'",
+        "UPDATE entries SET value = '{'",
+    ],
 )
 def test_an_index_of_another_format_or_without_a_code_identity_is_made_again(store, stage, statement):
     made = make(store, stage, range(2))
@@ -85,11 +94,12 @@ def test_an_index_of_another_format_or_without_a_code_identity_is_made_again(sto
     query(store, statement)
     assert index.load(store.paths) == whole
     assert rows(store) == sorted(made)
-    assert index._read(store.paths.index)[1] == whole.codes
+    stored = dict(query(store, "SELECT name, value FROM entries WHERE name LIKE 'code %'"))
+    assert {name.removeprefix("code "): json.loads(code) for name, code in stored.items()} == whole.codes
 
 
 def test_an_index_that_another_process_keeps_locked_costs_time_alone(store, stage, monkeypatch):
-    monkeypatch.setattr(index, "_LONGEST_WAIT_S", 0.01)
+    monkeypatch.setattr(cache, "_LONGEST_WAIT_S", 0.01)
     make(store, stage, range(2))
     index.load(store.paths)
     make(store, stage, range(2, 4))

@@ -11,7 +11,7 @@ import pytest
 
 from repro.errors import UserError
 from repro.tracking import code
-from repro.tracking.files import Cache
+from repro.tracking.cache import Cache
 from repro.tracking.stage import Stage
 
 ALL = {"data", "fit", "score", "figure"}
@@ -135,7 +135,7 @@ def test_a_hundred_modules_are_read_from_the_cache(root, toy, monkeypatch):
     for path in toy.folder.rglob("*.*"):
         os.utime(path, (time.time() - 60, time.time() - 60))
     ids = toy.ids()
-    assert str(toy.folder) in code.READER.cache.file.read_text()
+    assert str(toy.folder).encode() in code.READER.cache.file.read_bytes()
     monkeypatch.setattr(code.READER, "cache", Cache(code.READER.cache.file, 0))
     code.closure.cache_clear()
     monkeypatch.setattr(code, "analyse", lambda path, module: pytest.fail(f"{path} was analysed again"))

@@ -13,7 +13,7 @@ from repro.config.rules import impossible
 from repro.config.schema import Config
 from repro.data.data_options import RecordingFile
 from repro.errors import UserError
-from repro.tracking.files import Cache
+from repro.tracking.cache import Cache
 
 Overrides = tuple[str, ...]  # of one job
 
@@ -57,7 +57,7 @@ def plan(
             raise UserError(f"experiments/{name}.yaml: experiment = {raw['experiment']!r}: must be {name!r}")
         config = configs[job] = parse(raw)
         if not isinstance(config.data, RecordingFile):  # which is checked each time, as the file is
-            known[name].keep(" ".join(job), config.model_dump(mode="json"))
+            known[name].values[" ".join(job)] = config.model_dump(mode="json")
     for accepted in known.values():
         accepted.save()
     return [Composed(job, configs[job]) for job in jobs]
@@ -79,5 +79,5 @@ def parse(raw: Mapping[str, Any]) -> Config:
 
 def _known(folder: Path | None, experiment: str) -> Cache:
     """What was accepted of an experiment ("": of single runs) under these settings and this code, by the overrides."""
-    file = None if folder is None else folder / f"{experiment or 'single'}.json"
-    return Cache(file, f"{digest(experiment)} {code_digest()}")
+    file = None if folder is None else folder / f"{experiment or 'single'}.sqlite"
+    return Cache(file, [digest(experiment), code_digest()])

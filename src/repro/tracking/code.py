@@ -23,7 +23,7 @@ from typing import Any
 
 from repro.errors import UserError
 from repro.plugins.roots import plugin_roots
-from repro.tracking.files import Cache
+from repro.tracking.cache import Cache
 from repro.tracking.paths import source_cache
 from repro.tracking.record import Identity
 
@@ -31,7 +31,7 @@ from repro.tracking.record import Identity
 _INSTALLED_AS = {"sklearn": "scikit-learn", "yaml": "PyYAML", "rerun": "rerun-sdk", "hydra": "hydra-core"}
 # A file younger than this may change again within one tick of the clock of its file system.
 _SETTLED_S = 2.0
-_FORMAT = 3  # of the cache
+_FORMAT = 3  # of what is read off a file
 
 
 @cache
@@ -146,14 +146,13 @@ class SourceReader:
             return Source(**stored["source"])
         source = analyse(path, module)
         if time.time() - stamp[0] / 1e9 > _SETTLED_S:
-            self.cache.keep(key, {"stamp": stamp, "source": asdict(source)})
+            self.cache.values[key] = {"stamp": stamp, "source": asdict(source)}
         return source
 
     def save(self) -> None:
         """Write what is new to the cache; files that no longer exist are dropped."""
         if self.cache.changed:
-            for key in [key for key in self.cache.values if not Path(key.rpartition(" ")[0]).exists()]:
-                del self.cache.values[key]
+            self.cache.retain({key for key in self.cache.values if Path(key.rpartition(" ")[0]).exists()})
             self.cache.save()
 
     def check_unchanged(self, modules: Iterable[str]) -> None:

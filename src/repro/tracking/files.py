@@ -6,8 +6,7 @@ import json
 import os
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from functools import cached_property
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -90,36 +89,6 @@ def write_text(path: Path, text: str, *, forced: bool = True) -> None:
 def write_json(path: Path, value: Any) -> None:
     """Write readable JSON atomically."""
     write_text(path, json.dumps(value, indent=1, default=plain) + "\n")
-
-
-class Cache:
-    """Plain data by name, in a file that may be deleted at any time; one of another `version` is made again.
-
-    A file that is missing or damaged, or cannot be written, costs time, nothing else; None stores nothing.
-    """
-
-    def __init__(self, file: Path | None, version: object) -> None:
-        self.file, self.version, self.changed = file, version, False
-
-    @cached_property
-    def values(self) -> dict[str, Any]:
-        """What the file holds, and what was added."""
-        try:
-            stored = json.loads(self.file.read_bytes()) if self.file is not None else {}
-            return dict(stored["values"]) if stored["version"] == self.version else {}
-        except (OSError, ValueError, KeyError, TypeError):
-            return {}
-
-    def keep(self, name: str, value: object) -> None:
-        """Add a value."""
-        self.values[name], self.changed = value, True
-
-    def save(self) -> None:
-        """Write the file where a value was added."""
-        if self.changed and self.file is not None:
-            self.changed = False
-            with suppress(OSError):
-                write_text(self.file, json.dumps({"version": self.version, "values": self.values}))
 
 
 def read_yaml(path: Path) -> Any:

@@ -1,23 +1,21 @@
 """The index of all run.json files: what lists and looks up runs reads these few fields instead of every file.
 
 Finished stages never change, so a run.json is read once, and again only when its time of change or its size differs.
-The index is a cache in one SQLite file that can be deleted at any time. Only what has changed is written, in one short
-transaction. Where it cannot be written (read-only results, a file system without locks) nothing is stored, and every
-run.json is read each time.
+The index is a cache: where it cannot be written every run.json is read each time.
 """
 
 import json
 import os
-import sqlite3
-from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from repro.tracking.cache import Cache
 from repro.tracking.paths import RUN_FILE, Paths
 from repro.tracking.plain_data import digest
 from repro.tracking.record import StageOutcome
 
+_CODE = "code "  # before the key of a code identity in the cache, whose other names are places in the store
 _SHELVES = {"": StageOutcome.OK, ".failed": StageOutcome.FAILED}
 
 
@@ -55,17 +53,6 @@ class Entry(NamedTuple):
         return dict(json.loads(self.medians_text))
 
 
-_TABLES = """
-CREATE TABLE IF NOT EXISTS stages (place TEXT PRIMARY KEY, changed_ns INTEGER, size INTEGER, entry TEXT);
-CREATE TABLE IF NOT EXISTS codes (key TEXT PRIMARY KEY, code TEXT);
-"""
-# A file of other fields is made again.
-_FORMAT = int(digest(Entry._fields)[:7], 16)
-_LONGEST_WAIT_S = 5.0  # for another process that writes
-# Time of change in ns and size of a run.json.
-Stamp = tuple[int, int]
-# By the place of a stage in the store.
-Rows = dict[str, tuple[Stamp, Entry]]
 # Each distinct code identity (modules, code, libraries) once, by its key.
 Codes = dict[str, dict[str, Any]]
 
@@ -84,66 +71,45 @@ class Index:
 
 def load(paths: Paths) -> Index:
     """The index, brought up to date with the store, and saved where anything changed."""
-    stored, codes = _read(paths.index)
-    rows: Rows = {}
+    cache = Cache(paths.index, Entry._fields)
+    codes = {name.removeprefix(_CODE): code for name, code in cache.values.items() if name.startswith(_CODE)}
+    entries: dict[str, Entry] = {}
     for kind in paths.kinds():
         for shelf, outcome in _SHELVES.items():
             for id in paths.ids(kind, shelf):
                 place = f"{kind}/{shelf}/{id}"
                 stamp = _stamp(f"{paths.root}/{place}/{RUN_FILE}")
-                if stamp is not None and place in stored and stored[place][0] == stamp:
-                    rows[place] = stored[place]
-                elif stamp is not None:
-                    rows[place] = stamp, _entry(paths.root / place / RUN_FILE, id, kind, outcome, codes)
-    codes = {key: codes[key] for key in sorted({entry.code for _, entry in rows.values()} - {""})}
-    if rows != stored:
-        # A cache that cannot be written costs time, no more.
-        with suppress(OSError, sqlite3.Error):
-            _write(paths.index, rows, stored, codes)
-    return Index([entry for _, (_, entry) in sorted(rows.items(), key=lambda row: row[0])], codes)
+                if stamp is None:
+                    continue
+                entry = _stored(cache.values.get(place), stamp, codes)
+                if entry is None:
+                    entry = _entry(paths.root / place / RUN_FILE, id, kind, outcome, codes)
+                    cache.values[place] = [stamp, entry]
+                entries[place] = entry
+    codes = {key: codes[key] for key in sorted({entry.code for entry in entries.values()} - {""})}
+    cache.values.update((f"{_CODE}{key}", code) for key, code in codes.items())
+    cache.retain({*entries, *(f"{_CODE}{key}" for key in codes)})
+    cache.save()
+    return Index([entries[place] for place in sorted(entries)], codes)
 
 
-def _read(file: Path) -> tuple[Rows, Codes]:
-    """The rows and codes of the file; none where it is missing, damaged, locked for long or of another format."""
+def _stored(value: Any, stamp: list[int], codes: Codes) -> Entry | None:
+    """The entry in the cache, where it is one of the same run.json and its code identity is there too."""
     try:
-        with closing(sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True, timeout=_LONGEST_WAIT_S)) as index:
-            (version,) = index.execute("PRAGMA user_version").fetchone()
-            if version != _FORMAT:
-                return {}, {}
-            codes = {key: json.loads(code) for key, code in index.execute("SELECT key, code FROM codes")}
-            rows: Rows = {}
-            for place, changed_ns, size, entry in index.execute("SELECT place, changed_ns, size, entry FROM stages"):
-                id, kind, name, outcome, *values = json.loads(entry)
-                rows[place] = (changed_ns, size), Entry(id, kind, name, StageOutcome(outcome), *values)
-    except (OSError, sqlite3.Error, ValueError, TypeError):
-        return {}, {}
-    whole = {entry.code for _, entry in rows.values()} <= {"", *codes}
-    return (rows, codes) if whole else ({}, {})
+        known, (id, kind, name, outcome, *others) = value
+        entry = Entry(id, kind, name, StageOutcome(outcome), *others)
+        return entry if known == stamp and (not entry.code or entry.code in codes) else None
+    except (ValueError, TypeError):
+        return None
 
 
-def _write(file: Path, rows: Rows, stored: Rows, codes: Codes) -> None:
-    """Write what differs from the stored rows; a file that holds none (damaged, foreign) is made anew."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    if not stored:
-        file.unlink(missing_ok=True)
-    changed = [
-        (place, *stamp, json.dumps(entry)) for place, (stamp, entry) in rows.items() if stored.get(place) != rows[place]
-    ]
-    with closing(sqlite3.connect(file, timeout=_LONGEST_WAIT_S)) as index:
-        index.executescript(f"{_TABLES} PRAGMA user_version = {_FORMAT};")
-        with index:
-            index.executemany("DELETE FROM stages WHERE place = ?", [(place,) for place in stored.keys() - rows.keys()])
-            index.executemany("REPLACE INTO stages VALUES (?, ?, ?, ?)", changed)
-            index.executemany("REPLACE INTO codes VALUES (?, ?)", [(key, json.dumps(codes[key])) for key in codes])
-
-
-def _stamp(file: str) -> Stamp | None:
+def _stamp(file: str) -> list[int] | None:
     """Time of change and size; None without a run.json, which alone makes a folder a stage."""
     try:
         stat = os.stat(file)  # noqa: PTH116 - ten thousand at a time
     except FileNotFoundError:
         return None
-    return stat.st_mtime_ns, stat.st_size
+    return [stat.st_mtime_ns, stat.st_size]  # a list, as it reads back from the cache
 
 
 def _entry(file: Path, id: str, kind: str, outcome: StageOutcome, codes: Codes) -> Entry:

@@ -70,7 +70,7 @@ def source_cache() -> Path:
     home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")  # noqa: PTH111 - raises nothing
     if home.startswith("~"):  # a user without an entry in the list of users, as in containers
         home = tempfile.gettempdir()
-    return Path(home) / "repro" / "code.json"
+    return Path(home) / "repro" / "code.sqlite"
 
 
 def project_folder() -> Path:
