@@ -12,7 +12,7 @@ MISTAKES = {
     "system=sip system.m2=0.1": "system: unknown constant of sip 'm2': choose one of m0, g, m1, L1",
     "sytem=sip": "unknown key 'sytem' (did you mean system?); allowed are basis, ",
     "optimiser.epoch=3": "optimiser.epoch: unknown key (did you mean epochs?); allowed are batch_size,",
-    "optimiser=adam optimiser.restarts=3": "optimiser.restarts: unknown key; allowed are batch_size, budget_s, curve_points",
+    "optimiser=adam optimiser.restarts=3": "optimiser.restarts: unknown key; allowed are batch_size, budget_s",
     "optimiser.epochs=ten": "optimiser.epochs = 'ten': should be a valid integer",
     "optimiser.epochs=0": "optimiser.epochs = 0: should be greater than 0",
     "optimiser.learning_rate=-1": "optimiser.learning_rate = -1: should be greater than or equal to 0",
