@@ -91,7 +91,7 @@ COMBINATIONS = {
     "model=symoden objective=prediction optimiser=levenberg_marquardt": "has no Jacobian; use optimiser=adam",
     "model=hamiltonian": "model=hamiltonian predicts accelerations only; use objective=port",
     "model=sparse objective=forward optimiser=least_squares": "is linear in tau only; use objective=implicit",
-    "objective=port": "the rows of eq. (12b) need model=hamiltonian, port_hamiltonian",
+    "objective=port": "objective.kind = 'port': needs model=hamiltonian, port_hamiltonian",
     "sequence=joint system.damping=[0.1,0.1]": "D_H keeps its energy only without friction",
     "data=file data.path={file} sequence=joint": "data=file goes with sequence=main",
     "data=file data.path={file} model=degenerate": "is made from the true system",

@@ -7,7 +7,7 @@ import pytest
 from repro.launch import board
 from repro.launch.board import Board
 from repro.launch.jobs import Event, EventKind, Job, JobOutcome, JobResult
-from repro.tracking.text import duration, size, table
+from repro.tracking.text import duration, table
 
 JOBS = [Job(name, "m:f") for name in ("a", "b", "c", "d")]
 
@@ -85,7 +85,6 @@ def test_durations(seconds, text):
     assert duration(seconds) == text
 
 
-def test_sizes_and_tables():
-    assert [size(count) for count in (0, 1023, 2048, 5 * 1024**2)] == ["0 B", "1023 B", "2.0 KiB", "5.0 MiB"]
+def test_tables():
     assert table([["a", 1], ["bcd", 22]], ["x", "y"]) == "x    y\na    1\nbcd  22"
     assert table([]) == ""

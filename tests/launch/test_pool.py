@@ -214,13 +214,13 @@ def test_a_fault_of_the_callers_display_is_not_the_jobs(start):
 
 INTERRUPTED = """
     import json, sys
-    from repro.launch.jobs import Job, SweepInterrupted
+    from repro.launch.jobs import Job
     from repro.launch.pool import run_jobs
     jobs = [Job(str(i), "toyjobs:TARGET", {"seconds": 30}) for i in range(4)]
     try:
         run_jobs(jobs, workers=2, preload=())
-    except SweepInterrupted as stop:
-        print(json.dumps([result.outcome for result in stop.results]))
+    except KeyboardInterrupt as stop:
+        print(json.dumps([result.outcome for result in stop.args[0]]))
 """
 
 

@@ -8,12 +8,12 @@ from contextlib import nullcontext, suppress
 from pathlib import Path
 
 from filelock import FileLock, Timeout
+from rich.filesize import decimal
 
 from repro.commands.arguments import command_parser
 from repro.errors import UserError
 from repro.tracking.paths import DAMAGED, FAILED, WORK, Paths, outputs_root
 from repro.tracking.survey import StageState, survey
-from repro.tracking.text import size
 
 SHELVES = {"failed": FAILED, "damaged": DAMAGED, "interrupted": WORK}
 USUAL = (*SHELVES, "logs")
@@ -35,8 +35,8 @@ def main(argv: Sequence[str]) -> int:
     sizes = {folder: sum(path.stat().st_size for path in folder.rglob("*") if path.is_file()) for folder in folders}
     shown = list(remove(paths, folders)) if arguments.yes else folders
     for folder in shown:
-        print(f"{size(sizes[folder]):>10}  {folder.relative_to(paths.root)}")
-    total, left = size(sum(sizes[folder] for folder in shown)), "can be removed: add --yes."
+        print(f"{decimal(sizes[folder]):>10}  {folder.relative_to(paths.root)}")
+    total, left = decimal(sum(sizes[folder] for folder in shown)), "can be removed: add --yes."
     print(f"{total} {'removed.' if arguments.yes else left}" if shown or arguments.yes else "Nothing to remove.")
     return 0
 

@@ -4,12 +4,14 @@ import sys
 from collections.abc import Sequence
 from textwrap import indent
 
+from rich.filesize import decimal
+
 from repro.commands.arguments import ID, add_json, command_parser
 from repro.tracking.load import load_record
 from repro.tracking.paths import RUN_FILE, Paths, outputs_root
 from repro.tracking.plain_data import flattened
 from repro.tracking.store import NOTICES
-from repro.tracking.text import duration, short, size, table
+from repro.tracking.text import duration, short, table
 
 
 def main(argv: Sequence[str]) -> int:
@@ -41,7 +43,7 @@ def main(argv: Sequence[str]) -> int:
         *((title, flattened(content)) for title, content in sections.items()),
         ("other results", flattened(summary)),
         ("settings of this stage", flattened(entry.identity.config)),
-        ("files", {name: size(about.bytes) for name, about in entry.files.items()}),
+        ("files", {name: decimal(about.bytes) for name, about in entry.files.items()}),
     ):
         if content:
             print(f"\n{title}\n" + table([f"  {key}", short(value)] for key, value in content.items()))

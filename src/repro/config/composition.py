@@ -13,7 +13,6 @@ from repro.config.registry import groups, read_settings, settings
 from repro.config.schema import Config
 from repro.errors import UserError
 from repro.plugins.checked import lines
-from repro.tracking.text import hydra_quoted
 
 # The groups of Hydra's own settings: no run reads them, and composing them takes a quarter of the time.
 _OWN_GROUPS = ("output", "launcher", "sweeper", "help", "hydra_help", "hydra_logging", "job_logging", "env")
@@ -60,12 +59,13 @@ def _chosen(choices: tuple[str, ...]) -> bytes:
     """What Hydra makes of an experiment and the options of groups; jobs that differ in values alone share it."""
     import hydra
     from hydra.core.global_hydra import GlobalHydra
+    from hydra.core.override_parser.types import Quote, QuotedString
     from omegaconf import open_dict
 
     if not GlobalHydra.instance().is_initialized():
         hydra.initialize_config_dir(str(CONF), version_base="1.3")
     folders = [*settings_roots(), *(root / CONF.name for root in settings_roots()[1:] if (root / CONF.name).is_dir())]
-    searchpath = ",".join(hydra_quoted(f"file://{folder}") for folder in folders)
+    searchpath = ",".join(QuotedString(f"file://{folder}", Quote.single).with_quotes() for folder in folders)
     without = [f"~hydra/{group}" for group in _OWN_GROUPS]
     config = hydra.compose("config", [f"hydra.searchpath=[{searchpath}]", *without, *choices])
     with open_dict(config):

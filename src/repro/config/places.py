@@ -1,12 +1,13 @@
 """Where the settings of all runs lie, and a digest that changes when any of them may have."""
 
-import hashlib
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
 from repro.errors import UserError
 from repro.plugins.roots import PROJECT, SOURCE, plugin_roots
+from repro.tracking import plain_data
+from repro.tracking.files import file_digest
 
 ROOT = PROJECT
 CONF, EXPERIMENTS = ROOT / "conf", ROOT / "experiments"
@@ -60,9 +61,5 @@ def code_digest() -> str:
 
 
 def _summed(files: Iterable[Path]) -> str:
-    summed = hashlib.sha256()
-    for path in files:
-        content = path.read_bytes()
-        name = path.relative_to(ROOT) if path.is_relative_to(ROOT) else path
-        summed.update(f"{name} {len(content)}\n".encode() + content)
-    return summed.hexdigest()
+    names = {path: path.relative_to(ROOT) if path.is_relative_to(ROOT) else path for path in files}
+    return plain_data.digest([(name, file_digest(path)) for path, name in names.items()])

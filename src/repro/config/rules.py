@@ -93,13 +93,6 @@ def _without_energies(config: Config) -> Iterator[str]:
         yield f"energies.gauge = '{config.energies.gauge}': {choice} has no energies; use energies=raw"
 
 
-def _port(config: Config) -> Iterator[str]:
-    if config.objective.needs_port_form and not config.model.port_form:
-        suited = ", ".join(_models_with("port_form"))
-        kind = config.objective.kind
-        yield f"objective.kind = {kind!r}: the rows of eq. (12b) need model={suited}, not model={config.model.kind}"
-
-
 def _start_of_coefficients(config: Config) -> Iterator[str]:
     if config.model.draws_coefficients and not linear(config):
         yield (
@@ -123,7 +116,7 @@ def _device(config: Config) -> Iterator[str]:
 def _objective(config: Config) -> Iterator[str]:
     """What a loss needs of the model and of the optimiser, and its weights of each other."""
     objective, model, choice = config.objective, config.model, f"objective.kind = {config.objective.kind!r}"
-    for needed in ("differentiable", "implicit_form"):
+    for needed in ("differentiable", "implicit_form", "port_form"):
         if getattr(objective, f"needs_{needed}") and not getattr(model, needed):
             yield f"{choice}: needs model={', '.join(_models_with(needed))}, not model={model.kind}"
     if config.optimiser.linearises and not objective.linearised:
@@ -215,7 +208,6 @@ Rules = tuple[Callable[[Config], Iterator[str]], ...]
 RULES: Rules = (
     _basis_of_another_system,
     _without_energies,
-    _port,
     _start_of_coefficients,
     _chain,
     lambda config: config.model.problems(),

@@ -23,7 +23,6 @@ from repro.errors import UserError
 from repro.launch.jobs import Event, EventKind, Job, JobOutcome, JobResult, reason
 from repro.launch.pool import run_jobs
 from repro.tracking.files import write_json
-from repro.tracking.text import hydra_quoted
 
 LAUNCHER = "hydra/launcher="
 EXTRAS = {
@@ -72,9 +71,12 @@ def refuse(flags: Mapping[str, float | None], launcher: Sequence[str]) -> None:
 
 def launch(jobs: Sequence[Job], launcher: Sequence[str], logs: Path) -> list[JobResult]:
     """Run the jobs on a launcher and wait; returns how each ended, in their order."""
+    from hydra.core.override_parser.types import Quote, QuotedString  # takes longer to load than most commands need
+
     folder = logs / f"{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}"
     write_json(folder / JOBS, [asdict(job) for job in jobs])
-    sweep = [f"+folder={hydra_quoted(folder)}", f"hydra.sweep.dir={hydra_quoted(folder)}", f"+job=range({len(jobs)})"]
+    place = QuotedString(str(folder), Quote.single).with_quotes()
+    sweep = [f"+folder={place}", f"hydra.sweep.dir={place}", f"+job=range({len(jobs)})"]
     quiet = ["hydra.job.name=repro", "hydra.output_subdir=null", "hydra.job.chdir=false"]
     print(f"{len(jobs)} jobs on {' '.join(launcher)}; their logs: {folder}", file=sys.stderr, flush=True)
     subprocess.run([sys.executable, "-m", __name__, str(folder), "-m", *quiet, *launcher, *sweep], check=False)

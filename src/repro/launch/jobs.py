@@ -82,14 +82,6 @@ class Event:
     result: JobResult | None = None
 
 
-class SweepInterrupted(KeyboardInterrupt):
-    """Ctrl-C ended the sweep; `results` has every job, in order."""
-
-    def __init__(self, results: Sequence[JobResult]) -> None:
-        super().__init__("interrupted")
-        self.results = list(results)
-
-
 def failure_table(results: Sequence[JobResult]) -> str:
     """Every job that failed: name, what happened, its log and the command that repeats it; "" when there are none."""
     harmless = (JobOutcome.OK, JobOutcome.NOT_STARTED, JobOutcome.INTERRUPTED)

@@ -22,7 +22,7 @@ from types import FrameType, ModuleType
 
 from repro.errors import UserError
 from repro.launch import worker
-from repro.launch.jobs import Event, EventKind, Job, JobOutcome, JobResult, SweepInterrupted
+from repro.launch.jobs import Event, EventKind, Job, JobOutcome, JobResult
 from repro.launch.machine import memory_for_jobs_mib
 from repro.tracking import progress
 from repro.tracking.paths import Paths, outputs_root
@@ -52,7 +52,7 @@ def run_jobs(
     on_progress takes an Event at every change, in the calling thread
     logs        folder of the jobs' printed output (default: a new one under outputs/logs)
 
-    Raises SweepInterrupted (a KeyboardInterrupt that carries the results) after Ctrl-C.
+    Raises KeyboardInterrupt, whose argument are the results, after Ctrl-C.
     """
     start_server(preload)
     if logs is None:
@@ -70,7 +70,7 @@ def run_jobs(
                 logs.rmdir()
     results = [launcher.results.get(index) or JobResult(job, JobOutcome.NOT_STARTED) for index, job in enumerate(jobs)]
     if launcher.interrupts:
-        raise SweepInterrupted(results)
+        raise KeyboardInterrupt(results)
     return results
 
 

@@ -64,10 +64,7 @@ class ExperimentList:
 
     def write(self, path: Path) -> None:
         """Write the list, atomically."""
-        content = asdict(self)
-        if not self.cases:
-            del content["cases"]
-        write_json(path, content)
+        write_json(path, asdict(self))
 
 
 def experiment_lists(paths: Paths, scale: str = "*") -> Iterator[ExperimentList]:

@@ -59,13 +59,11 @@ def notice(text: str) -> None:
 
 @contextmanager
 def collected() -> Iterator[list[str]]:
-    """The distinct notices given inside the block, complete when it ends."""
+    """The notices given inside the block, as they come."""
     before, _listener.collected = _listener.collected, []
-    notices: list[str] = []
     try:
-        yield notices
+        yield _listener.collected
     finally:
-        notices += dict.fromkeys(_listener.collected)
         _listener.collected = before
 
 

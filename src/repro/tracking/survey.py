@@ -1,7 +1,7 @@
 """The state of every stage (done, stale, failed, missing, running, interrupted, damaged) and the reasons."""
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cache
@@ -31,6 +31,7 @@ class StageState(StrEnum):
 
 
 STATES = tuple(StageState)
+_STATE_OF = {StageOutcome.FAILED: StageState.FAILED, StageOutcome.DAMAGED: StageState.DAMAGED}
 # Separates a change from the upstream stage in which it happened.
 _UPSTREAM = " (upstream "
 RUNS = "runs"
@@ -71,19 +72,14 @@ def survey(
         for job in each.jobs:
             # A job that has not reached its run has no id yet; its command takes the place of the id.
             listed.setdefault(job.run or job.command, []).append((each, job))
-    items: dict[str, Item] = {}
-    for id, entry in stored.finished().items():
-        why = changes(id)
-        state = StageState.STALE if why else StageState.DONE
-        items[id] = Item(id, entry.kind, entry.name, state, why, entry.command)
-    items |= _deleted(stored, items)
+    known: dict[StageOutcome, list[Item]] = {outcome: [] for outcome in StageOutcome}
     for entry in stored.entries:
-        if entry.outcome is StageOutcome.DAMAGED or (entry.outcome is StageOutcome.FAILED and entry.id not in items):
-            state = StageState(entry.outcome)
-            items[entry.id] = Item(entry.id, entry.kind, entry.name, state, (entry.error,), entry.command)
-    for item in _being_made(paths):
-        if items.get(item.id, item).state in (StageState.FAILED, item.state):
-            items[item.id] = item
+        why = changes(entry.id) if entry.outcome is StageOutcome.OK else (entry.error,)
+        state = _STATE_OF.get(entry.outcome, StageState.STALE if why else StageState.DONE)
+        known[entry.outcome].append(Item(entry.id, entry.kind, entry.name, state, why, entry.command))
+    # Of one id the last counts.
+    layers = known[StageOutcome.FAILED], _deleted(stored), _being_made(paths), known[StageOutcome.OK]
+    items = {item.id: item for layer in (*layers, known[StageOutcome.DAMAGED]) for item in layer}
     for id, jobs in listed.items():
         first_list, first = jobs[0]
         item = items.get(id, Item(id, RUNS, id, StageState.MISSING, ("not made yet",), first.command))
@@ -102,16 +98,14 @@ def survey(
     return sorted(items.values(), key=lambda item: (item.kind, STATES.index(item.state), item.id))
 
 
-def _deleted(stored: Index, items: Mapping[str, Item]) -> dict[str, Item]:
+def _deleted(stored: Index) -> Iterator[Item]:
     """The stages that a run was made from and that are not stored any more; the run's command makes them again."""
-    missing = {}
-    for run in (entry for entry in stored.finished().values() if entry.kind == RUNS):
+    finished = stored.finished()
+    for run in (entry for entry in finished.values() if entry.kind == RUNS):
         for role, id in run.upstream.items():
-            if id not in items:
-                kind = KIND_OF_ROLE.get(role, "data")
+            if id not in finished:
                 why = (f"deleted; {run.id} was made from it",)
-                missing[id] = Item(id, kind, id, StageState.MISSING, why, run.command)
-    return missing
+                yield Item(id, KIND_OF_ROLE.get(role, "data"), id, StageState.MISSING, why, run.command)
 
 
 def _changes(stored: Index) -> Callable[[str], tuple[str, ...]]:
@@ -142,8 +136,7 @@ def _code_reasons(stored: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(str(difference) for difference in identity_differences(before, after))
 
 
-def _being_made(paths: Paths) -> list[Item]:
-    items = []
+def _being_made(paths: Paths) -> Iterator[Item]:
     for kind in paths.kinds():
         for id in paths.ids(kind, WORK):
             holder = paths.folder(kind, id, WORK) / HOLDER_FILE
@@ -156,8 +149,7 @@ def _being_made(paths: Paths) -> list[Item]:
             why = [f"{maker} is making it" if running else f"{maker} was ended; its command continues from there"]
             why += [f"log: {content['log']}"] if content.get("log") else []
             state = StageState.RUNNING if running else StageState.INTERRUPTED
-            items.append(Item(id, kind, content.get("name", id), state, tuple(why), content.get("command", "")))
-    return items
+            yield Item(id, kind, content.get("name", id), state, tuple(why), content.get("command", ""))
 
 
 def _outdated(item: Item, overrides: Sequence[str], stored: Index, paths: Paths, expected: Expected) -> tuple[str, ...]:

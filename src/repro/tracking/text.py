@@ -1,7 +1,6 @@
 """Plain text for the terminal."""
 
 import os
-import re
 import shutil
 import sys
 from collections.abc import Iterable, Sequence
@@ -41,16 +40,6 @@ def short(value: object, width: int = 80) -> str:
     return text if len(text) <= width else text[: width - 3] + "..."
 
 
-def size(count: int) -> str:
-    """A number of bytes in readable units: 512 B, 3.4 KiB, 12.0 MiB."""
-    value, unit = float(count), "B"
-    for larger in ("KiB", "MiB", "GiB"):
-        if value < 1024:
-            break
-        value, unit = value / 1024, larger
-    return f"{value:.0f} B" if unit == "B" else f"{value:.1f} {unit}"
-
-
 def duration(seconds: float) -> str:
     """A time in readable units: 0.4 s, 12 s, 3 min 20 s, 2 h 5 min."""
     if seconds < 10:
@@ -61,9 +50,3 @@ def duration(seconds: float) -> str:
     if whole < 3600:
         return f"{whole // 60} min {whole % 60} s"
     return f"{whole // 3600} h {whole % 3600 // 60} min"
-
-
-def hydra_quoted(text: object) -> str:
-    """Any text as a quoted value of Hydra's override grammar: blanks, brackets and letters stay as they are."""
-    escaped = re.sub(r"(\\*)'", r"\1\1\\'", str(text))
-    return "'" + re.sub(r"(\\+)$", r"\1\1", escaped) + "'"
