@@ -59,8 +59,8 @@ def test_light_commands_load_nothing_heavy(tmp_path, arguments):
 def test_help_lists_the_commands_with_examples(capsys):
     assert cli.main([]) == 0
     text = capsys.readouterr().out
-    for name, texts in cli.COMMANDS.items():
-        assert f"  {name} " in text and f"repro {name} {texts['example']}".rstrip() in text
+    for name, command in cli.COMMANDS.items():
+        assert f"  {name} " in text and f"repro {name} {command.example}".rstrip() in text
     assert "repro status --why" in text
     assert all(len(line) < 120 for line in text.splitlines())
 

@@ -119,9 +119,7 @@ def _with_plugins(arguments: Sequence[str]) -> list[str]:
 
 
 def _help() -> str:
-    lines = [
-        f"  {name:<11} {texts['help']:<50} repro {name} {texts['example']}".rstrip() for name, texts in COMMANDS.items()
-    ]
+    lines = [f"  {name:<11} {one.help:<50} repro {name} {one.example}".rstrip() for name, one in COMMANDS.items()]
     notes = (
         "`repro COMMAND --help` lists its options. Results are in ./outputs, or in the folder $REPRO_OUTPUTS.",
         "`--plugins FOLDER` (or $REPRO_PLUGINS) adds systems, models, settings and experiments of your own.",

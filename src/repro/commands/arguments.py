@@ -4,7 +4,9 @@ import argparse
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, NoReturn
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from repro.commands.table import COMMANDS
 from repro.errors import UserError
@@ -13,10 +15,8 @@ from repro.plugins.plugin import nearest
 if TYPE_CHECKING:
     from repro.tracking.index import Entry
 
-ID = "the id, its beginning, or the digits at its end"
 
-
-class CommandParser(argparse.ArgumentParser):
+class _CommandParser(argparse.ArgumentParser):
     """A parser whose complaint is one line."""
 
     def error(self, message: str) -> NoReturn:
@@ -27,37 +27,31 @@ class CommandParser(argparse.ArgumentParser):
         raise UserError(f"{message}{guess}; `{self.prog} --help` lists what there is")
 
 
-def command_parser(name: str, more: str = "") -> argparse.ArgumentParser:
-    """The parser of `repro NAME` with its texts (commands.toml); below its examples stands what else there is."""
-    texts = COMMANDS[name]
-    examples = f"examples:\n{texts['examples']}" if "examples" in texts else f"example: repro {name} {texts['example']}"
-    return CommandParser(
+def parsed(name: str, argv: Sequence[str], more: str = "") -> argparse.Namespace:
+    """The arguments of `repro NAME`; `more` stands below the examples of its help. UserError for a wrong one."""
+    command = COMMANDS[name]
+    examples = f"examples:\n{command.examples}" if command.examples else f"example: repro {name} {command.example}"
+    parser = _CommandParser(
         prog=f"repro {name}",
-        description=texts["description"],
+        description=command.description,
         epilog=examples + more,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    exclusive = cache(parser.add_mutually_exclusive_group)
+    for words, settings in command.options.items():
+        given: Any = {key: TYPES[str(value)] if key == "type" else value for key, value in settings.items()}
+        taker = exclusive() if given.pop("exclusive", False) else parser
+        taker.add_argument(*words.split(), **given)
+    return parser.parse_intermixed_args(argv)
 
 
-def add_json(parser: argparse.ArgumentParser) -> None:
-    """Add --json, which prints the same content for other programs."""
-    parser.add_argument("--json", action="store_true", help="print JSON, for other programs")
-
-
-def add_workers(parser: argparse.ArgumentParser) -> None:
-    """Add --workers, the number of jobs that run at once."""
-    parser.add_argument("--workers", type=workers, help="jobs at once (default: one per core that may be used)")
-
-
-def workers(text: str) -> int:
-    """A number of jobs at once, 1 or more."""
+def _workers(text: str) -> int:
     if not re.fullmatch(r"\d{1,6}", text) or not int(text):
         raise argparse.ArgumentTypeError(f"{text!r} is no number of jobs (1 or more)")
     return int(text)
 
 
-def seconds(text: str) -> float:
-    """A time above 0."""
+def _seconds(text: str) -> float:
     try:
         value = float(text)
     except ValueError:
@@ -67,9 +61,7 @@ def seconds(text: str) -> float:
     return value
 
 
-def add_filters(parser: argparse.ArgumentParser) -> None:
-    """Add any number of key=value; see `selected`."""
-    parser.add_argument("filters", nargs="*", metavar="key=value", help="only runs with this value on their card")
+TYPES = {"float": float, "int": int, "path": Path, "seconds": _seconds, "workers": _workers}
 
 
 def selected(entries: Iterable["Entry"], filters: Sequence[str]) -> list[tuple["Entry", Mapping[str, object]]]:

@@ -8,7 +8,7 @@ from typing import Any
 import pandas as pd
 
 from repro.bench.stored_bench import FILE, run
-from repro.commands.arguments import command_parser
+from repro.commands.arguments import parsed
 from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.store import StageFailed
 from repro.tracking.text import table, terminal_width
@@ -18,9 +18,7 @@ COLUMNS = ("size", "ours", "other", "other / ours (quartiles)", "ours ms", "othe
 
 def main(argv: Sequence[str]) -> int:
     """Run `repro bench`; 1 when a comparison failed."""
-    parser = command_parser("bench")
-    parser.add_argument("--scale", default="quick", choices=("smoke", "quick", "paper"), help="how much (quick)")
-    scale = parser.parse_args(argv).scale
+    scale = parsed("bench", argv).scale
     root = outputs_root()
     try:
         id = run(root, scale)

@@ -10,7 +10,7 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 from rich.filesize import decimal
 
-from repro.commands.arguments import command_parser
+from repro.commands.arguments import parsed
 from repro.errors import UserError
 from repro.tracking.paths import DAMAGED, FAILED, WORK, Paths, outputs_root
 from repro.tracking.survey import StageState, survey
@@ -23,13 +23,9 @@ _LOG_AGE_S = 7 * 24 * 3600
 
 def main(argv: Sequence[str]) -> int:
     """List the leftovers; remove them with --yes."""
-    parser = command_parser("clean")
-    sorts = ", ".join(SORTS)
-    parser.add_argument("sorts", nargs="*", metavar="what", help=f"{sorts} (default: all but stale)")
-    parser.add_argument("--yes", action="store_true", help="remove them")
-    arguments = parser.parse_args(argv)
+    arguments = parsed("clean", argv)
     if unknown := [sort for sort in arguments.sorts if sort not in SORTS]:
-        raise UserError(f"repro clean: there is no {unknown[0]} to remove; choose from {sorts}")
+        raise UserError(f"repro clean: there is no {unknown[0]} to remove; choose from {', '.join(SORTS)}")
     paths = Paths(outputs_root())
     folders = removable(paths, arguments.sorts or USUAL)
     sizes = {folder: sum(path.stat().st_size for path in folder.rglob("*") if path.is_file()) for folder in folders}

@@ -1,13 +1,9 @@
 """`repro completion`: what a shell completes after `repro`."""
 
-import io
-import re
 from collections.abc import Iterator, Sequence
-from contextlib import redirect_stdout, suppress
-from importlib import import_module
 from pathlib import Path
 
-from repro.commands.arguments import command_parser
+from repro.commands.arguments import parsed
 from repro.commands.table import COMMANDS
 from repro.config import registry
 from repro.config.overrides import experiments
@@ -22,10 +18,7 @@ WITH_OVERRIDES = ("run", "identify", "reproduce")
 
 def main(argv: Sequence[str]) -> int:
     """Print the script for a shell, or with --line what may stand at the end of a line."""
-    parser = command_parser("completion")
-    parser.add_argument("shell", nargs="?", metavar="bash|zsh|fish", help="whose script to print")
-    parser.add_argument("--line", help="print what may follow at the end of this line; used by the scripts")
-    options = parser.parse_args(argv)
+    options = parsed("completion", argv)
     if options.line is not None:
         print("\n".join(candidates(options.line)))
         return 0
@@ -49,10 +42,8 @@ def _words(before: Sequence[str], word: str) -> Iterator[str]:
     elif command not in COMMANDS:
         return
     elif word.startswith("-"):
-        help_text = io.StringIO()
-        with redirect_stdout(help_text), suppress(SystemExit):
-            import_module(f"repro.commands.{command}").main(["--help"])
-        yield from re.findall(r"(?<![\w-])--?[a-z][a-z-]*", help_text.getvalue().partition("example")[0])
+        spelt = (each for words in COMMANDS[command].options for each in words.split())
+        yield from ("--help", *(each for each in spelt if each.startswith("-")))
     elif command in OF_RUNS:
         yield from Paths(outputs_root()).ids("runs")
     elif command == "completion":

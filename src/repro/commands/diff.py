@@ -4,7 +4,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict
 
-from repro.commands.arguments import ID, add_json, command_parser
+from repro.commands.arguments import parsed
 from repro.tracking.load import load_record
 from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.stage_difference import record_differences
@@ -16,11 +16,7 @@ _LINE = 100  # characters of a difference whose two sides are printed on one lin
 
 def main(argv: Sequence[str]) -> int:
     """Print the differences of two stored stages, by area."""
-    parser = command_parser("diff")
-    parser.add_argument("before", help=ID)
-    parser.add_argument("after", help=ID)
-    add_json(parser)
-    arguments = parser.parse_args(argv)
+    arguments = parsed("diff", argv)
     paths = Paths(outputs_root())
     before, after = load_record(paths, arguments.before), load_record(paths, arguments.after)
     differences = record_differences(Store(paths.root), before, after)

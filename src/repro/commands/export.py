@@ -1,9 +1,8 @@
 """`repro export`: one member of a learned model, as files that need nothing of this project."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
-from repro.commands.arguments import ID, command_parser
+from repro.commands.arguments import parsed
 from repro.errors import UserError
 from repro.export.member import LearnedMember, write
 from repro.pipeline.finished_run import OpenedRun, open_run
@@ -11,13 +10,7 @@ from repro.pipeline.finished_run import OpenedRun, open_run
 
 def main(argv: Sequence[str]) -> int:
     """Write the learned functions of one member and print the names of the files."""
-    parser = command_parser("export")
-    parser.add_argument("run", help=ID)
-    parser.add_argument("folder", type=Path, help="a new or empty folder")
-    parser.add_argument(
-        "--member", type=int, metavar="SEED", help="the seed of the member (default: the first that did not diverge)"
-    )
-    arguments = parser.parse_args(argv)
+    arguments = parsed("export", argv)
     run = open_run(arguments.run)
     if not isinstance(run, OpenedRun):
         raise UserError(f"{run.id} is no run but one of {run.record.kind}: `repro runs` lists the runs")

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from repro.commands.arguments import command_parser
+from repro.commands.arguments import parsed
 from repro.config.compose import compose
 from repro.config.rules import linear
 from repro.errors import UserError
@@ -33,9 +33,7 @@ ONE_PERCENT = 0.01
 
 def main(argv: Sequence[str]) -> int:
     """Examine the training data of a configuration and print rank, condition and null directions."""
-    parser = command_parser("identify")
-    parser.add_argument("overrides", nargs="*", metavar="key=value")
-    overrides = parser.parse_args(argv).overrides
+    overrides = parsed("identify", argv).overrides
     if not any(override.startswith("seeds=") for override in overrides):
         overrides.append("seeds=1")
     with own_progress.shown("identify"):

@@ -1,10 +1,9 @@
 """`repro report`: gather, judge, draw; redraw from results; publish."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from repro.commands import runs
-from repro.commands.arguments import command_parser
+from repro.commands.arguments import parsed
 from repro.launch import own_progress
 from repro.recording.viewer import find_recording
 from repro.report import build, terminal
@@ -15,14 +14,7 @@ from repro.tracking.paths import Paths, outputs_root, project_folder
 
 def main(argv: Sequence[str]) -> int:
     """Run `repro report`. Raises UserError for a mistake of the user."""
-    parser = command_parser("report")
-    parser.add_argument("--scale", default="quick", choices=("smoke", "quick", "paper"), help="whose runs (quick)")
-    parser.add_argument("--from", dest="source", type=Path, metavar="FOLDER", help="draw from this folder of results")
-    parser.add_argument("--publish", action="store_true", help="write the committed results (scale paper, clean tree)")
-    text = "also one page (about 20 MB) that holds the viewer and the recordings of these runs"
-    parser.add_argument("--interactive", nargs="+", default=(), metavar="RUN", help=text)
-    parser.add_argument("--open", action="store_true", help="open the report, or the interactive page, in the browser")
-    arguments = parser.parse_args(argv)
+    arguments = parsed("report", argv)
     outputs = outputs_root()
     recordings = [find_recording(run, outputs) for run in arguments.interactive]
     try:

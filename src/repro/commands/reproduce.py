@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from repro.claims.claims import load_claims
-from repro.commands.arguments import add_workers, command_parser
+from repro.commands.arguments import parsed
 from repro.config.compose import Overrides
 from repro.config.overrides import expand, experiments
 from repro.errors import UserError
@@ -20,10 +20,7 @@ from repro.tracking.store import StageFailed
 
 def main(argv: Sequence[str]) -> int:
     """Run every experiment, then make the report; 1 when a job failed."""
-    parser = command_parser("reproduce")
-    parser.add_argument("overrides", nargs="*", help="scale=smoke|quick|paper, experiment=NAME,NAME for some")
-    add_workers(parser)
-    options = parser.parse_args(argv)
+    options = parsed("reproduce", argv)
     chosen = dict(override.partition("=")[::2] for override in options.overrides)
     if unknown := set(chosen) - {"scale", "experiment"}:
         raise UserError(f"{', '.join(sorted(unknown))}: reproduce takes scale= and experiment= only; see `repro run`")

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import yaml
 
-from repro.commands.arguments import add_workers, command_parser, seconds
+from repro.commands.arguments import parsed
 from repro.config.compose import plan
 from repro.config.overrides import belongs, expand, experiment_of, refuse_options, setting
 from repro.config.registry import choices_text
@@ -28,7 +28,7 @@ _MOST_SHOWN = 5  # runs of a search
 def main(argv: Sequence[str]) -> int:
     """Run one configuration, or with -m every one that the lists and the experiment make; 1 when a job failed."""
     refuse_options(argv)
-    options = _run_parser().parse_intermixed_args(argv)
+    options = parsed("run", argv, f"\n\nchoices:\n{choices_text()}")
     if options.cfg not in (None, "job"):
         if "=" not in options.cfg:
             raise UserError(f"--cfg {options.cfg}: there is --cfg job only, the resolved configuration of a run")
@@ -100,18 +100,3 @@ def _print_outcome(jobs: Sequence[PlannedJob], paths: Paths) -> None:
         medians = {name: record.summary["median"].get(name) for name in ("mae_tau", "mae_qdd", "mae_H_centred")}
         text = ", ".join(f"{name} {value:.3g}" for name, value in medians.items() if value is not None)
         print(f"{record.id}: {text} (medians of {len(job.composed.config.members)} members)")
-
-
-def _run_parser() -> argparse.ArgumentParser:
-    parser = command_parser("run", f"\n\nchoices:\n{choices_text()}")
-    parser.add_argument("overrides", nargs="*", metavar="key=value")
-    parser.add_argument("-m", "--multirun", action="store_true", help="run every combination of the lists")
-    parser.add_argument("--paired", action="store_true", help="walk the lists side by side instead of multiplying them")
-    parser.add_argument("--dry-run", action="store_true", help="list the jobs, what is done, and the expected time")
-    parser.add_argument("--failed", action="store_true", help="only the jobs whose last attempt failed")
-    add_workers(parser)
-    parser.add_argument("--timeout", type=seconds, metavar="SECONDS", help="a job that takes longer is stopped")
-    parser.add_argument(
-        *("-c", "--cfg"), nargs="?", const="job", metavar="job", help="print the resolved configuration and run nothing"
-    )
-    return parser

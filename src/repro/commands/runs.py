@@ -3,7 +3,7 @@
 import json
 from collections.abc import Mapping, Sequence
 
-from repro.commands.arguments import add_filters, add_json, command_parser, selected
+from repro.commands.arguments import parsed, selected
 from repro.tracking import index
 from repro.tracking.index import Entry
 from repro.tracking.load import digits
@@ -18,11 +18,7 @@ Card = Mapping[str, object]
 
 def main(argv: Sequence[str]) -> int:
     """List stored stages, newest last."""
-    parser = command_parser("runs")
-    add_filters(parser)
-    parser.add_argument("--kind", default="runs", help="runs (default), fits, data, recordings, bench, ...")
-    add_json(parser)
-    arguments = parser.parse_args(argv)
+    arguments = parsed("runs", argv)
     entries = [entry for entry in index.load(Paths(outputs_root())).entries if entry.kind == arguments.kind]
     chosen = selected(sorted(entries, key=lambda entry: entry.finished), arguments.filters)
     if arguments.json:

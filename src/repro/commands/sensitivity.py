@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from repro.claims.assumption_effects import assumption_effects, gather_sensitivity
 from repro.claims.assumptions import load_assumptions
 from repro.claims.claims import Claim, load_claims
-from repro.commands.arguments import add_workers, command_parser
+from repro.commands.arguments import parsed
 from repro.errors import UserError
 from repro.launch.pool import start_server
 from repro.results.gather import Gathering
@@ -19,11 +19,7 @@ from repro.tracking.paths import Paths, outputs_root, project_folder
 
 def main(argv: Sequence[str]) -> int:
     """Run what the assumptions' trials need, and list it for the report; 1 when a job failed."""
-    parser = command_parser("sensitivity")
-    parser.add_argument("assumptions", nargs="*", metavar="assumption", help="ids of paper/assumptions.yaml (all)")
-    add_workers(parser)
-    parser.add_argument("--dry-run", action="store_true", help="list the jobs, and about how long they take")
-    options = parser.parse_args(argv)
+    options = parsed("sensitivity", argv)
     paper, paths = project_folder() / "paper", Paths(outputs_root())
     claims, ledger = load_claims(paper / "claims.yaml"), load_assumptions(paper / "assumptions.yaml")
     ids = [row.id for row in ledger]

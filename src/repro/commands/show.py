@@ -6,7 +6,7 @@ from textwrap import indent
 
 from rich.filesize import decimal
 
-from repro.commands.arguments import ID, add_json, command_parser
+from repro.commands.arguments import parsed
 from repro.tracking.load import load_record
 from repro.tracking.paths import RUN_FILE, Paths, outputs_root
 from repro.tracking.plain_data import flattened
@@ -16,10 +16,7 @@ from repro.tracking.text import duration, short, table
 
 def main(argv: Sequence[str]) -> int:
     """Print one stage: failure, origin, results, settings and files."""
-    parser = command_parser("show")
-    parser.add_argument("id", help=ID)
-    add_json(parser)
-    arguments = parser.parse_args(argv)
+    arguments = parsed("show", argv)
     entry = load_record(Paths(outputs_root()), arguments.id)
     if arguments.json:
         sys.stdout.write(entry.path(RUN_FILE).read_text())

@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
 
-from repro.commands.arguments import ID, add_json, command_parser
+from repro.commands.arguments import parsed
 from repro.config.places import digest
 from repro.errors import UserError
 from repro.tracking.load import matching
@@ -19,12 +19,7 @@ _MOST_LINES = 15
 
 def main(argv: Sequence[str]) -> int:
     """Print the state of every stage, or with --why ID what changed in the inputs of one."""
-    parser = command_parser("status")
-    parser.add_argument("--why", metavar="ID", help=f"name every input of this stage that changed; {ID}")
-    parser.add_argument("--all", action="store_true", help="list every stage, not the first few of each state")
-    add_json(parser)
-    parser.add_argument("--verify", action="store_true", help="read every byte of every result; set damaged ones aside")
-    arguments = parser.parse_args(argv)
+    arguments = parsed("status", argv)
     paths = Paths(outputs_root())
     items = survey(paths, verify=arguments.verify, expected=_expected, settings=digest)
     if arguments.why:

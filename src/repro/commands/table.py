@@ -1,6 +1,21 @@
-"""The commands and their texts, without loading any."""
+"""The commands, with their texts and options (commands.toml), without loading any."""
 
 import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
-COMMANDS: dict[str, dict[str, str]] = tomllib.loads(Path(__file__).with_name("commands.toml").read_text("utf-8"))
+
+@dataclass(frozen=True)
+class Command:
+    """What `--help` prints of a command; options: in the words of argparse, by their names."""
+
+    help: str
+    example: str
+    description: str
+    options: Mapping[str, Mapping[str, object]]
+    examples: str = ""
+
+
+_FILE = Path(__file__).with_name("commands.toml")
+COMMANDS = {name: Command(**texts) for name, texts in tomllib.loads(_FILE.read_text("utf-8")).items()}

@@ -1,24 +1,15 @@
 """`repro view`: opens the recording of a run, or of several beside one plant."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
-from repro.commands.arguments import command_parser
+from repro.commands.arguments import parsed
 from repro.recording import viewer
 from repro.tracking.paths import outputs_root
 
 
 def main(argv: Sequence[str]) -> int:
     """Run `repro view`; raises UserError when the recording is missing, ambiguous or cannot be shown here."""
-    parser = command_parser("view")
-    parser.add_argument(
-        "run", nargs="+", help="id of a run, its beginning or last digits, or the path of an .rrd file; or several ids"
-    )
-    way = parser.add_mutually_exclusive_group()
-    way.add_argument("--web", action="store_true", help="serve it to a browser instead of opening a window")
-    way.add_argument("--screenshot", metavar="FILE", type=Path, help="write a PNG picture; needs no display")
-    parser.add_argument("--at", metavar="SECONDS", type=float, help="moment in the picture (default: the middle)")
-    arguments = parser.parse_args(argv)
+    arguments = parsed("view", argv)
     if len(arguments.run) == 1:
         path = viewer.find_recording(arguments.run[0], outputs_root())
     else:
