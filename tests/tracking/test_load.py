@@ -26,7 +26,7 @@ def two_runs(store, toy):
             rows = [(m, "test", name, error + m, "N") for m in range(2) for name in ("mae_tau", "mae_qdd")]
             table = pd.DataFrame(rows, columns=["member", "split", "metric", "value", "unit"])
             table.to_parquet(folder / "metrics.parquet")
-            return {"card": {"system": "toy", "epochs": epochs, "seeds": [0, 1]}}
+            return {"card": {"system": "toy", "epochs": epochs, "seeds": [0, 1]}, "median": {"mae_tau": error}}
 
         records.append(store.compute(stages["score"], work))
     file = store.paths.experiments / "quick" / "basis.json"
@@ -77,7 +77,7 @@ def test_differences_reach_upstream_and_results(store, two_runs, toy):
     lines = {f"{one.area} | {one}" for one in found}
     assert "fit: config | fit: config epochs: 10 -> 20" in lines
     assert "results | results card.epochs: 10 -> 20" in lines
-    assert "metrics | metrics mae_tau: 1 -> 0.75" in lines
+    assert "results | results median.mae_tau: 0.5 -> 0.25" in lines
     assert record_differences(store, two_runs[0], two_runs[0]) == []
 
 

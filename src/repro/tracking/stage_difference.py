@@ -2,26 +2,22 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from repro.tracking.plain_data import flattened
 from repro.tracking.record import Identity, Record
 from repro.tracking.store import Store
 from repro.tracking.text import short
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 _ORIGIN_KEYS = ("git.commit", "git.clean", "git.patch", "machine", "threads", "torch", "overrides", "command")
-_MOST_METRICS = 20
 
 
 @dataclass(frozen=True)
 class Difference:
     """One thing that differs; a side that lacks it is None.
 
-    area  "config", "code", "libraries", "upstream", "origin", "results" or "metrics", after the role of an upstream
-          stage where it is not the stage itself ("fit: config")
+    area  "config", "code", "libraries", "upstream", "origin" or "results", after the role of an upstream stage where it
+          is not the stage itself ("fit: config")
     """
 
     area: str
@@ -55,7 +51,6 @@ def record_differences(store: Store, before: Record, after: Record, role: str = 
     if not role:
         differences += _differences("origin", _origin(before), _origin(after))
         differences += _differences("results", flattened(before.summary), flattened(after.summary))
-        differences += _metric_differences(before, after)
     differences = [Difference(prefix + one.area, one.key, one.before, one.after) for one in differences]
     for part, id_before in before.identity.upstream.items():
         id_after = after.identity.upstream.get(part)
@@ -75,23 +70,3 @@ def _differences(area: str, before: Mapping[str, Any], after: Mapping[str, Any])
 def _origin(record: Record) -> dict[str, Any]:
     provenance = flattened(asdict(record.provenance))
     return {key: value for key, value in provenance.items() if key.startswith(_ORIGIN_KEYS)}
-
-
-def _metric_differences(before: Record, after: Record) -> list[Difference]:
-    """Mean over members of each metric of the test part that differs, the largest relative change first."""
-    import pandas as pd
-
-    if "metrics.parquet" not in before.files or "metrics.parquet" not in after.files:
-        return []
-    means = pd.DataFrame({"old": _metric_means(before), "new": _metric_means(after)}).dropna()
-    changed = means[means["old"] != means["new"]]
-    order = (changed["old"] - changed["new"]).abs() / (changed["old"].abs() + changed["new"].abs())
-    largest = changed.loc[order.sort_values(ascending=False, kind="stable").index[:_MOST_METRICS]]
-    return [Difference("metrics", str(name), *values) for name, values in largest.T.to_dict("list").items()]
-
-
-def _metric_means(record: Record) -> "pd.Series":
-    import pandas as pd
-
-    table = pd.read_parquet(record.path("metrics.parquet"))
-    return table[table["split"] == "test"].groupby("metric")["value"].mean()
