@@ -2,7 +2,7 @@
 
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import pandas as pd
@@ -27,15 +27,15 @@ def main(argv: Sequence[str]) -> int:
         return 1
     folder = Paths(root).folder("bench", id)
     for name, rows in pd.read_parquet(folder / FILE).groupby("name", sort=False):
-        print(f"{name}\n{table(map(_cells, rows.to_dict('records')), COLUMNS, terminal_width())}\n")
+        print(f"{name}\n{table(map(_cells, rows.itertuples()), COLUMNS, terminal_width())}\n")
     print(f"protocols and machine: {folder}")
     return 0
 
 
-def _cells(row: Mapping[Any, Any]) -> list[str]:
-    low, median, high = (row[f"ratio_{key}"] for key in ("q25", "median", "q75"))
-    size = row["size"] if row["members"] == 1 else f"{row['size']}, {row['members']} members"
-    if row["metric"]:
-        size += f", {row['metric']}" + ("" if math.isnan(row["goal"]) else f" {row['goal']:g}")
-    times = ("not reached" if math.isinf(ms) else f"{ms:.3g}" for ms in (row["ours_ms"], row["other_ms"]))
-    return [size, row["ours"], row["other"], f"{median:.3g} ({low:.3g} to {high:.3g})", *times]
+def _cells(row: Any) -> list[str]:
+    size = row.size if row.members == 1 else f"{row.size}, {row.members} members"
+    if row.metric:
+        size += f", {row.metric}" + ("" if math.isnan(row.goal) else f" {row.goal:g}")
+    ratio = f"{row.ratio_median:.3g} ({row.ratio_q25:.3g} to {row.ratio_q75:.3g})"
+    times = ("not reached" if math.isinf(ms) else f"{ms:.3g}" for ms in (row.ours_ms, row.other_ms))
+    return [size, row.ours, row.other, ratio, *times]
