@@ -14,9 +14,6 @@ from repro.config.schema import Config
 from repro.errors import UserError
 from repro.plugins.checked import lines
 
-# The groups of Hydra's own settings: no run reads them, and composing them takes a quarter of the time.
-_OWN_GROUPS = ("output", "launcher", "sweeper", "help", "hydra_help", "hydra_logging", "job_logging", "env")
-
 
 def typed(raw: Mapping[str, Any]) -> Config:
     """Settings as a configuration; UserError with one line per mistake: key, value, and what is allowed."""
@@ -66,8 +63,7 @@ def _chosen(choices: tuple[str, ...]) -> bytes:
         hydra.initialize_config_dir(str(CONF), version_base="1.3")
     folders = [*settings_roots(), *(root / CONF.name for root in settings_roots()[1:] if (root / CONF.name).is_dir())]
     searchpath = ",".join(QuotedString(f"file://{folder}", Quote.single).with_quotes() for folder in folders)
-    without = [f"~hydra/{group}" for group in _OWN_GROUPS]
-    config = hydra.compose("config", [f"hydra.searchpath=[{searchpath}]", *without, *choices])
+    config = hydra.compose("config", [f"hydra.searchpath=[{searchpath}]", *choices])
     with open_dict(config):
         config.pop("hydra", None)
     return pickle.dumps(config)
