@@ -52,17 +52,16 @@ class Paths:
 
     def kinds(self) -> list[str]:
         """The kinds that have a folder, sorted."""
-        if not self.root.is_dir():
-            return []
-        entries = [entry.name for entry in os.scandir(self.root) if entry.is_dir()]
-        return sorted(name for name in entries if not name.startswith(".") and name not in NOT_KINDS)
+        return [name for name in _folders(self.root) if name not in NOT_KINDS]
 
     def ids(self, kind: str, shelf: str = "") -> list[str]:
         """Names of the folders of one kind on a shelf, sorted: the ids of the finished stages by default."""
-        folder = self.root / kind / shelf
-        if not folder.is_dir():
-            return []
-        return sorted(entry.name for entry in os.scandir(folder) if entry.is_dir() and not entry.name.startswith("."))
+        return _folders(self.root / kind / shelf)
+
+
+def _folders(place: Path) -> list[str]:
+    entries = os.scandir(place) if place.is_dir() else ()
+    return sorted(entry.name for entry in entries if entry.is_dir() and not entry.name.startswith("."))
 
 
 def source_cache() -> Path:
