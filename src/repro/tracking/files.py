@@ -25,14 +25,6 @@ _REMEDIES = {
 _NO_ROOM_BYTES = 64 * 1024
 
 
-class DiskError(UserError, OSError):
-    """A file that the disk does not take. An OSError too, so that whoever writes a cache may ignore it."""
-
-    def __init__(self, message: str, number: int) -> None:
-        super().__init__(message)
-        self.errno = number
-
-
 def file_digest(path: Path) -> str:
     """SHA-256 of a file's bytes, in hexadecimal."""
     with path.open("rb") as stream:
@@ -54,7 +46,6 @@ def replacing(path: Path, *, keep_suffix: bool = False, forced: bool = True) -> 
 
     The file is old or new, never half, and nothing temporary stays unless the process is killed. `keep_suffix` is for
     libraries that choose the format by the suffix; a file of many that are made again together need not be `forced`.
-    Raises DiskError where the disk is the cause.
     """
     suffix = f"{TEMPORARY_SUFFIX}{path.suffix if keep_suffix else ''}"
     try:
@@ -70,9 +61,8 @@ def replacing(path: Path, *, keep_suffix: bool = False, forced: bool = True) -> 
         if forced:
             sync(path.parent)
     except OSError as error:
-        if error.errno not in _REMEDIES:
-            raise
-        raise DiskError(f"cannot write {path}: {_REMEDIES[error.errno]}", error.errno) from error
+        error.filename = error.filename or str(path)  # a full disk names no file
+        raise
 
 
 def write_bytes(path: Path, content: bytes, *, forced: bool = True) -> None:
