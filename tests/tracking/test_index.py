@@ -110,6 +110,27 @@ def test_an_index_that_another_process_keeps_locked_costs_time_alone(store, stag
     assert len(ids(store)) == 4 and len(rows(store)) == 4
 
 
+KILLED = """
+    import os, signal, sqlite3
+    from repro.tracking.paths import Paths, outputs_root
+    database = sqlite3.connect(Paths(outputs_root()).index)
+    database.execute("PRAGMA cache_size = 1")  # so that pages are written before the end of the transaction
+    database.execute("UPDATE entries SET value = value || ' '")
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_kill_in_the_middle_of_a_write_costs_time_alone(store, stage, start):
+    make(store, stage, range(40))
+    whole = index.load(store.paths)
+    start(KILLED).communicate(timeout=60)
+    journal = store.paths.index.with_name("index.sqlite-journal")
+    assert journal.exists()
+    for _ in range(2):
+        assert index.load(store.paths) == whole
+    assert len(rows(store)) == 40
+
+
 WATCH = """
     from repro.tracking import index
     from repro.tracking.paths import Paths, outputs_root

@@ -57,7 +57,9 @@ class Cache:
         with suppress(OSError, sqlite3.Error):
             self.file.parent.mkdir(parents=True, exist_ok=True)
             if not self._stored:
-                self.file.unlink(missing_ok=True)
+                # A journal that a killed process has left would be taken for one of the new file.
+                for file in (self.file, self.file.with_name(f"{self.file.name}-journal")):
+                    file.unlink(missing_ok=True)
             with closing(sqlite3.connect(self.file, timeout=_LONGEST_WAIT_S)) as database, database:
                 database.execute("CREATE TABLE IF NOT EXISTS entries (name TEXT PRIMARY KEY, value TEXT)")
                 database.executemany("DELETE FROM entries WHERE name = ?", [(name,) for name in gone])
