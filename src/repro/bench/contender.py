@@ -21,7 +21,7 @@ from repro.codegen.c_library import has_compiler
 from repro.models.bases import t2
 
 STEP = (
-    "processor time of loss and gradient of one batch of {batch} samples, {precision}, n_q = 2, one thread; "
+    "processor time of loss and gradient of one batch of {batch} samples, {precision}, {states}one thread; "
     "in turn, {{pairs}} pairs"
 )
 PREPARED = "; ours with the derivatives of the features prepared beforehand"
@@ -70,6 +70,7 @@ def compared(
     members: int = 1,
     batch: int | None = None,
     precision: Precision = "float64",
+    states: str = "n_q = 2, ",
 ) -> PairedComparison:
     """A comparison of two steps, which are built when it is measured.
 
@@ -82,5 +83,5 @@ def compared(
         first, second = (one.step(shared if one.case is None else one.case()) for one in (ours, other))
         return with_memory(first, second, scale.rounds)
 
-    protocol = STEP.format(batch=size, precision=precision) + remark
+    protocol = STEP.format(batch=size, precision=precision, states=states) + remark
     return PairedComparison(name, ours.label, other.label, size_text(hidden), members, protocol, measure)

@@ -1,7 +1,6 @@
 """This project's engine against the usual way of writing the Euler-Lagrange residual, and how its cost grows."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 from functools import partial
 from itertools import pairwise, product
 
@@ -51,8 +50,8 @@ def coordinates(scale: BenchScale) -> Iterator[PairedComparison]:
                 Contender(f"{label}n_q = {size}", own.step, partial(random_case, size, hidden, scale.batch))
                 for label, size in ((f"{own.label}, ", least), ("", n_q))
             )
-            compared_sizes = compared(scale, "coordinates", hidden, first, other, GROWTH.format(least=least))
-            yield replace(compared_sizes, protocol=compared_sizes.protocol.replace("n_q = 2, ", ""))
+            remark = GROWTH.format(least=least)
+            yield compared(scale, "coordinates", hidden, first, other, remark, states="")
 
 
 def samples(scale: BenchScale) -> Iterator[PairedComparison]:
