@@ -1,15 +1,29 @@
-"""Shooting through a neural ODE comes nearer the longer it trains, and the race ends at the patience."""
+"""Shooting through a neural ODE: the same equation of motion as the model's, and weights that come nearer."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 
-from repro.bench.neural_ode import RECORDED, by_path, by_shooting, race
+from repro.bench.neural_ode import RECORDED, NeuralODE, by_path, by_shooting, race
 from repro.data.random_force import random_force
+from repro.evaluation.predictions import predict
 from repro.mechanics.system import load
+from repro.models.kinds.structured import Options
 
 DATA = random_force(load("sip"), [3], replace(RECORDED, samples=600))
+
+
+@pytest.mark.parametrize("n_q", [2, 3])
+def test_the_acceleration_is_that_of_the_model(n_q):
+    draw = np.random.default_rng(0)
+    rival = NeuralODE(n_q, 1 + draw.uniform(size=n_q), Options(hidden=(4,)))
+    weights = rival.initial([draw]) + 0.1 * draw.normal(size=(1, rival.n_parameters))
+    motion = draw.normal(size=(4, 1, 20, n_q))
+    q, qd, _, tau = (torch.from_numpy(each) for each in motion)
+    found = rival.acceleration_at(torch.from_numpy(weights), q, qd, tau)
+    np.testing.assert_allclose(found, predict(rival, weights, *motion).acceleration, rtol=1e-9)
 
 
 def test_shooting_learns():
