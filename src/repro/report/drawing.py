@@ -1,5 +1,6 @@
 """Draws every figure of the report, a share on each core."""
 
+import gc
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +15,7 @@ from repro.report.paper import load_figures, paper_folder
 from repro.results.results import Results
 from repro.tracking import progress
 
+UNUSED = 200_000  # objects made before Python looks for those that are not used any more
 # What drawing needs and takes long to load.
 PRELOAD = (__name__, "pandas", "matplotlib.backends.backend_agg", "matplotlib.backends.backend_pdf")
 
@@ -40,7 +42,10 @@ def draw_all(results: Results, effects: Sequence[AssumptionEffect], folder: Path
 
 
 def draw(names: Sequence[str], results: Results, effects: Sequence[AssumptionEffect], folder: Path) -> list[str]:
-    """Write some of the figures; return the names of those for which there was something to show."""
+    """Write some of the figures, in a process of its own; return the names of those that had something to show."""
+    # Python's search for unused objects goes through all artists of a figure again and again: an eighth of the time.
+    gc.freeze()
+    gc.set_threshold(UNUSED)
     figures = [*load_figures(paper_folder()), sensitivity_figure(effects)]
     chosen = [figure for figure in figures if figure.name in names]
     saved = []
