@@ -21,8 +21,9 @@ IDS = {
     "pretrained": [
         "dip-long-5c2563e426",
         "dip-free-cfe7fa2133",
-        "dip-lagrangian-fxf-inverse-adam-pretrain-ca107330c2",
-        "dip-lagrangian-fxf-inverse-adam-pretrain-1606446bf4",
+        "dip-lagrangian-fxf-inverse-adam-d-h-418fe1fa00",
+        "dip-lagrangian-fxf-inverse-adam-pretrain-d3912782ac",
+        "dip-lagrangian-fxf-inverse-adam-pretrain-8cb8598d09",
     ],
     "driven": [
         "sip-episodes1000-5db4e73935",

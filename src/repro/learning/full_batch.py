@@ -18,7 +18,7 @@ from repro.learning.training_problem import TrainingProblem
 
 Solution = tuple[np.ndarray, list[float], str]  # weights (n_parameters,), loss after each iteration, status
 USUAL_MEMBERS = 5  # what is worth compiling must not depend on their number: rounding would then, too
-_Done = tuple[np.ndarray, list[float], str, dict[str, dict[int, float]]]  # a solution and its watched values
+_Done = tuple[np.ndarray, list[float], str, dict[str, dict[int, np.ndarray]]]  # a solution and its watched values
 
 
 @dataclass(frozen=True)
@@ -55,12 +55,12 @@ class FullBatch(FullBatchOptions, Optimiser):
         return Fitted(fitted, curves, list(status), Notes(epochs=self.iterations))
 
 
-def merge_curves(curves: Sequence[Mapping[int, float]], name: str) -> Curve:
-    """The members' curves, step -> value, as one; each is held at its last value: [(step, name, (member,))].
+def merge_curves(curves: Sequence[Mapping[int, float | np.ndarray]], name: str) -> Curve:
+    """The members' curves, step -> value, as one; each is held at its last value: [(step, name, (member, ...))].
 
     nan where a member has none yet.
     """
-    latest = np.full(len(curves), np.nan)
+    latest: np.ndarray | list[float] = [math.nan] * len(curves)
     merged = []
     for step in sorted(set().union(*curves)):
         latest = np.array([curve.get(step, before) for curve, before in zip(curves, latest, strict=True)])

@@ -71,7 +71,7 @@ class MemberProblem:
     problem: TrainingProblem  # of this member alone
     evaluations: Evaluations = ENDLESS
     deadline: float = math.inf  # CPU seconds of this process
-    watched: dict[str, dict[int, float]] = field(default_factory=dict)  # name of a watch -> step -> value
+    watched: dict[str, dict[int, np.ndarray]] = field(default_factory=dict)  # name of a watch -> step -> value
 
     @property
     def out_of_time(self) -> bool:
@@ -83,7 +83,7 @@ class MemberProblem:
         for watch in self.problem.watches:
             if watch.always or step % SOMETIMES == 0:
                 value = watch(torch.from_numpy(parameters).unsqueeze(0))[0]
-                self.watched.setdefault(watch.name, {})[step] = float(value)
+                self.watched.setdefault(watch.name, {})[step] = value
 
     @cached_property
     def compiled(self) -> NativeProblem | None:

@@ -15,7 +15,7 @@ from repro.learning.objective_options import ObjectiveOptions
 from repro.learning.sequence_options import SequenceOptions
 from repro.learning.training import Phase, make_task
 from repro.learning.training_problem import TrainingProblem, TrainingTask
-from repro.learning.watch import InertiaWatch, PassivityWatch, Watch
+from repro.learning.watch import InertiaWatch, PassivityWatch, Watch, WeightsKept
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
 from repro.models.damped import without_damping
@@ -26,7 +26,10 @@ from repro.models.passivity_margin import States
 
 @dataclass(frozen=True)
 class TrainingData:
-    """What a model is trained on: the datasets of the curriculum, then D; D_H and the system, or None."""
+    """What a model is trained on: the datasets of the curriculum, then D; D_H and the system, or None.
+
+    Without any of the first, D_H alone is learned, and kept weights take the place of watches on D.
+    """
 
     forced: Sequence[Dataset]
     free: Dataset | None
@@ -92,7 +95,11 @@ class PhaseMaker:
     @cached_property
     def _watches(self) -> list[Watch]:
         watches: list[Watch] = []
-        model, final, count = self.model, self.data.forced[-1], self.objective.passivity_states
+        model, count = self.model, self.objective.passivity_states
+        if not self.data.forced:
+            kinds = (InertiaWatch,) * model.energetic + (PassivityWatch,) * bool(count)
+            return [WeightsKept(kind.name, kind.always) for kind in kinds]
+        final = self.data.forced[-1]
         if model.energetic:
             watches.append(InertiaWatch.over(model, final.test))
         if count:

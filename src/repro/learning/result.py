@@ -9,7 +9,7 @@ import numpy as np
 from repro.codegen.lazy_torch import Tensor
 
 Weights = np.ndarray | Tensor  # (member, n_parameters)
-Curve = list[tuple[int, str, np.ndarray]]  # (step, name, one value per member)
+Curve = list[tuple[int, str, np.ndarray]]  # (step, name, one value per member, or kept weights: see `WeightsKept`)
 
 
 class Notes(TypedDict, total=False):

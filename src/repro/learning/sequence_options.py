@@ -44,6 +44,11 @@ class SequenceOptions(PluginOptions):
     pretraining_epochs: Count | None = None
 
     @property
+    def beginning(self) -> SequenceOptions | None:
+        """The sequence of its first phase alone, without epochs of its own, where other sequences share that phase."""
+        return None
+
+    @property
     def effective(self) -> Self:
         """The options that have an effect, all others at their defaults."""
         return self

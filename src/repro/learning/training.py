@@ -8,6 +8,7 @@ from repro.learning.objective import Objective
 from repro.learning.optimiser import Optimiser
 from repro.learning.result import Checkpoint, Fitted, NoCheckpoint, Progress, Weights, continued_curves, part, silent
 from repro.learning.training_problem import TrainingProblem, TrainingTask
+from repro.learning.watch import watched
 from repro.models.model import Model
 
 
@@ -34,12 +35,18 @@ def train(
     parameters: Weights,
     progress: Progress = silent,
     checkpoint: Checkpoint | None = None,
+    begun: Fitted | None = None,
 ) -> Fitted:
-    """Solve the phases in turn. A member that diverges is put back to its last finite weights and keeps its status."""
+    """Solve the phases in turn. A member that diverges is put back to its last finite weights and keeps its status.
+
+    begun: what `train` has made of the first phase alone, where that was solved before.
+    """
     checkpoint = checkpoint or NoCheckpoint()
     state = checkpoint.load()
     if not isinstance(state, _State):
         state = _State(0, Fitted(parameters, status=["ok"] * len(parameters)))
+        if begun is not None:
+            state = _State(1, replace(begun, curves=watched(begun.curves, phases[0].problem.watches)))
     for number in range(state.phase, len(phases)):
         phase, before = phases[number], state.fitted
         chosen = phase.settings(optimiser.continued() if number else optimiser)

@@ -1,6 +1,6 @@
 """What is looked at while a fit goes on, to be drawn beside its loss."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Protocol
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from repro.codegen.lazy_torch import Tensor, torch
 from repro.data.dataset import Dataset
+from repro.learning.result import Curve
 from repro.mechanics.system import System
 from repro.models.model import Model, tensors
 from repro.models.passivity_margin import States, worst_margin
@@ -15,13 +16,18 @@ from repro.models.terms import least_eigenvalue
 
 
 class Watch(Protocol):
-    """A number of each member, evaluated during a fit: with `always` at every step, else now and then."""
+    """Evaluated for each member during a fit: with `always` at every step, else now and then."""
 
-    name: ClassVar[str]
-    always: ClassVar[bool]
+    @property
+    def name(self) -> str:
+        """Of its curve."""
+
+    @property
+    def always(self) -> bool:
+        """Whether it is evaluated at every step."""
 
     def __call__(self, parameters: Tensor) -> np.ndarray:
-        """The number (member,) at the weights (member, n_parameters) of a step."""
+        """A number of each member (member,), or several, at the weights (member, n_parameters) of a step."""
 
     def member(self, index: int) -> "Watch":
         """The same for one member alone."""
@@ -48,6 +54,41 @@ class PassivityWatch:
     def member(self, index: int) -> "PassivityWatch":
         """Itself: all members are asked at the same states."""
         return self
+
+
+@dataclass(frozen=True)
+class WeightsKept:
+    """The weights themselves, in the place of a watch whose states are not known during this fit.
+
+    alone: one member after another is fitted, and so watched, which rounds otherwise than all together.
+    """
+
+    name: str
+    always: bool
+    alone: bool = False
+
+    def __call__(self, parameters: Tensor) -> np.ndarray:
+        """The weights (member, n_parameters); (member, 1, n_parameters) of members that are fitted alone."""
+        weights = parameters.detach().double().numpy().copy()
+        return weights[:, None] if self.alone else weights
+
+    def member(self, index: int) -> "WeightsKept":
+        """The same for one member alone."""
+        return replace(self, alone=True)
+
+
+def watched(curves: Curve, watches: Sequence[Watch]) -> Curve:
+    """Learning curves with every watch evaluated at the weights that were kept in its place."""
+    named = {watch.name: watch for watch in watches}
+    return [
+        (step, name, _evaluated(named[name], values) if values.ndim > 1 else values) for step, name, values in curves
+    ]
+
+
+def _evaluated(watch: Watch, weights: np.ndarray) -> np.ndarray:
+    if weights.ndim == 2:
+        return watch(torch.from_numpy(weights))
+    return np.concatenate([watch.member(index)(torch.from_numpy(one)) for index, one in enumerate(weights)])
 
 
 STATES = 256

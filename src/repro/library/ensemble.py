@@ -9,7 +9,7 @@ from repro.data.dataset import Dataset
 from repro.learning.optimiser import Optimiser
 from repro.learning.optimiser_options import OPTIMISERS
 from repro.learning.phases import TrainingData, phases_of
-from repro.learning.result import Checkpoint, Fitted, NoCheckpoint, Progress, silent
+from repro.learning.result import Checkpoint, Fitted, Progress, silent
 from repro.learning.training import train
 from repro.learning.training_options import Training
 from repro.mechanics.system import System
@@ -36,8 +36,13 @@ def fit_ensemble(
     data: TrainingData,
     progress: Progress = silent,
     checkpoint: Checkpoint | None = None,
+    begun: Fitted | None = None,
+    beginning: bool = False,
 ) -> tuple[Fitted, float]:
-    """Fit and return the result with the CPU seconds it took; without weights to fit the start is the result."""
+    """Fit and return the result with the CPU seconds it took; without weights to fit the start is the result.
+
+    beginning: solve the first phase alone; begun: its result, where that was done before.
+    """
     generators = [np.random.default_rng([seed, 1]) for seed in data.seeds]
     parameters = model.initial(generators)
     if training is None or model.fixed == slice(0, model.n_parameters):
@@ -47,6 +52,7 @@ def fit_ensemble(
     optimiser: Optimiser = plugin(OPTIMISERS, training.optimiser.kind).build(training.optimiser)
     if training.device != "cpu":
         optimiser = plugin("learning.device", "device_adam").DeviceAdam.of(optimiser, training.device)
-    fitted = train(phases, optimiser, parameters, progress, checkpoint or NoCheckpoint())
-    fitted = training.objective.finished(model, data.forced[-1].train, fitted, progress)
+    fitted = train(phases[:1] if beginning else phases, optimiser, parameters, progress, checkpoint, begun)
+    if not beginning:
+        fitted = training.objective.finished(model, data.forced[-1].train, fitted, progress)
     return fitted, time.process_time() - started

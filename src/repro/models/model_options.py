@@ -64,6 +64,11 @@ class ModelOptions(PluginOptions):
         return False
 
     @property
+    def reads_spread(self) -> bool:
+        """Whether it is built by the spread of its training data, so that other data make another model."""
+        return True
+
+    @property
     def has_momentum_transform(self) -> bool:
         """Whether it learns M_hat(q) of eq. (8), with an option `momentum_hidden`."""
         return getattr(self, "momentum_hidden", None) is not None

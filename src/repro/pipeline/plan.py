@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from repro.config.rules import linear
 from repro.config.schema import Config, scaled
 from repro.config.submodels import fit_of, is_settings, settings_of
 from repro.control.controller import CONTROLLERS, ControllerOptions
@@ -29,6 +30,7 @@ from repro.tracking.record import Record
 from repro.tracking.stage import Stage
 from repro.tracking.store import Store
 
+PRETRAINING = "pretraining"  # the role of a fit of D_H alone, upstream of the fits that begin with it
 UNUSED_BASIS = "raw"  # of models without weights, which have no features
 LONGEST_SHOWN = 30  # links of a chain in a recording: more are only dots
 
@@ -91,23 +93,44 @@ class Pipeline:
     @cached_property
     def fit_stage(self) -> Stage:
         """The ensemble."""
-        upstream = {role: stage.id for role, stage in self.data_stages.items()}
-        upstream |= {f"part_{number}": id for number, (_, id) in enumerate(self._parts, start=1)}
-        code = [*_code_of(self.fit_options), *self._loss_code]
-        if (training := self.fit_options.training) is not None:
-            code.append(plugin_module(OPTIMISERS, training.optimiser.kind))
-            if training.device != "cpu":
-                code.append(plugin_module("learning.device", "device_adam"))
-        return self._stage("fits", self.model_name, self.fit_options, upstream, "fit", code)
+        stages = dict(self.data_stages)
+        if self.pretraining_stage is not None:
+            stages[PRETRAINING] = self.pretraining_stage
+        return self._fit_stage(self.model_name, self.fit_options, stages)
 
-    @property
-    def _loss_code(self) -> list[str]:
+    @cached_property
+    def pretraining_options(self) -> FitOptions | None:
+        """What the first phase of the fit depends on, where that is D_H alone; otherwise None."""
         training = self.fit_options.training
-        if training is None:
-            return []
-        return [
-            plugin_module(OBJECTIVES, training.objective.kind), plugin_module(SEQUENCES, training.sequence.kind)
-        ]  # fmt: skip
+        if training is None or (sequence := training.sequence.beginning) is None:
+            return None
+        epochs = training.sequence.pretraining_epochs
+        optimiser = training.optimiser if epochs is None else training.optimiser.lasting(epochs)
+        return replace(self.fit_options, training=replace(training, sequence=sequence, optimiser=optimiser))
+
+    @cached_property
+    def pretraining_stage(self) -> Stage | None:
+        """The ensemble after D_H alone, which all fits that begin with it share; None for others.
+
+        D is upstream only of models that are built by its spread, and of networks: of a few coefficients alone the
+        weights are kept at every point of the learning curves, at which each fit then evaluates its own watches.
+        """
+        options = self.pretraining_options
+        if options is None:
+            return None
+        alone = linear(self.config) and not self.config.model.reads_spread
+        data = {role: stage for role, stage in self.data_stages.items() if role == "free" or not alone}
+        return self._fit_stage(self._name("D_H"), options, data)
+
+    def _fit_stage(self, name: str, fit: FitOptions, stages: Mapping[str, Stage]) -> Stage:
+        upstream = {role: stage.id for role, stage in stages.items()}
+        upstream |= {f"part_{number}": id for number, (_, id) in enumerate(self._parts, start=1)}
+        code = [*_code_of(fit), *_loss_code(fit)]
+        if fit.training is not None:
+            code.append(plugin_module(OPTIMISERS, fit.training.optimiser.kind))
+            if fit.training.device != "cpu":
+                code.append(plugin_module("learning.device", "device_adam"))
+        return self._stage("fits", name, fit, upstream, "fit", code)
 
     @cached_property
     def part_pipelines(self) -> list["Pipeline"]:
@@ -148,7 +171,7 @@ class Pipeline:
         upstream = {role: self.data_stages[role].id for role in roles} | {"fit": self.fit_stage.id}
         if self.control_stage is not None:
             upstream["control"] = self.control_stage.id
-        code = [*_code_of(self.fit_options), *self._loss_code]
+        code = [*_code_of(self.fit_options), *_loss_code(self.fit_options)]
         code.append(plugin_module(METRICS, self.config.metric.kind))
         code += [plugin_module("evaluation", "chains")] if self.config.chain else []
         code += [plugin_module("evaluation", "whole_chain")] if self.config.whole_chain else []
@@ -203,6 +226,9 @@ class Pipeline:
     @property
     def model_name(self) -> str:
         """What sets its model apart."""
+        return self._name(self.config.sequence.kind)
+
+    def _name(self, sequence: str) -> str:
         config = self.config
         words = [self._mechanism, config.model.kind]
         if config.model.fitted:
@@ -210,14 +236,15 @@ class Pipeline:
                 words.append(config.basis.name)
             words += [config.objective.kind, config.optimiser.name]
             if config.sequence.needs_energies:
-                words.append(config.sequence.kind)
+                words.append(sequence)
         return "-".join(words)
 
     @property
     def stages(self) -> list[Stage]:
         """All that a run consists of, in their order, the run itself last; its recording comes after it."""
         closed = [] if self.control_stage is None else [self.control_stage]
-        return [*self.data_stages.values(), self.fit_stage, *closed, self.run_stage]
+        begun = [] if self.pretraining_stage is None else [self.pretraining_stage]
+        return [*self.data_stages.values(), *begun, self.fit_stage, *closed, self.run_stage]
 
     def finished(self, store: Store) -> Record | None:
         """The stored run, when everything that this run leaves exists: the stages that it was made from too."""
@@ -272,6 +299,12 @@ def _code_of(fit: FitOptions) -> list[str]:
         plugin_module("models.bases", fit.basis),
     ]
     return modules + [module for part in fit.parts for module in _code_of(part)]
+
+
+def _loss_code(fit: FitOptions) -> list[str]:
+    if (training := fit.training) is None:
+        return []
+    return [plugin_module(OBJECTIVES, training.objective.kind), plugin_module(SEQUENCES, training.sequence.kind)]
 
 
 def _label(options: DataOptions) -> str:

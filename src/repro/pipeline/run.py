@@ -8,7 +8,7 @@ from pathlib import Path
 
 from repro.config.schema import Config
 from repro.pipeline.card import summary_of
-from repro.pipeline.plan import Pipeline
+from repro.pipeline.plan import PRETRAINING, Pipeline
 from repro.pipeline.stages import close_loops, data, evaluate, fit
 from repro.plugins.plugin import plugin
 from repro.tracking import progress
@@ -26,11 +26,16 @@ def execute(pipeline: Pipeline, store: Store) -> Record:
     """
     for part in pipeline.part_pipelines:
         execute(part, store)
-    parts = {role: id for role, id in pipeline.fit_stage.upstream.items() if role not in pipeline.data_stages}
+    made = {*pipeline.data_stages, PRETRAINING}
+    parts = {role: id for role, id in pipeline.fit_stage.upstream.items() if role not in made}
     upstream = {role: load_run(id, root=store.paths.root) for role, id in parts.items()}
     for role, stage in pipeline.data_stages.items():
         progress.report(0.0, f"data: {role}")
         upstream[role] = Run(_done(store, stage, partial(data.make, options=pipeline.data_options[role])))
+    if (options := pipeline.pretraining_options) is not None and (begun := pipeline.pretraining_stage) is not None:
+        used = {role: upstream[role] for role in begun.upstream}
+        work = partial(fit.make, options=options, upstream=used, beginning=True)
+        upstream[PRETRAINING] = Run(_done(store, begun, work))
     fitted = _done(store, pipeline.fit_stage, partial(fit.make, options=pipeline.fit_options, upstream=upstream))
     inputs = {"fit": Run(fitted)}
     if pipeline.control_stage is not None:

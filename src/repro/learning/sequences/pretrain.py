@@ -5,18 +5,17 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from repro.learning.phases import PhaseMaker
-from repro.learning.sequence_options import SequenceOptions
+from repro.learning.sequences import pretrain_only
 from repro.learning.training import Phase
 
 
 @dataclass(frozen=True)
-class Options(SequenceOptions):
+class Options(pretrain_only.Options):
     """Options of sequence=pretrain."""
 
-    uses_free_motion: ClassVar[bool] = True
-    begins_with_free_motion: ClassVar[bool] = True
+    ends_on_data: ClassVar[bool] = True
 
     def phases(self, make: PhaseMaker) -> Iterator[Phase]:
         """D_H alone, then the curriculum."""
-        yield make.phase("D_H", make.free(), epochs=self.pretraining_epochs)
+        yield from super().phases(make)
         yield from make.curriculum("D")

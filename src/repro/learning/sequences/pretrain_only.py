@@ -17,6 +17,11 @@ class Options(SequenceOptions):
     begins_with_free_motion: ClassVar[bool] = True
     ends_on_data: ClassVar[bool] = False
 
+    @property
+    def beginning(self) -> SequenceOptions:
+        """D_H alone."""
+        return Options(**vars(self) | {"pretraining_epochs": None})
+
     def phases(self, make: PhaseMaker) -> Iterator[Phase]:
         """D_H alone."""
         yield make.phase("D_H", make.free(), epochs=self.pretraining_epochs)

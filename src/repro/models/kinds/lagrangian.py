@@ -38,6 +38,11 @@ class Options(ModelOptions):
         """Its start is one of the coefficients of a linear basis."""
         return self.initialisation in ("positive", "ones")
 
+    @property
+    def reads_spread(self) -> bool:
+        """Where networks of positions are beside the basis, or its own network starts by the size of its inputs."""
+        return self.initialisation == "wide" or self.momentum_hidden is not None or self.damping != "none"
+
 
 def build(context: Context, options: Options) -> Model:
     """The model, beside friction where chosen."""

@@ -9,30 +9,46 @@ import pandas as pd
 
 from repro.codegen.lazy_torch import torch
 from repro.learning.phases import TrainingData
-from repro.learning.result import Fitted
+from repro.learning.result import Curve, Fitted
 from repro.library.ensemble import fit_ensemble
 from repro.pipeline.stage_options import FitOptions
-from repro.pipeline.stages.stored_fit import CURVES, PARAMETERS, forced_data, free_data, model_of, system_of
+from repro.pipeline.stages.stored_fit import (
+    CURVES,
+    PARAMETERS,
+    forced_data,
+    free_data,
+    load_parameters,
+    model_of,
+    system_of,
+)
 from repro.tracking import progress
 from repro.tracking.files import replacing
 from repro.tracking.load import Run
 from repro.tracking.plain_data import Json
 
+KEPT = "kept_weights.npz"  # at points of the learning curves
 PAUSE_SECONDS = 10.0  # between two checkpoints
 FAR = 0.2  # of the cost per degree of freedom from 1, that is worth a notice
 
 
-def make(folder: Path, options: FitOptions, upstream: Mapping[str, Run]) -> Json:
-    """Fit the ensemble; an interrupted attempt is resumed."""
+def make(folder: Path, options: FitOptions, upstream: Mapping[str, Run], beginning: bool = False) -> Json:
+    """Fit the ensemble, or its first phase alone (`beginning`); an interrupted attempt is resumed.
+
+    upstream: parts and data, and `pretraining`, where the first phase is a stage of its own.
+    """
     model = model_of(options, upstream)
     data = training_data(options, upstream)
+    before = upstream.get("pretraining")
     fitted, seconds = fit_ensemble(
         model,
         options.training,
         data,
-        lambda fraction, text: progress.report(0.05 + 0.85 * fraction, text),
+        lambda fraction, text: progress.report(0.05 + (0.4 if beginning else 0.85) * fraction, text),
         FileCheckpoint(folder),
+        None if before is None else stored(before),
+        beginning,
     )
+    seconds += 0.0 if before is None else before.record.summary["seconds"]
     if reason := fitted.notes.get("not_captured"):
         progress.notice(f"without CUDA graphs, so more slowly: {reason}")
     for cost in fitted.notes.get("cost_per_dof", []):
@@ -56,15 +72,32 @@ def keep(folder: Path, fitted: Fitted, seeds: Sequence[int], seconds: float) -> 
     if fitted.information is not None:
         arrays["information"] = fitted.information
     np.savez(folder / PARAMETERS, **arrays)  # type: ignore[arg-type]
+    if kept := {f"{step} {name}": weights for step, name, weights in fitted.curves if weights.ndim > 1}:
+        np.savez(folder / KEPT, **kept)  # type: ignore[arg-type]
     rows = [
         (seed, step, name, float(value))
         for step, name, values in fitted.curves
+        if values.ndim == 1
         for seed, value in zip(seeds, values, strict=True)
     ]
     table = pd.DataFrame(rows, columns=["member", "step", "name", "value"])
     table = table.astype({"member": "int64", "step": "int64", "name": "object", "value": "float64"})
     table.to_parquet(folder / CURVES, index=False)
     return {"status": fitted.status, "seconds": seconds, "notes": fitted.notes}
+
+
+def stored(stage: Run) -> Fitted:
+    """What `keep` wrote."""
+    summary, table, folder = stage.record.summary, stage.table("curves"), stage.record.folder
+    parameters = load_parameters(folder)
+    values = table["value"].to_numpy().reshape(-1, len(parameters))
+    first = table.iloc[:: len(parameters)]
+    curves: Curve = list(zip(first["step"].tolist(), first["name"].tolist(), values, strict=True))
+    if (path := stage.record.path(KEPT)).is_file():
+        with np.load(path) as kept:
+            named = ((*key.split(" ", 1), weights) for key, weights in kept.items())
+            curves += [(int(step), name, weights) for step, name, weights in named]
+    return Fitted(parameters, curves, summary["status"], summary["notes"])
 
 
 class FileCheckpoint:

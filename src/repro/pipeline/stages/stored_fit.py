@@ -25,8 +25,8 @@ def dataset(stage: Run) -> Dataset:
 
 
 def forced_data(upstream: Mapping[str, Run]) -> list[Dataset]:
-    """The datasets of the curriculum, then D, from the stages upstream of a fit."""
-    return [dataset(upstream[role]) for role in (*_numbered(upstream, "stage"), "data")]
+    """The datasets of the curriculum, then D, from the stages upstream of a fit; none where D_H alone is learned."""
+    return [dataset(upstream[role]) for role in (*_numbered(upstream, "stage"), "data") if role in upstream]
 
 
 def free_data(upstream: Mapping[str, Run]) -> Dataset | None:
@@ -63,7 +63,8 @@ def model_of(options: FitOptions, upstream: Mapping[str, Run]) -> Model:
     roles = _numbered(upstream, "part")
     parts = [part_of(part, upstream[role], options.seeds) for part, role in zip(options.parts, roles, strict=True)]
     system = system_of(options) if options.simulated else None
-    return build_model(options.model, options.basis, forced_data(upstream), system, parts)
+    data = forced_data(upstream) or [dataset(upstream["free"])]
+    return build_model(options.model, options.basis, data, system, parts)
 
 
 def part_of(options: FitOptions, fit: Run, seeds: Sequence[int]) -> SubModel:
