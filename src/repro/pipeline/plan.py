@@ -11,11 +11,8 @@ from repro.control.controller import CONTROLLERS, ControllerOptions
 from repro.data.data_options import FreeMotionOptions, RandomForce, RecordingFile
 from repro.errors import UserError
 from repro.evaluation.metric_options import METRICS
-from repro.learning.objective_options import OBJECTIVES
-from repro.learning.optimiser_options import OPTIMISERS
-from repro.learning.sequence_options import SEQUENCES
 from repro.learning.training_options import Training
-from repro.mechanics.system_options import SYSTEMS, SystemOptions
+from repro.mechanics.system_options import SystemOptions
 from repro.pipeline.stage_options import (
     DataOptions,
     FitOptions,
@@ -71,9 +68,7 @@ class Pipeline:
     def data_stages(self) -> dict[str, Stage]:
         """The stage of every dataset by its role."""
         return {
-            role: self._stage(
-                "data", f"{self._mechanism}-{_label(options)}", options, {}, "data", _system_code(options)
-            )
+            role: self._stage("data", f"{self._mechanism}-{options.label}", options, {}, "data", options.code)
             for role, options in self.data_options.items()
         }
 
@@ -125,12 +120,7 @@ class Pipeline:
     def _fit_stage(self, name: str, fit: FitOptions, stages: Mapping[str, Stage]) -> Stage:
         upstream = {role: stage.id for role, stage in stages.items()}
         upstream |= {f"part_{number}": id for number, (_, id) in enumerate(self._parts, start=1)}
-        code = [*_code_of(fit), *_loss_code(fit)]
-        if fit.training is not None:
-            code.append(plugin_module(OPTIMISERS, fit.training.optimiser.kind))
-            if fit.training.device != "cpu":
-                code.append(plugin_module("learning.device", "device_adam"))
-        return self._stage("fits", name, fit, upstream, "fit", code)
+        return self._stage("fits", name, fit, upstream, "fit", [*fit.code, *fit.loss_code, *fit.optimiser_code])
 
     @cached_property
     def part_pipelines(self) -> list["Pipeline"]:
@@ -171,8 +161,7 @@ class Pipeline:
         upstream = {role: self.data_stages[role].id for role in roles} | {"fit": self.fit_stage.id}
         if self.control_stage is not None:
             upstream["control"] = self.control_stage.id
-        code = [*_code_of(self.fit_options), *_loss_code(self.fit_options)]
-        code.append(plugin_module(METRICS, self.config.metric.kind))
+        code = [*self.fit_options.code, *self.fit_options.loss_code, plugin_module(METRICS, self.config.metric.kind)]
         code += [plugin_module("evaluation", "chains")] if self.config.chain else []
         code += [plugin_module("evaluation", "whole_chain")] if self.config.whole_chain else []
         return self._stage("runs", self.name, self.run_options, upstream, "evaluate", code)
@@ -193,7 +182,7 @@ class Pipeline:
         if not isinstance(self.config.control, ControllerOptions):
             return None
         upstream = {"data": self.data_stages["data"].id, "fit": self.fit_stage.id}
-        code = [plugin_module(CONTROLLERS, self.config.control.kind), *_code_of(self.fit_options)]
+        code = [plugin_module(CONTROLLERS, self.config.control.kind), *self.fit_options.code]
         return self._stage("control", self.name, self.loop_options, upstream, "close_loops", code)
 
     @cached_property
@@ -206,7 +195,7 @@ class Pipeline:
     def recording_stage(self) -> Stage:
         """The rerun recording of the run."""
         upstream = {"run": self.run_stage.id}
-        code = _code_of(self.fit_options)
+        code = self.fit_options.code
         return self._stage("recordings", self.name, self.recording_options, upstream, self.recording_kind, code)
 
     @property
@@ -285,33 +274,3 @@ class Pipeline:
     ) -> Stage:
         work = plugin_module("pipeline.stages", stage)
         return Stage(kind, name, options.plain(), dict(upstream), (work, *dict.fromkeys(code)), self.command)
-
-
-def _system_code(options: DataOptions | FitOptions) -> list[str]:
-    return [] if options.system is None else [plugin_module(SYSTEMS, options.system.name)]
-
-
-def _code_of(fit: FitOptions) -> list[str]:
-    """The modules of a fit's system, and those that build its model and the models of its parts."""
-    modules = [
-        *_system_code(fit),
-        plugin_module("models.kinds", fit.model.kind),
-        plugin_module("models.bases", fit.basis),
-    ]
-    return modules + [module for part in fit.parts for module in _code_of(part)]
-
-
-def _loss_code(fit: FitOptions) -> list[str]:
-    if (training := fit.training) is None:
-        return []
-    return [plugin_module(OBJECTIVES, training.objective.kind), plugin_module(SEQUENCES, training.sequence.kind)]
-
-
-def _label(options: DataOptions) -> str:
-    """A word for a dataset."""
-    source = options.source
-    if isinstance(source, RecordingFile):
-        return "recording"
-    if isinstance(source, FreeMotionOptions):
-        return "free"
-    return source.regime if source.regime == "long" else f"episodes{source.episode_steps}"

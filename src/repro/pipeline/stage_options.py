@@ -14,11 +14,12 @@ from repro.learning.objective_options import OBJECTIVES
 from repro.learning.optimiser_options import OPTIMISERS
 from repro.learning.sequence_options import SEQUENCES
 from repro.learning.training_options import Training
-from repro.mechanics.system_options import SystemOptions
+from repro.mechanics.system_options import SYSTEMS, SystemOptions
 from repro.models.gauge import Gauge
 from repro.models.model_options import MODELS, ModelOptions
 from repro.plugins.checked import checked
 from repro.plugins.options import Options
+from repro.plugins.plugin import plugin_module
 from repro.tracking.files import file_digest
 
 
@@ -33,6 +34,21 @@ class DataOptions(Options):
     seeds: tuple[int, ...]
     source: RandomForce | FreeMotionOptions | RecordingFile
     sha256: str = ""
+
+    @property
+    def label(self) -> str:
+        """A word for a dataset."""
+        source = self.source
+        if isinstance(source, RecordingFile):
+            return "recording"
+        if isinstance(source, FreeMotionOptions):
+            return "free"
+        return source.regime if source.regime == "long" else f"episodes{source.episode_steps}"
+
+    @property
+    def code(self) -> list[str]:
+        """The module of its system."""
+        return [] if self.system is None else [plugin_module(SYSTEMS, self.system.name)]
 
 
 @dataclass(frozen=True)
@@ -50,6 +66,28 @@ class FitOptions(Options):
     basis: str
     training: Training | None
     parts: tuple["FitOptions", ...] = ()
+
+    @property
+    def code(self) -> list[str]:
+        """The modules of its system, and those that build its model and the models of its parts."""
+        system = [] if self.system is None else [plugin_module(SYSTEMS, self.system.name)]
+        own = [*system, plugin_module(MODELS, self.model.kind), plugin_module("models.bases", self.basis)]
+        return own + [module for part in self.parts for module in part.code]
+
+    @property
+    def loss_code(self) -> list[str]:
+        """The modules of what is minimised."""
+        if (training := self.training) is None:
+            return []
+        return [plugin_module(OBJECTIVES, training.objective.kind), plugin_module(SEQUENCES, training.sequence.kind)]
+
+    @property
+    def optimiser_code(self) -> list[str]:
+        """The modules that minimise it."""
+        if (training := self.training) is None:
+            return []
+        device = [] if training.device == "cpu" else [plugin_module("learning.device", "device_adam")]
+        return [plugin_module(OPTIMISERS, training.optimiser.kind), *device]
 
     @classmethod
     def stored(cls, content: Mapping[str, Any]) -> "FitOptions":

@@ -98,11 +98,12 @@ def plan_jobs(
         on_unknown(unknown)
 
     store, measured = Store(paths.root), MeasuredStages(paths)
-    planned = []
+    planned, made = [], measured.ids
     for composed in plan(jobs, paths.composed, begin):
         pipeline = Pipeline.of(composed.config, composed.command)
         record = pipeline.finished(store)
-        costs = () if record else (expected_seconds(pipeline, measured), expected_mib(pipeline, measured))
+        costs = () if record else (expected_seconds(pipeline, measured, made), expected_mib(pipeline, measured))
+        made |= {stage.id for stage in pipeline.stages}  # by this job, for all that follow
         planned.append(PlannedJob(composed, pipeline, record, *costs))
     return planned
 
