@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from repro.learning.objective import Objective
-from repro.learning.optimiser import Optimiser
+from repro.learning.optimiser_options import OptimiserOptions
 from repro.learning.optimisers.adam import Adam
 from repro.learning.result import Fitted
 from repro.learning.training import Phase, make_task, train
@@ -16,7 +16,7 @@ from repro.models.lagrangian import Lagrangian
 
 
 @dataclass(frozen=True)
-class Counting(Optimiser):
+class Counting(OptimiserOptions):
     """Adds one to every weight, notes how it was called, and lets members fail as told."""
 
     fails: dict = field(default_factory=dict)  # call number -> status

@@ -26,7 +26,7 @@ from repro.evaluation.predictions import predict
 from repro.learning.objective import Objective
 from repro.learning.objective_options import ObjectiveOptions
 from repro.learning.objectives import path, prediction
-from repro.learning.optimiser import Optimiser
+from repro.learning.optimiser_options import OptimiserOptions
 from repro.learning.optimisers.adam import Adam
 from repro.learning.optimisers.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.result import Fitted, NoCheckpoint, silent
@@ -80,7 +80,7 @@ def by_shooting(data: Dataset, seed: int, seconds: float) -> float:
     return _error(model, _fitted(model, prediction.Options(intervals=HORIZON), adam, data, seed), data)
 
 
-def _fitted(model: Model, options: ObjectiveOptions, optimiser: Optimiser, data: Dataset, seed: int) -> Fitted:
+def _fitted(model: Model, options: ObjectiveOptions, optimiser: OptimiserOptions, data: Dataset, seed: int) -> Fitted:
     problem = TrainingProblem(model, [options.task(model, data.train, Objective(options))], [seed])
     return optimiser.fit(problem, model.initial([np.random.default_rng([seed, 1])]), silent, NoCheckpoint())
 

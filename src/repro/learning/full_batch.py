@@ -2,19 +2,19 @@
 
 import math
 import time
-from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from repro.codegen.lazy_torch import torch
 from repro.learning.kernels.kernel import Evaluations
 from repro.learning.members import MemberProblem
-from repro.learning.optimiser import Optimiser
-from repro.learning.optimiser_options import FullBatchOptions
+from repro.learning.optimiser_options import OptimiserOptions
 from repro.learning.result import Checkpoint, Curve, Fitted, Notes, Progress, Weights, part
 from repro.learning.training_problem import TrainingProblem
+from repro.plugins.options import Count, Natural, Positive
 
 Solution = tuple[np.ndarray, list[float], str]  # weights (n_parameters,), loss after each iteration, status
 USUAL_MEMBERS = 5  # what is worth compiling must not depend on their number: rounding would then, too
@@ -22,17 +22,26 @@ _Done = tuple[np.ndarray, list[float], str, dict[str, dict[int, np.ndarray]]]  #
 
 
 @dataclass(frozen=True)
-class FullBatch(FullBatchOptions, Optimiser):
-    """At most `iterations` on the same `samples` random training samples of each member."""
+class FullBatch(OptimiserOptions):
+    """At most `iterations` on the same `samples` random training samples of each member; None: on all.
+
+    budget_s: CPU seconds of a member, looked at after every iteration.
+    """
+
+    unit: ClassVar[Literal["epochs", "iterations"] | None] = "iterations"
+
+    iterations: Natural = 100
+    samples: Count | None = None
+    budget_s: Positive | None = None
 
     @property
-    def evaluations(self) -> int:
-        """About how often the fit of a member evaluates its problem."""
+    def length(self) -> int:
+        """Iterations, at most."""
         return self.iterations
 
-    @abstractmethod
     def solve(self, problem: MemberProblem, start: np.ndarray, progress: Progress) -> Solution:
         """Fit one member from the weights `start` (n_parameters,); `problem.look` at a step's weights is followed."""
+        raise NotImplementedError
 
     def fit(self, problem: TrainingProblem, parameters: Weights, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Train from `parameters` (member, n_parameters); the result is float64."""

@@ -1,17 +1,23 @@
 """What every kind of optimiser declares: its options, and how they change from phase to phase."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
-from repro.plugins.options import Count, Natural, PluginOptions, Positive
+from repro.plugins.options import PluginOptions
+
+if TYPE_CHECKING:
+    from repro.learning.result import Checkpoint, Fitted, Progress, Weights
+    from repro.learning.training_problem import TrainingProblem
 
 OPTIMISERS = "learning.optimisers"  # the folder of these choices
 
 
 @dataclass(frozen=True)
 class OptimiserOptions(PluginOptions):
-    """Options of an optimiser; a file of learning/optimisers extends it and has `build(options)`.
+    """An optimiser is its options; a file of learning/optimisers extends it as `Options`, and has `fit`.
 
     unit            what it counts, if anything
     linear_only     it needs a model that is linear in its parameters, and the inverse equation
@@ -31,10 +37,19 @@ class OptimiserOptions(PluginOptions):
 
     name: str = field(default="", kw_only=True)
 
+    def fit(self, problem: TrainingProblem, parameters: Weights, progress: Progress, checkpoint: Checkpoint) -> Fitted:
+        """Start from `parameters` (member, n_parameters) and return the fitted ones of all members."""
+        raise NotImplementedError
+
     @property
     def length(self) -> int:
         """Epochs or iterations, at most; 0 for a closed form."""
         return 0
+
+    @property
+    def evaluations(self) -> int:
+        """About how often the fit of a member evaluates its problem."""
+        return self.length
 
     def lasting(self, epochs: int) -> Self:
         """The same for so many epochs, where it counts in epochs."""
@@ -56,22 +71,3 @@ class OptimiserOptions(PluginOptions):
     def continued(self) -> Self:
         """The same for a later phase, which starts from weights that are already good."""
         return self
-
-
-@dataclass(frozen=True)
-class FullBatchOptions(OptimiserOptions):
-    """At most `iterations` on the same `samples` random training samples of each member; None: on all.
-
-    budget_s: CPU seconds of a member, looked at after every iteration.
-    """
-
-    unit: ClassVar[Literal["epochs", "iterations"] | None] = "iterations"
-
-    iterations: Natural = 100
-    samples: Count | None = None
-    budget_s: Positive | None = None
-
-    @property
-    def length(self) -> int:
-        """Iterations, at most."""
-        return self.iterations

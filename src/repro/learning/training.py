@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from repro.data.dataset import Dataset
 from repro.learning.objective import Objective
-from repro.learning.optimiser import Optimiser
+from repro.learning.optimiser_options import OptimiserOptions
 from repro.learning.result import Checkpoint, Fitted, NoCheckpoint, Progress, Weights, continued_curves, part, silent
 from repro.learning.training_problem import TrainingProblem, TrainingTask
 from repro.learning.watch import watched
@@ -24,14 +24,14 @@ class Phase:
     epochs: int | None = None
     share: float = 1.0
 
-    def settings(self, optimiser: Optimiser) -> Optimiser:
+    def settings(self, optimiser: OptimiserOptions) -> OptimiserOptions:
         """The optimiser with this phase's epochs, where it counts in epochs, or its share of them."""
         return optimiser.shortened(self.share) if self.epochs is None else optimiser.lasting(self.epochs)
 
 
 def train(
     phases: Sequence[Phase],
-    optimiser: Optimiser,
+    optimiser: OptimiserOptions,
     parameters: Weights,
     progress: Progress = silent,
     checkpoint: Checkpoint | None = None,

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from repro.data.dataset import Dataset
-from repro.learning.optimiser import Optimiser
-from repro.learning.optimiser_options import OPTIMISERS
 from repro.learning.phases import TrainingData, phases_of
 from repro.learning.result import Checkpoint, Fitted, Progress, silent
 from repro.learning.training import train
@@ -49,7 +47,7 @@ def fit_ensemble(
         return Fitted(parameters, status=["ok"] * len(parameters), notes={"epochs": 0}), 0.0
     phases = phases_of(model, training.objective, training.sequence, data)
     started = time.process_time()
-    optimiser: Optimiser = plugin(OPTIMISERS, training.optimiser.kind).build(training.optimiser)
+    optimiser = training.optimiser
     if training.device != "cpu":
         optimiser = plugin("learning.device", "device_adam").DeviceAdam.of(optimiser, training.device)
     fitted = train(phases[:1] if beginning else phases, optimiser, parameters, progress, checkpoint, begun)

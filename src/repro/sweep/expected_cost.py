@@ -9,7 +9,6 @@ from statistics import median
 import numpy as np
 
 from repro.config.schema import Config, coordinates_of, true_system
-from repro.learning.optimiser_options import OPTIMISERS
 from repro.mechanics.coordinate import Coordinate
 from repro.mechanics.system import load_system
 from repro.models.context import Context, SubModel
@@ -132,12 +131,13 @@ def _training_seconds(pipeline: Pipeline, options: FitOptions, forced: int, free
     if optimiser.linearises:
         rows = samples * n_q * (1 + training.objective.needs_port_form)
         iteration += rows * weights**2 * ROW_AND_PAIR * (UNCOMPILED if weights > COMPILED else 1.0)
-    return members * plugin(OPTIMISERS, optimiser.kind).build(optimiser).evaluations * iteration
+    return members * optimiser.evaluations * iteration
 
 
 def _free_samples(config: Config) -> int:
     sequence, n_q = config.sequence, true_system(config).n_q
-    return sequence.initial_angles ** (n_q - 1 if sequence.grid == "product" else 1) * sequence.steps
+    starts: int = sequence.initial_angles ** (n_q - 1 if sequence.grid == "product" else 1)
+    return starts * sequence.steps
 
 
 def _model(options: FitOptions, coordinates: tuple[Coordinate, ...]) -> Model:

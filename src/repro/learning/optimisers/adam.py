@@ -10,7 +10,6 @@ import numpy as np
 
 from repro.codegen.lazy_torch import Tensor, torch
 from repro.learning.native import NativeProblem, native, shuffled
-from repro.learning.optimiser import Optimiser
 from repro.learning.optimiser_options import OptimiserOptions
 from repro.learning.result import Checkpoint, Curve, Fitted, Notes, Progress, Weights
 from repro.learning.training_problem import TrainingProblem
@@ -22,9 +21,34 @@ BETA_1, BETA_2 = 0.9, 0.999
 GRADIENT: Constants = (0.0, 1.0, 1.0)  # with these a step of Adam is the gradient itself
 
 
+@dataclass
+class AdamState:
+    """Where a fit stands: weights, the last finite ones, and both moments (member, n_parameters); alive: (member,)."""
+
+    parameters: Tensor
+    finite: Tensor
+    first: Tensor
+    second: Tensor
+    alive: Tensor
+    status: list[str]
+    epoch: int = 0
+    seconds: float = 0.0
+    curves: Curve = field(default_factory=list)
+
+    @classmethod
+    def start(cls, parameters: Tensor) -> "AdamState":
+        """Before the first epoch."""
+        moments = torch.zeros_like(parameters), torch.zeros_like(parameters)
+        alive = torch.ones(len(parameters), dtype=torch.bool)
+        return cls(parameters.clone(), parameters.clone(), *moments, alive, ["ok"] * len(parameters))
+
+
 @dataclass(frozen=True)
-class Options(OptimiserOptions):
-    """Options of optimiser=adam and adam_cosine.
+class Adam(OptimiserOptions):
+    """optimiser=adam, adam_cosine and sgd: Adam (Kingma and Ba 2015) in the form of legacy Keras.
+
+    The step is lr sqrt(1 - b2^k) / (1 - b1^k) m / (sqrt(v) + epsilon). A member whose loss is no longer finite is put
+    back to its last finite weights and left there.
 
     rule `sgd`: plain gradient descent on the same batches, without moments, momentum or epsilon.
     schedule `keras`: learning rate / (1 + decay k) at step k; `cosine`: down to 1e-4 of it along half a cosine. engine
@@ -57,36 +81,6 @@ class Options(OptimiserOptions):
     def lasting(self, epochs: int) -> Self:
         """The same for so many epochs."""
         return replace(self, epochs=epochs)
-
-
-@dataclass
-class AdamState:
-    """Where a fit stands: weights, the last finite ones, and both moments (member, n_parameters); alive: (member,)."""
-
-    parameters: Tensor
-    finite: Tensor
-    first: Tensor
-    second: Tensor
-    alive: Tensor
-    status: list[str]
-    epoch: int = 0
-    seconds: float = 0.0
-    curves: Curve = field(default_factory=list)
-
-    @classmethod
-    def start(cls, parameters: Tensor) -> "AdamState":
-        """Before the first epoch."""
-        moments = torch.zeros_like(parameters), torch.zeros_like(parameters)
-        alive = torch.ones(len(parameters), dtype=torch.bool)
-        return cls(parameters.clone(), parameters.clone(), *moments, alive, ["ok"] * len(parameters))
-
-
-@dataclass(frozen=True)
-class Adam(Options, Optimiser):
-    """Kingma and Ba (2015) in the form of legacy Keras: step lr sqrt(1 - b2^k) / (1 - b1^k) m / (sqrt(v) + epsilon).
-
-    A member whose loss is no longer finite is put back to its last finite weights and left there.
-    """
 
     def fit(self, problem: TrainingProblem, parameters: Weights, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Train from `parameters` (member, n_parameters)."""
@@ -172,6 +166,9 @@ class Adam(Options, Optimiser):
         return losses
 
 
+Options = Adam
+
+
 def adam_step(gradient: Tensor, first: Tensor, second: Tensor, rate: float | Tensor, constants: Constants) -> Tensor:
     """What to subtract from the weights; updates both moments in place; constants: see `Adam.constants`."""
     beta_1, beta_2, epsilon = constants
@@ -187,8 +184,3 @@ def _watch(state: AdamState, losses: Tensor, epoch: int) -> None:
         state.parameters[member] = state.finite[member]
     state.alive &= finite
     state.finite = torch.where(state.alive.unsqueeze(1), state.parameters, state.finite)
-
-
-def build(options: Options) -> Optimiser:
-    """The optimiser."""
-    return Adam(**vars(options))

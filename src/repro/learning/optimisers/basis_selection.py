@@ -5,7 +5,6 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from repro.learning.optimiser import Optimiser
 from repro.learning.optimiser_options import OptimiserOptions
 from repro.learning.optimisers.least_squares import regression, solve
 from repro.learning.result import Checkpoint, Fitted, Notes, Progress, Weights
@@ -14,8 +13,11 @@ from repro.plugins.options import NotNegative
 
 
 @dataclass(frozen=True)
-class Options(OptimiserOptions):
-    """Options of optimiser=thresholded_least_squares and lasso.
+class Selection(OptimiserOptions):
+    """optimiser=thresholded_least_squares and lasso: sparse regression on columns of unit norm, gauge columns dropped.
+
+    A column that is zero on all data (a total derivative dF/dt) cannot be seen in tau: it is dropped and named in the
+    notes.
 
     method `thresholded`: sequentially thresholded least squares (Brunton et al. 2016), a term stays while its share of
     the signal is at least `threshold`; `lasso`: coordinate descent (scikit-learn) with weight `penalty` of the absolute
@@ -29,15 +31,6 @@ class Options(OptimiserOptions):
     threshold: NotNegative = 0.05
     penalty: NotNegative = 1e-2
     refit: bool = True
-
-
-@dataclass(frozen=True)
-class Selection(Options, Optimiser):
-    """Sparse regression on columns of unit norm, after dropping the exact gauge columns.
-
-    A column that is zero on all data (a total derivative dF/dt) cannot be seen in tau: it is dropped and named in the
-    notes.
-    """
 
     def fit(self, problem: TrainingProblem, parameters: Weights, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Select and fit, member by member; of the start (member, n_parameters) fixed weights alone are kept."""
@@ -73,6 +66,9 @@ class Selection(Options, Optimiser):
         return coefficients
 
 
+Options = Selection
+
+
 def thresholded_least_squares(matrix: np.ndarray, right: np.ndarray, threshold: float) -> np.ndarray:
     """Least squares on unit columns, drop the terms below threshold |right|, repeat until nothing is dropped."""
     retained = np.arange(matrix.shape[1])
@@ -85,8 +81,3 @@ def thresholded_least_squares(matrix: np.ndarray, right: np.ndarray, threshold: 
             break
         retained = retained[large]
     return coefficients
-
-
-def build(options: Options) -> Optimiser:
-    """The optimiser."""
-    return Selection(**vars(options))

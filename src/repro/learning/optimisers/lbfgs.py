@@ -6,8 +6,6 @@ import numpy as np
 
 from repro.learning.full_batch import FullBatch, Solution
 from repro.learning.members import MemberProblem
-from repro.learning.optimiser import Optimiser
-from repro.learning.optimiser_options import FullBatchOptions
 from repro.learning.result import Progress
 from repro.plugins.options import Count
 
@@ -15,17 +13,12 @@ NOT_FINITE = 1e30  # loss for the line search where the model is singular
 
 
 @dataclass(frozen=True)
-class Options(FullBatchOptions):
-    """Options of optimiser=lbfgs; memory: pairs that the Hessian is made of."""
+class LBFGS(FullBatch):
+    """Limited-memory BFGS with `memory` pairs (Liu and Nocedal 1989) on a full batch of `samples` a member."""
 
     iterations: Count = 1000
     samples: Count | None = 6000
     memory: Count = 30
-
-
-@dataclass(frozen=True)
-class LBFGS(Options, FullBatch):
-    """Limited-memory BFGS with `memory` pairs (Liu and Nocedal 1989) on a full batch of `samples` a member."""
 
     def solve(self, problem: MemberProblem, start: np.ndarray, progress: Progress) -> Solution:
         """Minimise from the weights `start` (n_parameters,)."""
@@ -55,6 +48,4 @@ class LBFGS(Options, FullBatch):
         return found.x, losses, "ok"
 
 
-def build(options: Options) -> Optimiser:
-    """The optimiser."""
-    return LBFGS(**vars(options))
+Options = LBFGS

@@ -12,7 +12,6 @@ from repro.codegen.array_evaluation import column_function, evaluate
 from repro.codegen.point_function import LEAST_POINTS
 from repro.errors import UserError
 from repro.learning.objective import Objective
-from repro.learning.optimiser import Optimiser
 from repro.learning.optimiser_options import OptimiserOptions
 from repro.learning.result import Checkpoint, Fitted, Notes, Progress, Weights
 from repro.learning.symbolic import COLUMNS, symbols
@@ -24,8 +23,8 @@ BLOCK = LEAST_POINTS  # samples at a time: their features are compiled, and neve
 
 
 @dataclass(frozen=True)
-class Options(OptimiserOptions):
-    """Options of optimiser=least_squares.
+class LeastSquares(OptimiserOptions):
+    """Of all least-squares solutions the one nearest to `regularise_towards`, in columns of unit norm.
 
     Singular values below `cutoff` of the largest count as zero: what the data do not show stays as it was, at zero or
     at the start (`regularise_towards`), which is where gradient descent would leave it too.
@@ -39,11 +38,6 @@ class Options(OptimiserOptions):
     def continued(self) -> Self:
         """What the data of a later phase do not determine stays as the phases before have left it."""
         return replace(self, regularise_towards="start")
-
-
-@dataclass(frozen=True)
-class LeastSquares(Options, Optimiser):
-    """Of all least-squares solutions the one nearest to `regularise_towards`, in columns of unit norm."""
 
     def fit(self, problem: TrainingProblem, parameters: Weights, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Solve each member's problem; the start `parameters` (member, n_parameters) tell at least the shape."""
@@ -60,6 +54,9 @@ class LeastSquares(Options, Optimiser):
             progress((member + 1) / problem.members, f"member {member + 1}")
         notes = Notes(rank=ranks, epochs=0)
         return Fitted(np.stack(solutions), [], ["ok"] * problem.members, notes)
+
+
+Options = LeastSquares
 
 
 def regression(problem: TrainingProblem, member: int) -> tuple[np.ndarray, np.ndarray]:
@@ -135,8 +132,3 @@ def streamed_solve(blocks: Iterable[tuple[np.ndarray, np.ndarray]], cutoff: floa
     """Least squares of more samples than memory holds: of all blocks (matrix (rows, n), right (rows,)), and rank."""
     triangle = _triangle(np.column_stack(block) for block in blocks)
     return solve(triangle[:, :-1], triangle[:, -1], cutoff)
-
-
-def build(options: Options) -> Optimiser:
-    """The optimiser."""
-    return LeastSquares(**vars(options))

@@ -8,8 +8,6 @@ import numpy as np
 
 from repro.learning.full_batch import FullBatch, Solution
 from repro.learning.members import MemberProblem
-from repro.learning.optimiser import Optimiser
-from repro.learning.optimiser_options import FullBatchOptions
 from repro.learning.result import Progress, silent
 from repro.plugins.options import Count, NotNegative, Positive
 
@@ -17,8 +15,11 @@ INCREASE = 4.0  # of the damping after a failed step
 
 
 @dataclass(frozen=True)
-class Options(FullBatchOptions):
-    """Options of optimiser=levenberg_marquardt.
+class LevenbergMarquardt(FullBatch):
+    """Damped Gauss-Newton steps (J'J + lambda D) d = -J'r (Marquardt 1963), full batch of `samples` a member.
+
+    D is the largest diagonal of J'J so far (More 1978). lambda rises fourfold after a failure. It stops after
+    `iterations`, or when twenty steps in a row stall or fail.
 
     damping: at the start, divided by `damping_decrease` after a success (3 suits free-form networks, 10 models that
     contain the truth). tolerance: a step that gains less than this share of the loss counts as stalled. restarts:
@@ -43,15 +44,6 @@ class Options(FullBatchOptions):
     def continued(self) -> Self:
         """A later phase starts from the weights of the one before."""
         return replace(self, restarts=1)
-
-
-@dataclass(frozen=True)
-class LevenbergMarquardt(Options, FullBatch):
-    """Damped Gauss-Newton steps (J'J + lambda D) d = -J'r (Marquardt 1963), full batch of `samples` a member.
-
-    D is the largest diagonal of J'J so far (More 1978). lambda rises fourfold after a failure. It stops after
-    `iterations`, or when twenty steps in a row stall or fail.
-    """
 
     @property
     def evaluations(self) -> int:
@@ -103,6 +95,9 @@ class LevenbergMarquardt(Options, FullBatch):
         return parameters, losses, "ok"
 
 
+Options = LevenbergMarquardt
+
+
 def damped_step(gram: np.ndarray, gradient: np.ndarray, damping: np.ndarray) -> np.ndarray:
     """The step -(J'J + diag(damping))^-1 J'r from gram J'J and gradient J'r; 0 where the matrix is not definite."""
     from scipy.linalg import LinAlgError, cho_factor, cho_solve
@@ -115,8 +110,3 @@ def damped_step(gram: np.ndarray, gradient: np.ndarray, damping: np.ndarray) -> 
         return step
     except LinAlgError:
         return np.zeros_like(gradient)  # gains nothing, so the damping rises
-
-
-def build(options: Options) -> Optimiser:
-    """The optimiser."""
-    return LevenbergMarquardt(**vars(options))
