@@ -34,11 +34,6 @@ class FullBatch(OptimiserOptions):
     samples: Count | None = None
     budget_s: Positive | None = None
 
-    @property
-    def length(self) -> int:
-        """Iterations, at most."""
-        return self.iterations
-
     def solve(self, problem: MemberProblem, start: np.ndarray, progress: Progress) -> Solution:
         """Fit one member from the weights `start` (n_parameters,); `problem.look` at a step's weights is followed."""
         raise NotImplementedError

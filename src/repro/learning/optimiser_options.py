@@ -44,7 +44,8 @@ class OptimiserOptions(PluginOptions):
     @property
     def length(self) -> int:
         """Epochs or iterations, at most; 0 for a closed form."""
-        return 0
+        counted: int = getattr(self, self.unit) if self.unit else 0
+        return counted
 
     @property
     def evaluations(self) -> int:
@@ -53,7 +54,7 @@ class OptimiserOptions(PluginOptions):
 
     def lasting(self, epochs: int) -> Self:
         """The same for so many epochs, where it counts in epochs."""
-        return self
+        return replace(self, epochs=epochs) if self.unit == "epochs" else self  # type: ignore[call-arg]
 
     @property
     def cut_by(self) -> str | None:

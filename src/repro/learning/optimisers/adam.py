@@ -3,8 +3,8 @@
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from typing import ClassVar, Literal, Self
+from dataclasses import dataclass, field
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -72,15 +72,6 @@ class Adam(OptimiserOptions):
     engine: Literal["auto", "torch"] = "auto"
     precision: Literal["float64", "float32"] = "float64"
     budget_s: Positive | None = None
-
-    @property
-    def length(self) -> int:
-        """Epochs."""
-        return self.epochs
-
-    def lasting(self, epochs: int) -> Self:
-        """The same for so many epochs."""
-        return replace(self, epochs=epochs)
 
     def fit(self, problem: TrainingProblem, parameters: Weights, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Train from `parameters` (member, n_parameters)."""
