@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, PlainSerializer, PlainValidator, field_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from repro.control.controller import CONTROLLERS, ControlOptions
 from repro.control.task import Task
@@ -16,7 +16,7 @@ from repro.learning.sequence_options import SEQUENCES, SequenceOptions
 from repro.mechanics.system_options import Reading, SystemOptions
 from repro.models.gauge import Gauge
 from repro.models.model_options import MODELS, ModelOptions
-from repro.plugins.checked import checked
+from repro.plugins.checked import chosen
 from repro.plugins.options import Count, NotNegative, Positive
 
 if TYPE_CHECKING:
@@ -84,11 +84,6 @@ class Scale(Section):
     loops: Count
     seconds: Positive | None
     links: Count | None
-
-
-def chosen(group: str, folder: str) -> tuple[PlainValidator, PlainSerializer]:
-    """How pydantic reads and writes the options of a choice, as metadata of an annotated type."""
-    return PlainValidator(lambda raw: checked(group, folder, raw)), PlainSerializer(lambda options: options.plain())
 
 
 Model = Annotated[ModelOptions, *chosen("model", MODELS)]

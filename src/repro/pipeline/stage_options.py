@@ -3,9 +3,7 @@
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
-
-from pydantic import TypeAdapter
+from typing import Annotated, Any
 
 from repro.control.task import LoopPlan
 from repro.data.data_options import FreeMotionOptions, RandomForce, RecordingFile
@@ -17,7 +15,7 @@ from repro.learning.training_options import Training
 from repro.mechanics.system_options import SYSTEMS, SystemOptions
 from repro.models.gauge import Gauge
 from repro.models.model_options import MODELS, ModelOptions
-from repro.plugins.checked import checked
+from repro.plugins.checked import chosen, validated
 from repro.plugins.options import Options
 from repro.plugins.plugin import plugin_module
 from repro.tracking.files import file_digest
@@ -62,7 +60,7 @@ class FitOptions(Options):
     system: SystemOptions | None
     seeds: tuple[int, ...]
     simulated: bool
-    model: ModelOptions
+    model: Annotated[ModelOptions, *chosen("model", MODELS)]
     basis: str
     training: Training | None
     parts: tuple["FitOptions", ...] = ()
@@ -92,22 +90,8 @@ class FitOptions(Options):
     @classmethod
     def stored(cls, content: Mapping[str, Any]) -> "FitOptions":
         """Read back from a run.json; UserError where its model does not exist any more, or has other options."""
-        training = content["training"]
-        return cls(
-            TypeAdapter(SystemOptions | None).validate_python(content["system"]),
-            tuple(content["seeds"]),
-            content["simulated"],
-            checked("model", MODELS, content["model"]),
-            content["basis"],
-            training
-            and Training(
-                checked("objective", OBJECTIVES, training["objective"]),
-                checked("sequence", SEQUENCES, training["sequence"]),
-                checked("optimiser", OPTIMISERS, training["optimiser"]),
-                training["device"],
-            ),
-            tuple(map(cls.stored, content["parts"])),
-        )
+        options: FitOptions = validated(cls, "fit", content)
+        return options
 
 
 @dataclass(frozen=True, kw_only=True)

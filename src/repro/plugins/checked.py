@@ -5,7 +5,7 @@ from dataclasses import fields
 from functools import cache
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import PlainSerializer, PlainValidator, TypeAdapter, ValidationError
 
 from repro.errors import UserError
 from repro.plugins.options import PluginOptions
@@ -75,6 +75,11 @@ def checked(group: str, folder: str, raw: Any) -> Any:
     if kind not in plugin_names(folder):
         raise OptionsError([not_allowed(f"{group}.kind", kind, plugin_names(folder))])
     return validated(plugin(folder, kind).Options, group, options)
+
+
+def chosen(group: str, folder: str) -> tuple[PlainValidator, PlainSerializer]:
+    """How pydantic reads and writes the options of a choice, as metadata of an annotated type."""
+    return PlainValidator(lambda raw: checked(group, folder, raw)), PlainSerializer(lambda options: options.plain())
 
 
 _adapter = cache(TypeAdapter[Any])
