@@ -31,9 +31,10 @@ class Cache:
         try:
             place = f"{self.file.resolve().as_uri()}?mode=ro" if self.file is not None else ":memory:"
             with closing(sqlite3.connect(place, uri=True, timeout=_LONGEST_WAIT_S)) as database:
-                rows = database.execute("SELECT name, value FROM entries ORDER BY name = 'version'").fetchall()
-            if rows.pop() == self._version:
-                self._stored = {name: json.loads(value) for name, value in rows}
+                texts = dict(database.execute("SELECT name, value FROM entries").fetchall())
+            if texts.pop("version") == self._version[1]:
+                values = json.loads(f"[{','.join(texts.values())}]")  # at once, which takes half the time
+                self._stored = dict(zip(texts, values, strict=True))
         except (OSError, sqlite3.Error, LookupError, ValueError, TypeError):
             self._stored = {}
         return dict(self._stored)
@@ -41,7 +42,8 @@ class Cache:
     @property
     def changed(self) -> dict[str, Any]:
         """The values that the file does not hold."""
-        return {name: value for name, value in self.values.items() if self._stored.get(name) != value}
+        before = self._stored
+        return {name: value for name, value in self.values.items() if name not in before or before[name] is not value}
 
     def retain(self, names: Collection[str]) -> None:
         """Drop all other values."""
