@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 EXPERIMENT = "related_work"
 SYSTEMS = {"sip": "cart-pole", "dip": "double pendulum on a cart"}
-PLAIN: Where = {"labels": "exact", "tau_noise": 0.0, "n_train": 1000}
+PLAIN: Where = {"labels": "exact", "tau_noise": 0.0, "n_train": 1000, "control": ""}
 METHODS: Mapping[str, Where] = {
     "ours: structured, LM": {"model": "structured", "optimiser": "levenberg_marquardt"},
     "MLP": {"model": "blackbox", "objective": "forward", "optimiser": "adam_budget"},
