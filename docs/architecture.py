@@ -43,7 +43,9 @@ def imported(path: Path) -> set[str]:
         elif isinstance(node, ast.Constant) and isinstance(node.value, str):
             names |= set(re.findall(r"^repro\.[a-z_]+(?:\.[a-z_]+)*", node.value))
     below = {name.removeprefix("repro.") for name in names if name.startswith("repro.")}
-    return {name for name in below if (SOURCE / name.split(".")[0]).is_dir() or name.split(".")[0] in ("cli", "errors")}
+    return {
+        name for name in below if (SOURCE / name.split(".")[0]).is_dir() or name.split(".")[0] in ("__main__", "errors")
+    }
 
 
 def room_of(path: Path) -> str:
@@ -76,11 +78,7 @@ def floors(rooms: Arrows) -> dict[str, int]:
 
 def drawn() -> tuple[Arrows, dict[str, int]]:
     """The rooms of the picture with their floors."""
-    rooms = {
-        room: others - {*EVERYWHERE}
-        for room, others in arrows().items()
-        if room not in (*EVERYWHERE, "__init__", "__main__")
-    }
+    rooms = {room: others - {*EVERYWHERE} for room, others in arrows().items() if room not in (*EVERYWHERE, "__init__")}
     return rooms, floors(rooms)
 
 

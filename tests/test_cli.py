@@ -12,7 +12,7 @@ import time
 
 import pytest
 
-from repro import cli
+from repro import __main__ as cli
 from repro.errors import UserError
 from repro.tracking.paths import FAILED
 from repro.tracking.stage import Stage
@@ -46,7 +46,7 @@ def records(store):
 @pytest.mark.parametrize("arguments", [["--help"], ["status"], ["runs"]])
 def test_light_commands_load_nothing_heavy(tmp_path, arguments):
     program = (
-        "import sys; from repro.cli import main; code = main(sys.argv[1:]);"
+        "import sys; from repro.__main__ import main; code = main(sys.argv[1:]);"
         f"print(code, [name for name in {HEAVY!r} if name in sys.modules])"
     )
     environment = {**os.environ, "REPRO_OUTPUTS": str(tmp_path)}
@@ -102,7 +102,7 @@ def test_troubles_end_calmly(monkeypatch, capsys, trouble, code, expected):
 
 
 def test_a_closed_pipe_is_no_error(store, records):
-    program = f"{shlex.quote(sys.executable)} -m repro.cli runs --json | head -c 1"
+    program = f"{shlex.quote(sys.executable)} -m repro runs --json | head -c 1"
     done = subprocess.run(["bash", "-o", "pipefail", "-c", program], capture_output=True, text=True, check=False)
     assert done.returncode == 0
     assert done.stderr == ""

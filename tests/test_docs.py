@@ -19,7 +19,7 @@ import pytest
 import yaml
 from optional import needs_extra
 
-from repro import cli
+from repro import __main__ as cli
 from repro.config.compose import plan
 from repro.config.overrides import expand, experiment_of
 from repro.launch import cluster

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import repro
-from repro import cli
+from repro import __main__ as cli
 from repro.commands import completion
 from repro.config import places, registry
 from repro.config.compose import compose
@@ -155,7 +155,7 @@ from multiprocessing import forkserver
 from repro.launch import pool
 from repro.launch.pool import run_jobs
 from repro.launch.jobs import Job
-from repro import cli
+from repro import __main__ as cli
 def main(argv):
     run_jobs([Job("one", "os:getpid")], workers=1, preload=())
     server = forkserver._forkserver
@@ -182,9 +182,9 @@ def test_a_killed_server_is_one_line(tmp_path):
 @pytest.mark.parametrize("how", ["file", "stdin", "asyncio"])
 def test_a_script_without_a_guard_may_run_jobs(how, tmp_path):
     call = f"main(['run', *{TINY!r}])"
-    script = f"from repro.cli import main\n{call}\n"
+    script = f"from repro.__main__ import main\n{call}\n"
     if how == "asyncio":
-        script = f"import asyncio\nfrom repro.cli import main\nasync def all():\n    {call}\nasyncio.run(all())\n"
+        script = f"import asyncio\nfrom repro.__main__ import main\nasync def all():\n    {call}\nasyncio.run(all())\n"
     (tmp_path / "script.py").write_text(script)
     done = shell(f"{sys.executable} script.py" if how != "stdin" else f"{sys.executable} - < script.py", tmp_path)
     assert done.returncode == 0 and "Traceback" not in done.stderr and "killed" not in done.stderr

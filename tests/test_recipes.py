@@ -68,7 +68,7 @@ class Project:
     def do(self, command: list[str]) -> str:
         assert command[0] == ".venv/bin/repro", command
         environment = {**os.environ, "PYTHONPATH": str(self.root / "src"), "REPRO_OUTPUTS": str(self.outputs)}
-        program = [sys.executable, "-m", "repro.cli", *command[1:]]
+        program = [sys.executable, "-m", "repro", *command[1:]]
         done = subprocess.run(program, cwd=self.root, env=environment, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout

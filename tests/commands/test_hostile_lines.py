@@ -4,7 +4,7 @@ import shlex
 
 import pytest
 
-from repro import cli
+from repro import __main__ as cli
 
 LONG = "x" * 20_000
 # By kind: a command line -> words of the one line that it is answered with.

@@ -2,7 +2,7 @@
 
 import pytest
 
-from repro import cli
+from repro import __main__ as cli
 
 SMALL = ("scale=smoke", "seeds=2", "data.samples=200", "sequence.initial_angles=5")
 

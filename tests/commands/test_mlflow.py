@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from optional import needs_extra
 
-from repro import cli
+from repro import __main__ as cli
 from repro.commands import mlflow
 from repro.errors import UserError
 from repro.export.mlflow_runs import copy_runs
@@ -19,7 +19,7 @@ needs_mlflow = needs_extra("mlflow", "mlflow", "sqlalchemy", "alembic")
 # A process of its own: the warnings of MLflow and what it loads are none of this project's.
 PROGRAM = """
 import sys
-from repro.cli import main
+from repro.__main__ import main
 sys.exit(main(["mlflow", *sys.argv[1:]]))
 """
 READ_BACK = """

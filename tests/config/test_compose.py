@@ -173,7 +173,7 @@ def test_a_checkout_may_lie_in_any_folder(tmp_path):
     checkout = tmp_path / "o'brien (1) = a, b # & {c} [d] ~ müller 漢字"
     for folder in ("src", "conf", "experiments"):
         shutil.copytree(ROOT / folder, checkout / folder, ignore=shutil.ignore_patterns("__pycache__"))
-    command = [sys.executable, "-m", "repro.cli", "run", "--cfg", "job", "experiment=sip_basis", "basis=t1"]
+    command = [sys.executable, "-m", "repro", "run", "--cfg", "job", "experiment=sip_basis", "basis=t1"]
     environment = os.environ | {"PYTHONPATH": str(checkout / "src"), "REPRO_OUTPUTS": str(tmp_path / "outputs")}
     ended = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert ended.returncode == 0, ended.stderr

@@ -3,7 +3,7 @@
 import pytest
 from optional import without_device
 
-from repro import cli
+from repro import __main__ as cli
 from repro.plugins.plugin import plugin_names
 
 MISTAKES = {

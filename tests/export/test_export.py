@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import repro
-from repro import cli
+from repro import __main__ as cli
 from repro.config.compose import compose
 from repro.errors import UserError
 from repro.evaluation.predictions import predict

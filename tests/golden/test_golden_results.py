@@ -29,7 +29,7 @@ import pytest
 import yaml
 
 import repro
-from repro import cli
+from repro import __main__ as cli
 from repro.results.run_card import RunCard
 
 HERE = Path(__file__).parent

@@ -5,7 +5,7 @@ import pytest
 import torch
 
 import repro
-from repro import cli
+from repro import __main__ as cli
 from repro.config.compose import compose
 from repro.config.submodels import fit_of
 from repro.errors import UserError

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 import torch
 
-from repro import cli
+from repro import __main__ as cli
 from repro.config.compose import compose
 from repro.config.schema import scaled
 from repro.library.signals import learned_energies

@@ -14,7 +14,7 @@ from repro.tracking.paths import Paths
 PROGRAM = """
 import json, sys
 from pathlib import Path
-from repro import cli
+from repro import __main__ as cli
 from repro.config.compose import compose
 from repro.pipeline.run import run_job
 outputs = sys.argv[1]

@@ -33,7 +33,7 @@ def done(commands, mine, outputs):
     environment = {**os.environ, "REPRO_OUTPUTS": str(outputs), "OMP_NUM_THREADS": "1"}
     before = subprocess.run(["git", "status", "--porcelain"], cwd=ROOT, capture_output=True, check=True).stdout
     for command in commands:
-        program = [sys.executable, "-m", "repro.cli", *shlex.split(command)[1:]]
+        program = [sys.executable, "-m", "repro", *shlex.split(command)[1:]]
         ended = subprocess.run(program, cwd=mine, env=environment, capture_output=True, text=True, check=False)
         assert ended.returncode == 0, ended.stdout + ended.stderr
     assert subprocess.run(["git", "status", "--porcelain"], cwd=ROOT, capture_output=True, check=True).stdout == before

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from repro import cli
+from repro import __main__ as cli
 from repro.claims.assumptions import Trial, load_assumptions
 from repro.claims.claims import load_claims
 from repro.config.overrides import check, experiments

@@ -96,7 +96,7 @@ def test_all_experiments_run_and_a_second_pass_repeats_nothing(tmp_path):
     environment = {**os.environ, "REPRO_OUTPUTS": str(tmp_path)}
 
     def repro(*arguments):
-        command = [sys.executable, "-m", "repro.cli", *arguments]
+        command = [sys.executable, "-m", "repro", *arguments]
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout

@@ -3,7 +3,7 @@
 import pytest
 from optional import needs_extra
 
-from repro import cli
+from repro import __main__ as cli
 from repro.errors import UserError
 from repro.sweep import search
 from repro.sweep.search import CHOSEN, SearchOptions, split

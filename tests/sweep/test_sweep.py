@@ -12,7 +12,7 @@ import time
 import numpy as np
 import pytest
 
-from repro import cli
+from repro import __main__ as cli
 from repro.config.overrides import expand
 
 SMALL = ["scale=smoke", "data.samples=200", "data.episode_steps=100", "record=false"]
@@ -26,7 +26,7 @@ def outputs(tmp_path, monkeypatch):
 
 
 def command(*arguments):
-    return [sys.executable, "-m", "repro.cli", *arguments]
+    return [sys.executable, "-m", "repro", *arguments]
 
 
 def repro(*arguments):
