@@ -61,7 +61,8 @@ def replacing(path: Path, *, keep_suffix: bool = False, forced: bool = True) -> 
         if forced:
             sync(path.parent)
     except OSError as error:
-        error.filename = error.filename or str(path)  # a full disk names no file
+        if error.errno is not None and error.filename is None:
+            error.filename = str(path)  # a full disk names no file
         raise
 
 

@@ -16,7 +16,7 @@ SIP = SystemOptions("sip")
 
 def test_the_true_system_is_the_one_asked_for():
     options = SystemOptions("sip", "printed", (0.1, 0.02), "absolute", constants={"m1": 0.3})
-    assert load_system(options) == load("sip", "printed", [0.1, 0.02], "absolute", m1=0.3)
+    assert load_system(options) == load("sip", "printed", [0.1, 0.02], damping_frame="absolute", m1=0.3)
 
 
 def test_forced_and_free_motion_are_written_as_made(tmp_path, system):
