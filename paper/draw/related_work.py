@@ -44,7 +44,7 @@ def draw(results: Results) -> "Canvas | None":
         return None
     from matplotlib.ticker import LogLocator, NullFormatter
 
-    canvas = new_canvas(TEXT_WIDTH, 3.4)
+    canvas = new_canvas(TEXT_WIDTH, 2.9)
     panels = canvas.subplots(1, len(shown), squeeze=False)[0]
     for system, panel in zip(shown, panels, strict=True):
         for (name, group), role in zip(found[system].items(), style.SERIES, strict=True):
