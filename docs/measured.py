@@ -5,17 +5,16 @@ python docs/measured.py --check   exit with 1 when they are out of date
 """
 
 import json
-import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import pandas as pd
+from generated import write_or_check
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "paper" / "results"
 PAGE = ROOT / "docs" / "measured-data.md"
-NUMBERS = re.compile(r"(?<=<!-- measured -->\n).*?(?=<!-- end of measured -->)", re.DOTALL)
 BASES = {"sip": "T1", "dip": "F⊗F"}
 SENSORS = ("measured", "sample_step", "q_noise", "qd_noise", "force_noise", "quantisation")
 SCENARIOS = {  # as in experiments/measured.yaml
@@ -129,18 +128,12 @@ def shown(value: float) -> str:
 
 def main(arguments: Sequence[str]) -> int:
     """Write the page, or check it."""
-    page = PAGE.read_text(encoding="utf-8")
     timings = pd.read_parquet(
         RESULTS / "bench.parquet",
         columns=["name", "starts", "ours_ms", "other_reached"],
         filters=[("name", "==", "path")],
     )
-    found = numbers(Runs(RESULTS), timings.iloc[0])
-    written = NUMBERS.sub(lambda _: found, page)
-    if "--check" in arguments:
-        return int(written != page)
-    PAGE.write_text(written, encoding="utf-8")
-    return 0
+    return write_or_check(PAGE, "measured", numbers(Runs(RESULTS), timings.iloc[0]), arguments)
 
 
 if __name__ == "__main__":

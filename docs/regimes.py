@@ -5,10 +5,11 @@ python docs/regimes.py --check   exit with 1 when they are out of date
 """
 
 import math
-import re
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+
+from generated import write_or_check
 
 from repro.report.tables.under_trained import BUDGET, UNDER_TRAINED, training_of
 from repro.report.writing import ABSENT, interval, number
@@ -21,7 +22,6 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "related-work.md"
 RESULTS = ROOT / "paper" / "results"
 EXPERIMENT = "related_work"
-TABLES = re.compile(r"(?<=<!-- regimes -->\n).*?(?=<!-- end of regimes -->)", re.DOTALL)
 BUDGET_S, SAMPLES, MORE_SAMPLES = 5.0, 1000, (300, 1000, 10000)
 
 SYSTEMS = {
@@ -180,12 +180,7 @@ def _success(results: Results, where: Where) -> str:
 
 def main(arguments: Sequence[str]) -> int:
     """Write the page, or check it."""
-    page = PAGE.read_text(encoding="utf-8")
-    written = TABLES.sub(lambda _: tables(Results.load(RESULTS)), page)
-    if "--check" in arguments:
-        return int(written != page)
-    PAGE.write_text(written, encoding="utf-8")
-    return 0
+    return write_or_check(PAGE, "regimes", tables(Results.load(RESULTS)), arguments)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,6 @@ python docs/scaling.py --check   exit with 1 when they are out of date
 
 import heapq
 import math
-import re
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,13 +13,13 @@ from datetime import datetime
 from pathlib import Path
 
 import pandas as pd
+from generated import write_or_check
 
 from repro.launch.machine import SHARE
 
 ROOT = Path(__file__).resolve().parents[1]
 STAGES = ROOT / "paper" / "results" / "stages.parquet"
 PAGE = ROOT / "docs" / "scale-out.md"
-NUMBERS = re.compile(r"(?<=<!-- scaling -->\n).*?(?=<!-- end of scaling -->)", re.DOTALL)
 CORES = (2, 8, 16, 64)
 MIB_A_CORE = 4096
 
@@ -131,13 +130,8 @@ def _minutes(seconds: float) -> str:
 
 def main(arguments: Sequence[str]) -> int:
     """Write the page, or check it."""
-    page = PAGE.read_text(encoding="utf-8")
     columns = ["run", "id", "started", "wall_s", "cpu_s", "peak_memory_mib", "cores"]
-    written = NUMBERS.sub(lambda _: numbers(pd.read_parquet(STAGES, columns=columns)), page)
-    if "--check" in arguments:
-        return int(written != page)
-    PAGE.write_text(written, encoding="utf-8")
-    return 0
+    return write_or_check(PAGE, "scaling", numbers(pd.read_parquet(STAGES, columns=columns)), arguments)
 
 
 if __name__ == "__main__":
