@@ -50,7 +50,7 @@ def animated(name: str) -> Path:
     run = repro.load_run(name)
     stored = run.table("closed_loops")
     first = stored[stored["loop"] == stored["loop"].min()]
-    loop = stored_loop(records(run.table("control"))[0], RunCard.of(run.record.summary).settings, first)
+    loop = stored_loop(records(run.table("control"))[0], RunCard.of(run.summary).settings, first)
     path = Path(f"{run.id}.gif")
     animate(DrawnLoop(loop, *loop_shapes(loop.settings, loop.series, loop.facts["x_des"])), path)
     return path

@@ -123,9 +123,9 @@ def numbers(id: str) -> Iterator[tuple[Key, float]]:
     for seed, weights in zip(run.seeds, run.parameters.numpy(), strict=True):
         for name, value in summary(weights):
             yield ("parameters", str(seed), "", name), value
-    folder = run.record.folder
+    folder = run.folder
     if (folder / "control.parquet").is_file():
-        loops = run.table("control").assign(**RunCard.of(run.record.summary).loop_columns())
+        loops = run.table("control").assign(**RunCard.of(run.summary).loop_columns())
         yield from loop_numbers(loops, run.table("closed_loops"))
 
 

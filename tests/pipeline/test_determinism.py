@@ -60,7 +60,7 @@ def results(root: Path, runs: Sequence[str], ids: Sequence[str]) -> Results:
         tables = {path.stem: pd.read_parquet(path) for path in (root / "runs" / id).glob("*.parquet")}
         metrics = tables["metrics"]
         tables["metrics"] = metrics[metrics["metric"] != "fit_seconds"]
-        fit = load_run(id, root=root).upstream["fit"].record
+        fit = load_run(id, root=root).upstream["fit"]
         with np.load(fit.path("parameters.npz")) as stored:
             found[run] = (stored["parameters"], tables)
     return found

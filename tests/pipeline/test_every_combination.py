@@ -21,7 +21,6 @@ from repro.pipeline.run import execute
 from repro.pipeline.stages.stored_fit import load_parameters, model_of, simulated_system
 from repro.plugins.checked import checked
 from repro.plugins.plugin import plugin
-from repro.tracking.load import Run
 from repro.tracking.store import Store
 
 SMALL = (
@@ -123,7 +122,7 @@ def test_every_accepted_controller_decides(system, model, store):
 
 def _decide(config: Config, store: Store) -> None:
     pipeline = Pipeline.of(config.model_copy(update={"control": checked("control", CONTROLLERS, {"kind": "none"})}), "")
-    fit = Run(execute(pipeline, store)).upstream["fit"]
+    fit = execute(pipeline, store).upstream["fit"]
     system, options = simulated_system(pipeline.fit_options), config.control
     if hasattr(options, "intervals"):
         options = replace(options, intervals=2, coarse_intervals=min(1, options.coarse_intervals), iterations=2)
@@ -131,7 +130,7 @@ def _decide(config: Config, store: Store) -> None:
     model = PredictiveModel(model_of(pipeline.fit_options, fit.upstream), system)
     samples = tuple(np.random.default_rng(0).normal(size=(3, 20, system.n_q)))
     with plugin(CONTROLLERS, options.kind).build(options, model, config.task.disc(system), samples) as make:
-        controller = make(np.asarray(load_parameters(fit.record.folder))[0], start.goal)
+        controller = make(np.asarray(load_parameters(fit.folder))[0], start.goal)
         step = controller.decide(start.state)
         assert step.u.shape == (len(system.inputs),) and np.all(np.abs(step.u) <= options.limits(system))
         controller.observe(np.tile(start.state, (9, 1)), np.tile(step.u, (8, 1)))

@@ -10,7 +10,6 @@ from repro.pipeline.plan import Pipeline
 from repro.pipeline.run import execute
 from repro.pipeline.stages import fit
 from repro.pipeline.stages.stored_fit import model_of
-from repro.tracking.load import Run
 from repro.tracking.store import Store
 
 TINY = ("scale=smoke", "data.samples=120", "data.episode_steps=40", "sequence.initial_angles=4", "record=false")
@@ -34,7 +33,7 @@ def pipeline(*overrides):
 def made(made_by, store):
     """The stored fit of a pipeline's run, and what `fit_ensemble` makes of the same data in one go."""
     execute(made_by, store)
-    stage = Run(store.find(made_by.fit_stage.id, kind="fits"))
+    stage = store.find(made_by.fit_stage.id, kind="fits")
     model, data = model_of(made_by.fit_options, stage.upstream), fit.training_data(made_by.fit_options, stage.upstream)
     return stage, fit_ensemble(model, made_by.fit_options.training, data)[0]
 
@@ -56,7 +55,7 @@ def test_a_fit_in_two_stages_is_the_fit_in_one(case, sequence, tmp_path):
     """Weights, status and learning curves to the bit; the seconds are those of both stages."""
     stage, whole = made(pipeline(*CASES[case], f"sequence={sequence}"), Store(tmp_path))
     same(fit.stored(stage), whole)
-    assert stage.record.summary["seconds"] >= stage.upstream["pretraining"].record.summary["seconds"] > 0
+    assert stage.summary["seconds"] >= stage.upstream["pretraining"].summary["seconds"] > 0
 
 
 def test_fits_that_begin_alike_share_the_beginning(tmp_path, monkeypatch):
@@ -71,15 +70,15 @@ def test_fits_that_begin_alike_share_the_beginning(tmp_path, monkeypatch):
     assert first.id == second.id and set(first.upstream) == {"free"}
     begun, store, fitted = [], Store(tmp_path), fit.make
 
-    def noted(*given, beginning=False, **more):
-        begun.append(beginning)
-        return fitted(*given, beginning=beginning, **more)
+    def noted(folder, options, upstream):
+        begun.append("pretraining" not in upstream)
+        return fitted(folder, options, upstream)
 
     monkeypatch.setattr(fit, "make", noted)
     for one in pipelines:
         execute(one, store)
     assert begun == [True, False, False]
-    alone, together = (fit.stored(Run(store.find(one.fit_stage.id))) for one in pipelines)
+    alone, together = (fit.stored(store.find(one.fit_stage.id)) for one in pipelines)
     learned, followed = (
         [values for step, name, values in one.curves if name == "loss" and step <= 6] for one in (alone, together)
     )
@@ -139,5 +138,5 @@ def test_a_kill_on_the_way_loses_nothing(tmp_path, monkeypatch):
             assert attempt < 2
     assert [epoch for epoch in epochs if epoch] == [1, 2, 3, 4, 5, 6, 1, 2, 3, 4, 5, 6]
     monkeypatch.undo()
-    stage = Run(Store(tmp_path).find(one.fit_stage.id))
+    stage = Store(tmp_path).find(one.fit_stage.id)
     same(fit.stored(stage), made(one, Store(tmp_path / "again"))[1])

@@ -108,7 +108,7 @@ def test_a_command_of_the_page_reads_its_recording(
     words = shlex.split(command, comments=True)
     for job in expand([word for word in words if word != "-m"]):
         composed = compose(job)
-        assert Pipeline.of(composed.config, composed.command).data_options["data"].sha256
+        assert Pipeline.of(composed.config, composed.command).data_stages["data"].config.sha256
 
 
 def test_the_page_shows_a_command_for_every_recording() -> None:

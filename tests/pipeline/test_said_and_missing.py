@@ -8,7 +8,6 @@ import sys
 import numpy as np
 import pandas as pd
 import pytest
-import torch
 
 from repro import __main__ as cli
 from repro.config.compose import compose
@@ -17,7 +16,6 @@ from repro.library.signals import learned_energies
 from repro.mechanics.derive import energies_along
 from repro.mechanics.system import load
 from repro.models.kinds.truth import Truth
-from repro.pipeline.stages import evaluate
 
 
 @pytest.fixture
@@ -29,11 +27,10 @@ def outputs(tmp_path, monkeypatch):
 def test_a_motion_that_diverges_has_no_energies_from_there_on():
     system = load("sip")
     model = Truth(system)
-    weights = torch.as_tensor(model.initial([np.random.default_rng(0)]))
-    fit = evaluate.Fit(model, weights, [0], ["ok"], 0.0, {})
+    weights = model.initial([np.random.default_rng(0)])
     states = np.random.default_rng(1).normal(size=(1, 6, 4))
     states[0, 4:] = np.nan, np.inf, 0.0, 0.0
-    learned = learned_energies(fit.model, fit.parameters, system, states)
+    learned = learned_energies(model, weights, system, states)
     for energy in learned.values():
         assert np.isnan(energy[0, 4:]).all() and np.isfinite(energy[0, :4]).all()
     expected = energies_along(system, states[:, :4])

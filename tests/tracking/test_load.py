@@ -63,11 +63,11 @@ def test_load_run(two_runs, toy):
     run = load_run(two_runs[0].id[-10:])
     assert run.id == two_runs[0].id
     assert len(run.table("metrics")) == 4
-    assert run.upstream["fit"].config == {"epochs": 10}
-    assert run.upstream["fit"].upstream["data"].config == {"samples": 100}
+    assert run.upstream["fit"].identity.config == {"epochs": 10}
+    assert run.upstream["fit"].upstream["data"].identity.config == {"samples": 100}
     with pytest.raises(UserError, match="has no table curves; it has: metrics"):
         run.table("curves")
-    run.record.path("run.json").write_text("{}")
+    run.path("run.json").write_text("{}")
     with pytest.raises(UserError, match="is damaged"):
         load_run(run.id)
 

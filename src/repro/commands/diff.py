@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from dataclasses import asdict
 
 from repro.commands.arguments import parsed
-from repro.tracking.load import load_record
-from repro.tracking.paths import Paths, outputs_root
+from repro.tracking.load import load_run
+from repro.tracking.paths import outputs_root
 from repro.tracking.stage_difference import record_differences
 from repro.tracking.store import Store
 from repro.tracking.text import short, table
@@ -17,9 +17,8 @@ _LINE = 100  # characters of a difference whose two sides are printed on one lin
 def main(argv: Sequence[str]) -> int:
     """Print the differences of two stored stages, by area."""
     arguments = parsed("diff", argv)
-    paths = Paths(outputs_root())
-    before, after = load_record(paths, arguments.before), load_record(paths, arguments.after)
-    differences = record_differences(Store(paths.root), before, after)
+    before, after = load_run(arguments.before), load_run(arguments.after)
+    differences = record_differences(Store(outputs_root()), before, after)
     if arguments.json:
         print(json.dumps([asdict(one) for one in differences], indent=1))
         return 0

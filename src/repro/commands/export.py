@@ -13,7 +13,7 @@ def main(argv: Sequence[str]) -> int:
     arguments = parsed("export", argv)
     run = open_run(arguments.run)
     if not isinstance(run, OpenedRun):
-        raise UserError(f"{run.id} is no run but one of {run.record.kind}: `repro runs` lists the runs")
+        raise UserError(f"{run.id} is no run but one of {run.kind}: `repro runs` lists the runs")
     statuses, seed = run.card["member_status"], arguments.member
     if seed is not None and seed not in run.seeds:
         raise UserError(f"--member {seed}: {run.id} has the seeds {', '.join(map(str, run.seeds))}")
@@ -22,7 +22,7 @@ def main(argv: Sequence[str]) -> int:
         run=run.id,
         seed=run.seeds[member],
         system=run.card["system"],
-        command=run.record.provenance.command,
+        command=run.provenance.command,
         card=run.card,
         model=run.model,
         weights=run.parameters[member].numpy(),

@@ -1,7 +1,6 @@
 """`repro identify`: which combinations of terms of a linear basis some data determine, before anything is fitted."""
 
 from collections.abc import Sequence
-from functools import partial
 
 import numpy as np
 
@@ -19,12 +18,11 @@ from repro.models.damped import without_damping
 from repro.models.lagrangian import Lagrangian
 from repro.models.model import Model
 from repro.pipeline.plan import Pipeline
-from repro.pipeline.stages import data
+from repro.pipeline.run import work_of
 from repro.pipeline.stages.examine import identified
 from repro.pipeline.stages.fit import training_data
 from repro.pipeline.stages.stored_fit import model_of
 from repro.tracking import progress
-from repro.tracking.load import Run
 from repro.tracking.paths import outputs_root
 from repro.tracking.store import Store
 
@@ -72,7 +70,7 @@ def _examined(overrides: Sequence[str]) -> tuple[dict[str, list[Identifiability]
     upstream = {}
     for number, (role, stage) in enumerate(pipeline.data_stages.items(), start=1):
         progress.report(0.1 * number, f"data: {role}")
-        upstream[role] = Run(store.compute(stage, partial(data.make, options=pipeline.data_options[role])))
+        upstream[role] = store.compute(stage, work_of(stage, {}))
     options = pipeline.fit_options
     progress.report(0.5, "rank and null directions")
     model = model_of(options, upstream)

@@ -9,8 +9,9 @@ from repro.config.places import CONF
 from repro.config.registry import read_settings
 from repro.config.schema import Config
 from repro.errors import UserError
-from repro.tracking.load import Run, load_run
+from repro.tracking.load import load_run
 from repro.tracking.plain_data import Json
+from repro.tracking.record import Record
 
 
 def is_settings(part: str) -> bool:
@@ -31,13 +32,13 @@ def settings_of(part: str, config: Config) -> Config:
     return typed({**_composed(tuple(own)), **shared})
 
 
-def fit_of(id: str) -> Run:
+def fit_of(id: str) -> Record:
     """The fit behind a stored run, or the fit that the id names; UserError for anything else."""
     stage = load_run(id)
-    if stage.record.kind == "runs":
+    if stage.kind == "runs":
         return stage.upstream["fit"]
-    if stage.record.kind != "fits":
-        raise UserError(f"model.parts: {stage.id} is one of {stage.record.kind}; give the id of a run")
+    if stage.kind != "fits":
+        raise UserError(f"model.parts: {stage.id} is one of {stage.kind}; give the id of a run")
     return stage
 
 
@@ -48,7 +49,7 @@ def n_coordinates(part: str, config: Config) -> int:
 
     if is_settings(part):
         return load_system(settings_of(part, config).system_options).n_q
-    return int(Dataset.load(fit_of(part).upstream["data"].record.folder).q.shape[-1])
+    return int(Dataset.load(fit_of(part).upstream["data"].folder).q.shape[-1])
 
 
 @cache

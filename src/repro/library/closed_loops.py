@@ -10,32 +10,26 @@ from repro.control.conditions import wrong_weights
 from repro.control.controller import CONTROLLERS
 from repro.control.predictive_model import PredictiveModel
 from repro.control.task import LoopPlan
-from repro.data.dataset import Dataset
 from repro.errors import UserError
 from repro.learning.result import Progress, silent
+from repro.library.ensemble_model import Ensemble
 from repro.mechanics.system import System
-from repro.models.model import Model
 from repro.plugins.plugin import plugin
 
 PRIOR_SAMPLES = 2000
 
 
 def closed_loops(
-    model: Model,
-    parameters: np.ndarray,
-    system: System,
-    data: Dataset,
-    plan: LoopPlan,
-    report: Progress = silent,
-    first: int = 0,
+    ensemble: Ensemble, system: System, plan: LoopPlan, report: Progress = silent, first: int = 0
 ) -> Iterator[tuple[int, int, ClosedLoop]]:
-    """Number, index of the member and loop of every closed loop of a plan, from number `first` on.
+    """Number, index of the member and loop of every closed loop of a plan on a system, from number `first` on.
 
-    parameters: the members' weights (member, n_parameters). UserError for a model that has no expressions.
+    UserError for a model that has no expressions.
     """
+    model, parameters = ensemble.model, ensemble.weights_
     if model.not_symbolic is not None:
         raise UserError(f"a predictive controller needs the model as expressions: {model.not_symbolic}")
-    train, task, options = data.train, plan.task, plan.controller
+    train, task, options = ensemble.data.train, plan.task, plan.controller
     samples = train.q[0][:PRIOR_SAMPLES], train.qd[0][:PRIOR_SAMPLES], train.qdd[0][:PRIOR_SAMPLES]
     disc, starts = task.disc(system), task.starts(system, len(parameters))[: plan.loops]
     lengths, bounds = {"time_step": options.time_step, "seconds": task.seconds}, task.bounds(system)

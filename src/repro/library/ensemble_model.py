@@ -1,6 +1,6 @@
 """An ensemble with its weights, and its predictions from plain arrays."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
@@ -10,7 +10,7 @@ from repro.data.dataset import Dataset
 from repro.errors import UserError
 from repro.evaluation.model_motion import model_motion
 from repro.evaluation.predictions import predict
-from repro.learning.result import Curve
+from repro.learning.result import Curve, Notes
 from repro.mechanics.system import System
 from repro.models.model import Model
 from repro.models.terms import Terms
@@ -43,6 +43,7 @@ class Ensemble:
     curves_  (step, name, one value per member) of the fit
     system   the true system, where it is known
     information_  Fisher information of the weights (member, n_parameters, n_parameters), where the fit has one
+    notes_   what the fit reports beside
     """
 
     model: Model
@@ -54,6 +55,7 @@ class Ensemble:
     curves_: "Curve | tuple[()]" = ()
     system: System | None = None
     information_: np.ndarray | None = None
+    notes_: Notes = field(default_factory=Notes)
 
     @property
     def members(self) -> int:

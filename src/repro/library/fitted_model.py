@@ -78,8 +78,7 @@ class FittedModel(Ensemble):
         if problems:
             raise UserError("; ".join(problems))
         plan = LoopPlan(controller=options, task=task, loops=task.n_loops(self.members), canonical=canonical)
-        made = closed_loops(self.model, self.weights_, system, self.data, plan, progress)
-        return Controlled([loop for _, _, loop in made])
+        return Controlled([loop for _, _, loop in closed_loops(self, system, plan, progress)])
 
     def score(self, data: Dataset | None = None, metric: str | MetricOptions = "none") -> "pd.DataFrame":
         """Errors on the test part of the data.

@@ -102,7 +102,7 @@ def fit(
     trained = TrainingData([whole], free, system, numbers)
     fitted, seconds = fit_ensemble(built, training, trained, progress)
     weights = np.asarray(fitted.parameters, dtype=float)
-    information = None if fitted.information is None else np.asarray(fitted.information)
     return FittedModel(
-        built, weights, numbers, whole, tuple(fitted.status), seconds, fitted.curves, system, information
+        built, weights, numbers, whole, tuple(fitted.status), seconds, fitted.curves, system, fitted.information,
+        fitted.notes,
     )  # fmt: skip

@@ -137,7 +137,7 @@ def record_ensemble(ensemble: Ensemble, path: Path) -> Path:
     if not model.n_parameters:
         raise UserError(f"{type(model).__name__} has no weights, so no motion of its own to record")
     rollout = first_points(model, ensemble.weights_, test, system)
-    rows = signals(model, ensemble.weights_, ensemble.seeds, test, system, rollout)
+    rows = signals(replace(ensemble, information_=None), rollout)
     if system is None and model.energetic:
         energies = ensemble.member(0).energies(*np.split(rollout.model[0], 2, axis=-1))
         values = energies.kinetic, energies.potential, energies.hamiltonian

@@ -1,14 +1,12 @@
 """What is kept of a test: the motions of plant and model over the first test points, and their energies."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from repro.data.dataset import Dataset
 from repro.evaluation.canonical import RestStates, in_gauge
 from repro.evaluation.predictions import predict
 from repro.evaluation.rollouts import ModelRollout
 from repro.evaluation.uncertainty import motion_errors
+from repro.library.ensemble_model import Ensemble
 from repro.mechanics.derive import energies_along
 from repro.mechanics.system import System
 from repro.models.gauge import Gauge
@@ -17,23 +15,16 @@ from repro.models.model import Model
 Signal = tuple[int, str, float, float]  # seed, name, s, value
 
 
-def signals(
-    model: Model,
-    parameters: np.ndarray,
-    seeds: Sequence[int],
-    test: Dataset,
-    system: System | None,
-    rollout: ModelRollout | None,
-    information: np.ndarray | None = None,
-) -> list[Signal]:
+def signals(ensemble: Ensemble, rollout: ModelRollout | None) -> list[Signal]:
     """Rows of every member: tau[i], episode, and the states and energies of plant and model by name.
 
-    parameters: (member, n_parameters); information: of the weights (member, n_parameters, n_parameters), where the fit
-    has one: then there are standard errors of the model's states too. Energies are in the canonical gauge, where the
-    true system is known.
+    Standard errors of the model's states too, where the fit has an information. Energies are in the canonical gauge,
+    where the true system is known.
     """
     if rollout is None:
         return []
+    model, parameters, information = ensemble.model, ensemble.weights_, ensemble.information_
+    test, system = ensemble.data.test, ensemble.system
     points = len(rollout.time)
     names = [c.name for c in test.coordinates] + [f"{c.name}d" for c in test.coordinates]
     episode = np.broadcast_to(test.episode[:points], (test.members, points))
@@ -51,7 +42,7 @@ def signals(
     return [
         (seed, name, float(t), float(value))
         for name, values in columns.items()
-        for seed, series in zip(seeds, values, strict=True)
+        for seed, series in zip(ensemble.seeds, values, strict=True)
         for t, value in zip(rollout.time, series, strict=True)
     ]
 

@@ -10,11 +10,12 @@ from repro.mechanics.system import System
 from repro.models.model import Model
 from repro.pipeline.stage_options import FitOptions
 from repro.pipeline.stages.stored_fit import dataset, load_parameters, model_of, system_of
-from repro.tracking.load import Run, load_run
+from repro.tracking.load import load_run
 from repro.tracking.plain_data import Json
+from repro.tracking.record import Record
 
 
-class OpenedRun(Run):
+class OpenedRun(Record):
     """A stored run with the objects behind it.
 
     card     what was run, as the tables name it
@@ -24,7 +25,7 @@ class OpenedRun(Run):
     @property
     def card(self) -> Json:
         """The run card."""
-        return dict(self.record.summary["card"])
+        return dict(self.summary["card"])
 
     @property
     def seeds(self) -> list[int]:
@@ -34,7 +35,7 @@ class OpenedRun(Run):
     @cached_property
     def settings(self) -> FitOptions:
         """What the fit depends on: system, model, basis, objective, optimiser, sequence."""
-        return FitOptions.stored(self._fit.config)
+        return FitOptions.stored(self._fit.identity.config)
 
     @cached_property
     def data(self) -> Dataset:
@@ -54,20 +55,20 @@ class OpenedRun(Run):
     @cached_property
     def parameters(self) -> Tensor:
         """The learned weights (member, n_parameters); UserError when the model's code no longer fits them."""
-        weights = torch.from_numpy(load_parameters(self._fit.record.folder))
+        weights = torch.from_numpy(load_parameters(self._fit.folder))
         if weights.shape[1] != self.model.n_parameters:
             raise UserError(
                 f"{self.id} has {weights.shape[1]} weights per seed, its model now takes {self.model.n_parameters}: "
-                f"its code has changed; {self.record.provenance.command} makes it again"
+                f"its code has changed; {self.provenance.command} makes it again"
             )
         return weights
 
     @cached_property
-    def _fit(self) -> Run:
+    def _fit(self) -> Record:
         return self.upstream["fit"]
 
 
-def open_run(id: str, *, root: Path | str | None = None) -> Run:
+def open_run(id: str, *, root: Path | str | None = None) -> Record:
     """Open a stored run.
 
     Parameters
@@ -79,7 +80,7 @@ def open_run(id: str, *, root: Path | str | None = None) -> Run:
 
     Returns
     -------
-    Run
+    OpenedRun or Record
         With `card`, `model`, `parameters` (member, n_parameters), `data`, `system` and `table(name)`; another stage
         comes with its tables alone.
 
@@ -89,4 +90,4 @@ def open_run(id: str, *, root: Path | str | None = None) -> Run:
         When none or several fit.
     """
     stage = load_run(id, root=root)
-    return OpenedRun(stage.record) if stage.record.kind == "runs" else stage
+    return OpenedRun(**vars(stage)) if stage.kind == "runs" else stage

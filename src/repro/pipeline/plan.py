@@ -8,7 +8,7 @@ from repro.config.rules import linear
 from repro.config.schema import Config, scaled
 from repro.config.submodels import fit_of, is_settings, settings_of
 from repro.control.controller import CONTROLLERS, ControllerOptions
-from repro.data.data_options import FreeMotionOptions, RandomForce, RecordingFile
+from repro.data.data_options import DataSource, FreeMotionOptions, RandomForce, RecordingFile
 from repro.errors import UserError
 from repro.evaluation.metric_options import METRICS
 from repro.learning.training_options import Training
@@ -45,38 +45,38 @@ class Pipeline:
         return cls(scaled(config), command)
 
     @cached_property
-    def data_options(self) -> dict[str, DataOptions]:
+    def data_stages(self) -> dict[str, Stage]:
         """Every dataset by its role: data; stage_1, stage_2, ... of the curriculum, in front of it; free (D_H)."""
         config, sequence = self.config, self.config.sequence
-        datasets = {}
+        sources: dict[str, DataSource | FreeMotionOptions] = {}
         if isinstance(config.data, RandomForce):
             for number, steps in enumerate(config.curriculum.episodes, start=1):
-                shorter = replace(
-                    config.data, regime="episodes", episode_steps=steps, samples=config.curriculum.samples
+                samples = config.curriculum.samples
+                sources[f"stage_{number}"] = replace(
+                    config.data, regime="episodes", episode_steps=steps, samples=samples
                 )
-                datasets[f"stage_{number}"] = self._data_options(shorter)
-        datasets["data"] = self._data_options(config.data)
+        sources["data"] = config.data
         if sequence.uses_free_motion and config.model.fitted:
             step = config.data.time_step if isinstance(config.data, RandomForce) else FreeMotionOptions.time_step
-            motion = FreeMotionOptions(
+            sources["free"] = FreeMotionOptions(
                 initial_angles=sequence.initial_angles, grid=sequence.grid, steps=sequence.steps, time_step=step
             )
-            datasets["free"] = self._data_options(motion)
-        return datasets
+        return {role: self._data_stage(source) for role, source in sources.items()}
 
-    @cached_property
-    def data_stages(self) -> dict[str, Stage]:
-        """The stage of every dataset by its role."""
-        return {
-            role: self._stage("data", f"{self._mechanism}-{options.label}", options, {}, "data", options.code)
-            for role, options in self.data_options.items()
-        }
+    def _data_stage(self, source: DataSource | FreeMotionOptions) -> Stage:
+        sha256 = ""
+        if isinstance(source, RecordingFile):
+            sha256 = recording_digest(source)
+        elif isinstance(source, RandomForce) and source.regime == "long":
+            source = replace(source, episode_steps=RandomForce.episode_steps)  # has no effect
+        options = DataOptions(self._system, tuple(self.config.members), source, sha256)
+        return self._stage("data", f"{self._mechanism}-{options.label}", options, {}, "data", options.code)
 
     @cached_property
     def fit_options(self) -> FitOptions:
         """What the ensemble depends on."""
         config = self.config
-        parts = tuple(options for options, _ in self._parts)
+        parts = tuple(options for options, _ in self.parts)
         simulated = isinstance(config.data, RandomForce)
         seeds, system = tuple(config.members), self._system
         if not config.model.fitted:
@@ -119,7 +119,7 @@ class Pipeline:
 
     def _fit_stage(self, name: str, fit: FitOptions, stages: Mapping[str, Stage]) -> Stage:
         upstream = {role: stage.id for role, stage in stages.items()}
-        upstream |= {f"part_{number}": id for number, (_, id) in enumerate(self._parts, start=1)}
+        upstream |= {f"part_{number}": id for number, (_, id) in enumerate(self.parts, start=1)}
         return self._stage("fits", name, fit, upstream, "fit", [*fit.code, *fit.loss_code, *fit.optimiser_code])
 
     @cached_property
@@ -129,7 +129,7 @@ class Pipeline:
         return [Pipeline.of(settings_of(part, self.config), self.command) for part in parts]
 
     @cached_property
-    def _parts(self) -> list[tuple[FitOptions, str]]:
+    def parts(self) -> list[tuple[FitOptions, str]]:
         """Options and id of the fit of every sub-model, in order."""
         planned = iter(self.part_pipelines)
         parts = []
@@ -139,71 +139,49 @@ class Pipeline:
                 parts.append((pipeline.fit_options, pipeline.fit_stage.id))
             else:
                 fit = fit_of(part)
-                options = FitOptions.stored(fit.config)
+                options = FitOptions.stored(fit.identity.config)
                 if missing := [seed for seed in self.config.members if seed not in options.seeds]:
                     raise UserError(f"model.parts: {fit.id} has the seeds {list(options.seeds)}, and not {missing}")
                 parts.append((options, fit.id))
         return parts
 
     @cached_property
-    def run_options(self) -> RunOptions:
-        """What the measurements depend on."""
-        config = self.config
-        noise = config.data.tau_noise if config.whole_chain and isinstance(config.data, RandomForce) else 0.0
-        chains = tuple(config.chain), tuple(config.whole_chain)
-        horizons = tuple(config.energies.horizons)
-        return RunOptions(self.fit_options, config.energies.gauge, config.metric, horizons, *chains, noise)
-
-    @cached_property
     def run_stage(self) -> Stage:
         """The measurements: what is called a run."""
+        config, fit = self.config, self.fit_options
+        noise = config.data.tau_noise if config.whole_chain and isinstance(config.data, RandomForce) else 0.0
+        chains = tuple(config.chain), tuple(config.whole_chain)
+        options = RunOptions(fit, config.energies.gauge, config.metric, tuple(config.energies.horizons), *chains, noise)
         roles = [role for role in ("data", "free") if role in self.data_stages]
         upstream = {role: self.data_stages[role].id for role in roles} | {"fit": self.fit_stage.id}
         if self.control_stage is not None:
             upstream["control"] = self.control_stage.id
-        code = [*self.fit_options.code, *self.fit_options.loss_code, plugin_module(METRICS, self.config.metric.kind)]
-        code += [plugin_module("evaluation", "chains")] if self.config.chain else []
-        code += [plugin_module("evaluation", "whole_chain")] if self.config.whole_chain else []
-        return self._stage("runs", self.name, self.run_options, upstream, "evaluate", code)
-
-    @cached_property
-    def loop_options(self) -> LoopOptions:
-        """What the closed loops depend on."""
-        config = self.config
-        canonical = config.energies.gauge.startswith("canonical")
-        assert isinstance(config.control, ControllerOptions)
-        return LoopOptions(
-            fit=self.fit_options, controller=config.control, task=config.task, loops=config.loops, canonical=canonical
-        )
+        code = [*fit.code, *fit.loss_code, plugin_module(METRICS, config.metric.kind)]
+        code += [plugin_module("evaluation", "chains")] if config.chain else []
+        code += [plugin_module("evaluation", "whole_chain")] if config.whole_chain else []
+        return self._stage("runs", self.name, options, upstream, "evaluate", code)
 
     @cached_property
     def control_stage(self) -> Stage | None:
         """The closed loops on the true plant, where a controller is chosen."""
-        if not isinstance(self.config.control, ControllerOptions):
+        config, fit = self.config, self.fit_options
+        if not isinstance(config.control, ControllerOptions):
             return None
+        canonical = config.energies.gauge.startswith("canonical")
+        options = LoopOptions(
+            fit=fit, controller=config.control, task=config.task, loops=config.loops, canonical=canonical
+        )
         upstream = {"data": self.data_stages["data"].id, "fit": self.fit_stage.id}
-        code = [plugin_module(CONTROLLERS, self.config.control.kind), *self.fit_options.code]
-        return self._stage("control", self.name, self.loop_options, upstream, "close_loops", code)
-
-    @cached_property
-    def recording_options(self) -> RecordingOptions:
-        """What the recording shows."""
-        links = max((links for links in self.config.chain if links <= LONGEST_SHOWN), default=None)
-        return RecordingOptions(self.fit_options, self.name.replace("-", " "), links)
+        code = [plugin_module(CONTROLLERS, config.control.kind), *fit.code]
+        return self._stage("control", self.name, options, upstream, "close_loops", code)
 
     @cached_property
     def recording_stage(self) -> Stage:
-        """The rerun recording of the run."""
-        upstream = {"run": self.run_stage.id}
-        code = self.fit_options.code
-        return self._stage("recordings", self.name, self.recording_options, upstream, self.recording_kind, code)
-
-    @property
-    def recording_kind(self) -> str:
-        """Name of the stage that records: a closed loop, a chain, or one run."""
-        if self.control_stage is not None:
-            return "record_loop"
-        return "record_run" if self.recording_options.links is None else "record_chain"
+        """The rerun recording of the run: of a closed loop, of a chain, or of motions."""
+        links = max((links for links in self.config.chain if links <= LONGEST_SHOWN), default=None)
+        shown = "record_loop" if self.control_stage else "record_run" if links is None else "record_chain"
+        options = RecordingOptions(self.fit_options, self.name.replace("-", " "), links)
+        return self._stage("recordings", self.name, options, {"run": self.run_stage.id}, shown, options.fit.code)
 
     @property
     def name(self) -> str:
@@ -261,16 +239,8 @@ class Pipeline:
     def _mechanism(self) -> str:
         return "own" if self.config.own_coordinates else self.config.system.name
 
-    def _data_options(self, source: RandomForce | FreeMotionOptions | RecordingFile) -> DataOptions:
-        sha256 = ""
-        if isinstance(source, RecordingFile):
-            sha256 = recording_digest(source)
-        elif isinstance(source, RandomForce) and source.regime == "long":
-            source = replace(source, episode_steps=RandomForce.episode_steps)  # has no effect
-        return DataOptions(self._system, tuple(self.config.members), source, sha256)
-
     def _stage(
         self, kind: str, name: str, options: Options, upstream: Mapping[str, str], stage: str, code: Sequence[str]
     ) -> Stage:
         work = plugin_module("pipeline.stages", stage)
-        return Stage(kind, name, options.plain(), dict(upstream), (work, *dict.fromkeys(code)), self.command)
+        return Stage(kind, name, options, dict(upstream), (work, *dict.fromkeys(code)), self.command)

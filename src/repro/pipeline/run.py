@@ -2,17 +2,16 @@
 
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 
 from repro.config.schema import Config
 from repro.pipeline.card import summary_of
-from repro.pipeline.plan import PRETRAINING, Pipeline
-from repro.pipeline.stages import close_loops, data, evaluate, fit
-from repro.plugins.plugin import plugin
+from repro.pipeline.plan import Pipeline
 from repro.tracking import progress
-from repro.tracking.load import Run, load_run
+from repro.tracking.load import load_run
 from repro.tracking.plain_data import Json
 from repro.tracking.record import Record
 from repro.tracking.stage import Stage
@@ -26,38 +25,33 @@ def execute(pipeline: Pipeline, store: Store) -> Record:
     """
     for part in pipeline.part_pipelines:
         execute(part, store)
-    made = {*pipeline.data_stages, PRETRAINING}
-    parts = {role: id for role, id in pipeline.fit_stage.upstream.items() if role not in made}
-    upstream = {role: load_run(id, root=store.paths.root) for role, id in parts.items()}
+    made = {id: load_run(id, root=store.paths.root) for _, id in pipeline.parts}
     for role, stage in pipeline.data_stages.items():
         progress.report(0.0, f"data: {role}")
-        upstream[role] = Run(_done(store, stage, partial(data.make, options=pipeline.data_options[role])))
-    if (options := pipeline.pretraining_options) is not None and (begun := pipeline.pretraining_stage) is not None:
-        used = {role: upstream[role] for role in begun.upstream}
-        work = partial(fit.make, options=options, upstream=used, beginning=True)
-        upstream[PRETRAINING] = Run(_done(store, begun, work))
-    fitted = _done(store, pipeline.fit_stage, partial(fit.make, options=pipeline.fit_options, upstream=upstream))
-    inputs = {"fit": Run(fitted)}
-    if pipeline.control_stage is not None:
-        work = partial(close_loops.make, options=pipeline.loop_options, upstream=inputs)
-        inputs["control"] = Run(_done(store, pipeline.control_stage, work))
+        made[stage.id] = _done(store, stage, work_of(stage, made))
+    *before, last = pipeline.stages
+    for stage in before[len(pipeline.data_stages) :]:
+        made[stage.id] = _done(store, stage, work_of(stage, made))
     progress.report(0.95, "evaluation")
 
     def measured(folder: Path) -> Json:
-        summary = evaluate.make(folder, pipeline.run_options, inputs)
-        n_train = upstream["data"].record.summary["n_train"]
-        counted = {name: fitted.summary[name] for name in ("n_parameters", "status", "notes")}
-        sha256 = pipeline.data_options["data"].sha256
-        before = [*upstream.values(), *inputs.values()]
-        notices = [text for stage in before for text in stage.record.summary.get(NOTICES, ())]
-        return summary | summary_of(pipeline.config, n_train=n_train, sha256=sha256, **counted) | {NOTICES: notices}
+        data, fit = (made[stage.id] for stage in (pipeline.data_stages["data"], pipeline.fit_stage))
+        counted = {name: fit.summary[name] for name in ("n_parameters", "status", "notes")}
+        counted |= {"n_train": data.summary["n_train"], "sha256": data.identity.config["sha256"]}
+        notices = [text for stage in made.values() for text in stage.summary.get(NOTICES, ())]
+        return work_of(last, made)(folder) | summary_of(pipeline.config, **counted) | {NOTICES: notices}
 
-    run = store.compute(pipeline.run_stage, measured)
+    run = store.compute(last, measured)
     if pipeline.is_recorded(run):
-        record = plugin("pipeline.stages", pipeline.recording_kind).make
-        work = partial(record, options=pipeline.recording_options, run=Run(run), command=pipeline.command)
-        store.compute(pipeline.recording_stage, work)
+        recording = pipeline.recording_stage
+        store.compute(recording, work_of(recording, {run.id: run}))
     return run
+
+
+def work_of(stage: Stage, made: Mapping[str, Record]) -> Callable[[Path], Json]:
+    """What makes a stage: `make(folder, options, upstream)` of the module where its code starts."""
+    upstream = {role: made[id] for role, id in stage.upstream.items()}
+    return partial(import_module(stage.modules[0]).make, options=stage.config, upstream=upstream)
 
 
 def _done(store: Store, stage: Stage, work: Callable[[Path], Json]) -> Record:

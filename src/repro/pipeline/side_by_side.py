@@ -35,7 +35,7 @@ def compared(ids: Sequence[str], root: Path | None = None) -> Path:
         raise UserError(f"{len(runs)} runs: 2 to {MOST} can be distinguished in one recording")
     if len({run.id for run in runs}) < len(runs):
         raise UserError("the same run is named twice; name each once")
-    tested_on = {run.id: run.record.identity.upstream["data"] for run in runs}
+    tested_on = {run.id: run.identity.upstream["data"] for run in runs}
     if len(set(tested_on.values())) > 1:
         listed = "".join(f"\n  {id}: {data}" for id, data in tested_on.items())
         raise UserError(f"these runs were tested on different data, so there is no one plant to show:{listed}")
@@ -61,10 +61,10 @@ def compared(ids: Sequence[str], root: Path | None = None) -> Path:
 def _opened(id: str, root: Path) -> OpenedRun:
     run = open_run(id, root=root)
     if not isinstance(run, OpenedRun):
-        raise UserError(f"{run.id} is one of the {run.record.kind}, not a run; `repro runs` lists the runs")
+        raise UserError(f"{run.id} is one of the {run.kind}, not a run; `repro runs` lists the runs")
     if run.card.get("control"):
         raise UserError(f"{run.id} is a closed loop: each has a motion of its own; view it alone")
-    if run.system is None or not run.record.summary.get("simulated"):
+    if run.system is None or not run.summary.get("simulated"):
         raise UserError(f"{run.id} has no motion of a plant and a model to show")
     return run
 
@@ -79,7 +79,7 @@ def _record(folder: Path, stage: Stage, runs: Sequence[OpenedRun], labels: Mappi
     card: Json = {"seed": member}
     for run in runs:
         named = {name: value for name in NAMING if (value := run.card.get(name))}
-        card[labels[run.id]] = {"run": run.id, **named, **run.record.summary["median"]}
+        card[labels[run.id]] = {"run": run.id, **named, **run.summary["median"]}
     card["command"] = stage.command
     title = f"{system.name}: {len(runs)} models"
     write_recording(folder / FILENAME, recording_of(stage.id, title, card, tested, learned, system))

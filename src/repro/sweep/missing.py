@@ -18,7 +18,11 @@ from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.stage import Stage
 
 RUN_JOB = "repro.pipeline.run:run_job"
-_PRELOAD = ("repro.pipeline.run", "repro.recording.layout", "rerun.blueprint", "pyarrow.dataset")
+_STAGES = ("data", "fit", "evaluate", "close_loops")
+_PRELOAD = (
+    *("repro.pipeline.run", *(f"repro.pipeline.stages.{stage}" for stage in _STAGES)),
+    *("repro.recording.layout", "rerun.blueprint", "pyarrow.dataset"),
+)
 
 
 def expected_stages(overrides: Sequence[str]) -> list[Stage]:

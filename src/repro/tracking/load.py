@@ -2,15 +2,14 @@
 
 import warnings
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from repro.errors import UserError
-from repro.tracking import index, record
+from repro.tracking import index
 from repro.tracking.experiment_list import experiment_lists
 from repro.tracking.paths import Paths, outputs_root
-from repro.tracking.record import Record
+from repro.tracking.record import Record, opened
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -21,59 +20,9 @@ _MOST_VALUES = 8  # in a message
 _MOST_LISTED = 5  # ids
 
 
-@dataclass(frozen=True)
-class Run:
-    """One stored stage.
-
-    record  run.json: id, outcome, identity, summary, provenance, failure
-    """
-
-    record: Record
-
-    @property
-    def id(self) -> str:
-        """Its id."""
-        return self.record.id
-
-    @property
-    def config(self) -> Mapping[str, Any]:
-        """Resolved configuration of this stage alone."""
-        return dict(self.record.identity.config)
-
-    @property
-    def upstream(self) -> "dict[str, Run]":
-        """Role -> the stage its data, fit, ... came from."""
-        paths, stages = Paths(self.record.folder.parent.parent), {}
-        for role, id in self.record.identity.upstream.items():
-            if not any(paths.folder(kind, id).is_dir() for kind in paths.kinds()):
-                command = self.record.provenance.command
-                raise UserError(f"{id}, the {role} of {self.id}, was deleted; this makes it again: {command}")
-            stages[role] = Run(load_record(paths, id))
-        return stages
-
-    def table(self, name: str) -> "pd.DataFrame":
-        """A Parquet file of its folder: "metrics", "curves", "trajectories", ... UserError for an unknown one."""
-        import pandas as pd
-
-        file = self.record.path(f"{name}.parquet")
-        if not file.is_file():
-            tables = ", ".join(sorted(path.stem for path in self.record.folder.glob("*.parquet"))) or "none"
-            raise UserError(f"{self.id} has no table {name}; it has: {tables}")
-        return pd.read_parquet(file)
-
-
-def load_run(id: str, *, root: Path | str | None = None) -> Run:
-    """The stage that an id, its start or the digits at its end name; raises UserError when none or several do."""
-    return Run(load_record(Paths(Path(root or outputs_root())), id))
-
-
-def load_record(paths: Paths, id: str) -> Record:
-    """The record of the stage that an id names, see `load_run`; UserError when it is damaged too."""
-    folder = resolve(paths, id)
-    try:
-        return record.read(folder)
-    except record.Damage as damage:
-        raise UserError(f"{folder} is damaged ({damage}): run the command that made it again") from damage
+def load_run(id: str, *, root: Path | str | None = None) -> Record:
+    """The stage that an id, its start or the digits at its end name; UserError for none, several or a damaged one."""
+    return opened(resolve(Paths(Path(root or outputs_root())), id))
 
 
 def digits(id: str) -> str:

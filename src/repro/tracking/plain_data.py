@@ -6,11 +6,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from repro.plugins.options import Options
+
 Json = dict[str, Any]  # the content of a JSON object
 
 
 def plain(value: Any) -> Any:
-    """Numbers of numpy, tuples, sets and paths as plain JSON values; raises TypeError for anything else."""
+    """Numbers of numpy, tuples, sets, paths and options as plain JSON values; raises TypeError for anything else."""
+    if isinstance(value, Options):
+        return value.plain()
     if isinstance(value, Path):
         return str(value)
     if isinstance(value, set | frozenset):

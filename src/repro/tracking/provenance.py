@@ -43,7 +43,7 @@ class Meter:
 def describe(stage: Stage, overrides: Sequence[str], patches: Path, meter: Meter) -> Provenance:
     """Provenance of a stage that ends now; what cannot change within a process is looked up once."""
     wall_s, cpu_s = meter.seconds()
-    config = flattened(stage.config).items()
+    config = flattened(stage.identity.config).items()
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return Provenance(
         command=stage.command,

@@ -5,11 +5,15 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
+from repro.errors import UserError
 from repro.tracking.files import file_digest, write_json
-from repro.tracking.paths import RUN_FILE
+from repro.tracking.paths import RUN_FILE, Paths
 from repro.tracking.plain_data import digest
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 class StageOutcome(StrEnum):
@@ -78,7 +82,7 @@ class Failure:
 
 @dataclass(frozen=True)
 class Record:
-    """The content of one run.json.
+    """A stored stage: the content of its run.json, and what lies beside it.
 
     folder   where the stage lies
     summary  the work's own result, plain data
@@ -101,6 +105,28 @@ class Record:
         """Full path of one of its files."""
         return self.folder / filename
 
+    @property
+    def upstream(self) -> "dict[str, Record]":
+        """Role -> the stage its data, fit, ... came from; UserError for one that was deleted or is damaged."""
+        paths, stages = Paths(self.folder.parent.parent), {}
+        for role, id in self.identity.upstream.items():
+            folders = [folder for kind in paths.kinds() if (folder := paths.folder(kind, id)).is_dir()]
+            if not folders:
+                again = f"this makes it again: {self.provenance.command}"
+                raise UserError(f"{id}, the {role} of {self.id}, was deleted; {again}")
+            stages[role] = opened(folders[0])
+        return stages
+
+    def table(self, name: str) -> "pd.DataFrame":
+        """A Parquet file of its folder: "metrics", "curves", "trajectories", ... UserError for an unknown one."""
+        import pandas as pd
+
+        file = self.path(f"{name}.parquet")
+        if not file.is_file():
+            tables = ", ".join(sorted(path.stem for path in self.folder.glob("*.parquet"))) or "none"
+            raise UserError(f"{self.id} has no table {name}; it has: {tables}")
+        return pd.read_parquet(file)
+
     def write(self) -> None:
         """Write run.json, the very last file of a stage, with a checksum of its own content."""
         content = asdict(self)
@@ -122,6 +148,14 @@ class Record:
 
 class Damage(Exception):  # noqa: N818 - a finding about a folder, not a programming error
     """What is wrong with a stored stage."""
+
+
+def opened(folder: Path) -> Record:
+    """The stage in a folder; UserError for a damaged one."""
+    try:
+        return read(folder)
+    except Damage as damage:
+        raise UserError(f"{folder} is damaged ({damage}): run the command that made it again") from damage
 
 
 def read(folder: Path, verify: bool = False) -> Record:

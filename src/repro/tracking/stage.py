@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
 
+from repro.plugins.options import Options
 from repro.tracking import code
 from repro.tracking.plain_data import digest, plain_copy
 from repro.tracking.record import Identity
@@ -19,7 +20,8 @@ class Stage:
 
     kind     name of its folder in the store ("data", "fits", "runs", ...)
     name     readable label; part of the id, not of the identity
-    config   resolved plain configuration of this stage alone
+    config   resolved configuration of this stage alone, plain or as typed options: all that its work is handed beside
+             the stages upstream
     upstream role -> id of each stage whose result it reads
     modules  full dotted names of the modules where its code starts, and of those it loads by a computed name
     command  the command line that makes it again
@@ -27,7 +29,7 @@ class Stage:
 
     kind: str
     name: str
-    config: Mapping[str, Any]
+    config: Mapping[str, Any] | Options
     upstream: Mapping[str, str]
     modules: tuple[str, ...]
     command: str = ""

@@ -2,17 +2,17 @@
 
 from dataclasses import fields, replace
 
+import numpy as np
 import pytest
-import torch
 from simulated import free_motion, random_force
 
 from repro.learning.objective_options import EnergyForm
 from repro.learning.objectives import inverse
 from repro.learning.sequence_options import SEQUENCES
+from repro.library.ensemble_model import Ensemble
 from repro.mechanics.system import load
 from repro.models.bases import t1
 from repro.models.lagrangian import Lagrangian
-from repro.pipeline.stages.evaluate import Fit
 from repro.plugins.plugin import plugin
 
 
@@ -47,9 +47,10 @@ def recipe():
 
 
 @pytest.fixture
-def exact():
-    parameters = torch.tensor([[0.4, 0.025, 0.1, 0.98]] * 2, dtype=torch.float64)
-    return Fit(Lagrangian(t1, 2), parameters, [3, 8], ["ok", "ok"], 1.5, {"epochs": 7})
+def exact(data, system):
+    weights = np.array([[0.4, 0.025, 0.1, 0.98]] * 2)
+    model, status = Lagrangian(t1, 2), ("ok", "ok")
+    return Ensemble(model, weights, (3, 8), data, status, 1.5, system=system, notes_={"epochs": 7})
 
 
 @pytest.fixture

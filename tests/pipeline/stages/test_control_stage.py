@@ -11,6 +11,7 @@ from repro.control.controller import CONTROLLERS
 from repro.control.predictive_model import PredictiveModel
 from repro.control.task import LoopPlan, Task
 from repro.errors import UserError
+from repro.library.ensemble_model import Ensemble
 from repro.mechanics.system import load
 from repro.models.kinds.truth import Truth, true_model
 from repro.pipeline.stages import close_loops as control
@@ -46,7 +47,7 @@ def drive(folder, plan, data):
     system = load("sip")
     model = Truth(system)
     weights = model.initial([np.random.default_rng(seed) for seed in (0, 1)])
-    return control.drive(folder, model, weights, [0, 1], system, data, plan, lambda fraction, text: None)
+    return control.drive(folder, Ensemble(model, weights, (0, 1), data, system=system), plan)
 
 
 @pytest.mark.parametrize("setting", ["sip", "sip_adaptive", "energy_shaping", "sip_printed"])

@@ -20,11 +20,11 @@ def test_the_true_system_is_the_one_asked_for():
 
 
 def test_forced_and_free_motion_are_written_as_made(tmp_path, system):
-    summary = make(tmp_path, DataOptions(SIP, (4,), RandomForce(samples=30, episode_steps=10, tau_noise=0.1)))
+    summary = make(tmp_path, DataOptions(SIP, (4,), RandomForce(samples=30, episode_steps=10, tau_noise=0.1)), {})
     assert (summary["members"], summary["samples"], summary["n_train"]) == (1, 30, 24)
     expected = random_force(system, seeds=[4], samples=30, episode_steps=10, tau_noise=0.1)
     np.testing.assert_array_equal(Dataset.load(tmp_path).tau, expected.tau)
-    make(tmp_path, DataOptions(SIP, (4,), FreeMotionOptions(initial_angles=5, steps=3, time_step=0.02)))
+    make(tmp_path, DataOptions(SIP, (4,), FreeMotionOptions(initial_angles=5, steps=3, time_step=0.02)), {})
     stored = Dataset.load(tmp_path)
     assert stored.energy.shape == (1, 15) and stored.time_step == 0.02
 
@@ -36,7 +36,7 @@ def test_a_recording_is_read_in_the_systems_coordinates(tmp_path):
     pd.DataFrame(columns).to_csv(tmp_path / "mine.csv", index=False)
     roles = Columns(time=("time",), q=("x", "angle"), qd=("xd", "w"), tau=("f", "none"))
     source = RecordingFile("file", str(tmp_path / "mine.csv"), roles, None, 0.5)
-    make(tmp_path, DataOptions(SIP, (0, 1, 2), source))
+    make(tmp_path, DataOptions(SIP, (0, 1, 2), source), {})
     stored = Dataset.load(tmp_path)
     assert stored.members == 3 and stored.n_train == 10
     assert [c.name for c in stored.coordinates] == ["x", "theta"]

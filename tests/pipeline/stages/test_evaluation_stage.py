@@ -1,11 +1,13 @@
 """What an evaluation writes: tables with a row a member, named by its seed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
-import torch
 
 from repro.evaluation.pointwise import MetricValues
+from repro.library.ensemble_model import Ensemble
 from repro.models.bases import t1
 from repro.models.gauge import Gauge
 from repro.models.kinds import blackbox
@@ -13,15 +15,17 @@ from repro.models.kinds.blackbox import BlackBox
 from repro.models.kinds.degenerate import Degenerate
 from repro.models.kinds.trivial import Trivial
 from repro.models.lagrangian import Lagrangian
-from repro.pipeline.stages.evaluate import METRICS, TRAJECTORIES, Fit, measure
+from repro.pipeline.stages.evaluate import METRICS, TRAJECTORIES, measure
+
+OK = ("ok", "ok")
 
 
 def _tables(folder):
     return pd.read_parquet(folder / METRICS), pd.read_parquet(folder / TRAJECTORIES)
 
 
-def test_the_tables_of_an_exact_model(tmp_path, exact, data, system):
-    summary = measure(tmp_path, exact, data, system, Gauge.RAW)
+def test_the_tables_of_an_exact_model(tmp_path, exact):
+    summary = measure(tmp_path, exact, Gauge.RAW)
     metrics, trajectories = _tables(tmp_path)
     assert metrics.columns.tolist() == ["member", "split", "metric", "value", "unit"]
     assert not metrics.duplicated(["member", "split", "metric"]).any()
@@ -38,8 +42,8 @@ def test_the_tables_of_an_exact_model(tmp_path, exact, data, system):
     assert set(trajectories["member"]) == {3, 8}
 
 
-def test_trajectories_show_plant_and_model_from_time_zero(tmp_path, exact, data, system):
-    measure(tmp_path, exact, data, system, Gauge.RAW)
+def test_trajectories_show_plant_and_model_from_time_zero(tmp_path, exact, data):
+    measure(tmp_path, exact, Gauge.RAW)
     table = _tables(tmp_path)[1]
     wide = table[table["member"] == 8].pivot(index="t", columns="name", values="value")
     assert wide.index[0] == 0 and len(wide) == data.test.samples
@@ -55,8 +59,7 @@ def test_trajectories_show_plant_and_model_from_time_zero(tmp_path, exact, data,
 @pytest.mark.parametrize("model", [Trivial(2), Degenerate], ids=["trivial", "degenerate"])
 def test_the_anchor_rows_have_metrics_and_no_trajectories(model, tmp_path, data, system):
     model = model if isinstance(model, Trivial) else model(system)
-    fit = Fit(model, torch.zeros(2, 0), [3, 8], ["ok", "ok"], 0.0, {})
-    summary = measure(tmp_path, fit, data, system, Gauge.RAW)
+    summary = measure(tmp_path, Ensemble(model, np.zeros((2, 0)), (3, 8), data, OK, system=system), Gauge.RAW)
     metrics, trajectories = _tables(tmp_path)
     assert len(trajectories) == 0 and trajectories.columns.tolist() == ["member", "name", "t", "value"]
     assert summary["median"]["mae_tau"] > 0.1
@@ -65,8 +68,8 @@ def test_the_anchor_rows_have_metrics_and_no_trajectories(model, tmp_path, data,
 
 def test_a_black_box_has_no_energies(tmp_path, data, system):
     model = BlackBox(2, blackbox.Options(hidden=(3,)))
-    weights = torch.from_numpy(model.initial([np.random.default_rng(k) for k in range(2)]))
-    measure(tmp_path, Fit(model, weights, [3, 8], ["ok", "ok"], 0.0, {}), data, system, Gauge.RAW)
+    weights = model.initial([np.random.default_rng(k) for k in range(2)])
+    measure(tmp_path, Ensemble(model, weights, (3, 8), data, OK, system=system), Gauge.RAW)
     metrics, trajectories = _tables(tmp_path)
     names = set(metrics["metric"])
     assert {"mae_qdd", "rollout_error"} <= names and not names & {"mae_tau", "mae_L_raw", "min_eig_M"}
@@ -75,9 +78,9 @@ def test_a_black_box_has_no_energies(tmp_path, data, system):
 
 def test_a_diverged_member_is_a_row_like_any_other(tmp_path, data, system):
     """Its mass matrix is singular, its rollout not finite."""
-    weights = torch.tensor([[0.4, 0.025, 0.1, 0.98], [0.4, 0.0, 0.0, 0.98]], dtype=torch.float64)
-    fit = Fit(Lagrangian(t1, 2), weights, [3, 8], ["ok", "diverged at epoch 2"], 1.0, {})
-    measure(tmp_path, fit, data, system, Gauge.RAW)
+    weights = np.array([[0.4, 0.025, 0.1, 0.98], [0.4, 0.0, 0.0, 0.98]])
+    status = ("ok", "diverged at epoch 2")
+    measure(tmp_path, Ensemble(Lagrangian(t1, 2), weights, (3, 8), data, status, 1.0, system=system), Gauge.RAW)
     metrics = _tables(tmp_path)[0].set_index(["split", "metric", "member"])["value"]
     assert metrics["train", "diverged", 3] == 0 and metrics["train", "diverged", 8] == 1
     assert metrics["test", "mae_qdd", 3] < 1e-10 and metrics["test", "mae_qdd", 8] == np.inf
@@ -85,16 +88,16 @@ def test_a_diverged_member_is_a_row_like_any_other(tmp_path, data, system):
 
 
 def test_unknown_systems_and_short_data_are_measured_as_far_as_possible(tmp_path, exact, data, shortened):
-    measure(tmp_path, exact, shortened(data, 60, 40), None, Gauge.RAW)
+    measure(tmp_path, replace(exact, data=shortened(data, 60, 40), system=None), Gauge.RAW)
     metrics, trajectories = _tables(tmp_path)
     assert {"mae_tau", "onestep_exact_qd[0]"} <= set(metrics["metric"])
     assert not {"mae_L_raw", "coefficient_error", "rollout_error"} & set(metrics["metric"])
     assert "model.x" in set(trajectories["name"]) and "model.H" not in set(trajectories["name"])
 
 
-def test_known_energies_are_measured_too_and_other_metrics_kept(tmp_path, exact, data, free, system):
+def test_known_energies_are_measured_too_and_other_metrics_kept(tmp_path, exact, free):
     extra = MetricValues("train", "rank", np.array([4.0, 3.0]), "1")
-    measure(tmp_path, exact, data, system, Gauge.RAW, free, [extra])
+    measure(tmp_path, exact, Gauge.RAW, free, [extra])
     metrics = _tables(tmp_path)[0].set_index(["split", "metric", "member"])["value"]
     on_free = metrics["free"]
     assert set(on_free.index.get_level_values("metric")) == {

@@ -3,10 +3,10 @@
 import numpy as np
 import pandas as pd
 import pytest
-import torch
 from simulated import random_force
 
 from repro.library import run_recording as module
+from repro.library.ensemble_model import Ensemble
 from repro.library.run_recording import record
 from repro.mechanics.system import load
 from repro.models.bases import rigid_body
@@ -14,7 +14,7 @@ from repro.models.damped import Damped
 from repro.models.gauge import Gauge
 from repro.models.lagrangian import Lagrangian
 from repro.models.position import position_features
-from repro.pipeline.stages.evaluate import TRAJECTORIES, Fit, measure
+from repro.pipeline.stages.evaluate import TRAJECTORIES, measure
 from repro.recording.contents import FILENAME
 
 CURVES = pd.DataFrame(
@@ -24,9 +24,9 @@ CURVES = pd.DataFrame(
 
 
 @pytest.fixture
-def recorded(tmp_path, exact, data, system, monkeypatch):
+def recorded(tmp_path, exact, system, monkeypatch):
     """The recording that would be written for the exact model."""
-    measure(tmp_path, exact, data, system, Gauge.RAW)
+    measure(tmp_path, exact, Gauge.RAW)
     written = []
     monkeypatch.setattr(module, "write_recording", lambda path, recording: written.append(recording))
     trajectories = pd.read_parquet(tmp_path / TRAJECTORIES)
@@ -67,8 +67,8 @@ def test_the_power_of_all_inputs_is_stored_or_lost_in_the_damping(tmp_path, monk
     rod = load("rod", damping=damping.tolist())
     driven = random_force(rod, seeds=[3], samples=2000, episode_steps=150, time_step=0.001, force_limit=0.5)
     model = Damped(Lagrangian(rigid_body, 3), "diagonal", position_features(rod.coordinates))
-    parameters = torch.tensor([[0.1, 0.002, 1.96, *damping]], dtype=torch.float64)
-    measure(tmp_path, Fit(model, parameters, [3], ["ok"], 1.0, {}), driven, rod, Gauge.RAW)
+    weights = np.array([[0.1, 0.002, 1.96, *damping]])
+    measure(tmp_path, Ensemble(model, weights, (3,), driven, ("ok",), 1.0, system=rod), Gauge.RAW)
     written = []
     monkeypatch.setattr(module, "write_recording", lambda path, recording: written.append(recording))
     record(tmp_path / "recording.rrd", "run-1", "a title", {}, pd.read_parquet(tmp_path / TRAJECTORIES), CURVES, rod)
@@ -103,8 +103,8 @@ def test_curves_of_unlike_steps_are_held_and_end_with_their_last():
     np.testing.assert_array_equal(curve.values["long"], [2, 1, 1, 0])
 
 
-def test_a_recording_is_written(tmp_path, exact, data, system):
-    measure(tmp_path, exact, data, system, Gauge.RAW)
+def test_a_recording_is_written(tmp_path, exact, system):
+    measure(tmp_path, exact, Gauge.RAW)
     trajectories = pd.read_parquet(tmp_path / TRAJECTORIES)
     record(tmp_path / "recording.rrd", "run-1", "a title", {}, trajectories, CURVES, system)
     assert (tmp_path / FILENAME).stat().st_size > 1000

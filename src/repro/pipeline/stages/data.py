@@ -1,5 +1,6 @@
 """Makes a dataset and stores it."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import assert_never
 
@@ -12,9 +13,10 @@ from repro.mechanics.system import load_system
 from repro.pipeline.stage_options import DataOptions
 from repro.tracking import progress
 from repro.tracking.plain_data import Json
+from repro.tracking.record import Record
 
 
-def make(folder: Path, options: DataOptions) -> Json:
+def make(folder: Path, options: DataOptions, upstream: Mapping[str, Record]) -> Json:
     """Simulate D or D_H, or read a recording in the coordinates of the system; UserError for what is not allowed."""
     dataset = _dataset(options)
     warnings = dataset.provenance.get("warnings")

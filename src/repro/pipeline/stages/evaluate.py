@@ -1,7 +1,6 @@
 """Measure a fitted ensemble and write metrics, trajectories and learning curves as tables."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from shutil import copyfile
 
@@ -26,8 +25,8 @@ from repro.evaluation.rollouts import (
 from repro.evaluation.uncertainty import in_words, uncertainty_metrics
 from repro.learning.objectives import inverse
 from repro.learning.sequences import main
+from repro.library.ensemble_model import Ensemble
 from repro.library.signals import signals
-from repro.mechanics.system import System
 from repro.models.damped import without_damping
 from repro.models.gauge import Gauge
 from repro.models.lagrangian import Lagrangian
@@ -35,50 +34,38 @@ from repro.models.model import Model
 from repro.pipeline.stage_options import FitOptions, RunOptions
 from repro.pipeline.stages import close_loops, examine
 from repro.pipeline.stages.fit import training_data
-from repro.pipeline.stages.stored_fit import (
-    CURVES,
-    dataset,
-    free_data,
-    load_information,
-    load_parameters,
-    model_of,
-    system_of,
-)
+from repro.pipeline.stages.stored_fit import CURVES, ensemble_of, free_data, system_of
 from repro.plugins.plugin import plugin
 from repro.tracking import progress
-from repro.tracking.load import Run
 from repro.tracking.plain_data import Json
+from repro.tracking.record import Record
 
 METRICS, TRAJECTORIES = "metrics.parquet", "trajectories.parquet"
 ON_D_H = ("mae_tau", "mae_qdd", "mae_H_legendre", "mae_H_sum", "mae_L_raw", "min_eig_M")
 TRAIN_SAMPLES = 20_000  # of the training part, enough for its mean errors
 
 
-def make(folder: Path, options: RunOptions, upstream: Mapping[str, Run]) -> Json:
+def make(folder: Path, options: RunOptions, upstream: Mapping[str, Record]) -> Json:
     """Measure a fitted ensemble, and take over the tables of its closed loops, where there are any.
 
     upstream: fit, and control
     """
     fitted = upstream["fit"]
-    fit = stored_fit(options.fit, fitted)
-    inputs, seeds = fitted.upstream, options.fit.seeds
-    system = system_of(options.fit)
-    data = dataset(inputs["data"])
+    fit, inputs = ensemble_of(options.fit, fitted), fitted.upstream
     identified = _identified(options.fit, fit.model, inputs)
     if identified:
-        examine.keep(folder, identified, seeds)
-    known = system if options.fit.simulated else None
+        examine.keep(folder, identified, fit.seeds)
     others = [
         *(examine.metrics([*identified.values()][-1]) if identified else ()),
-        *_chains(options, fit, data, system),
-        *_watched(fitted, seeds),
-        *_uncertainty(fit, data.test),
-        *options.metric.measure(fit.model, fit.parameters, data.test, known, "test"),
+        *_chains(options, fit),
+        *_watched(fitted, fit.seeds),
+        *_uncertainty(fit),
+        *options.metric.measure(fit.model, fit.weights_, fit.data.test, fit.system, "test"),
     ]
-    summary = measure(folder, fit, data, known, options.gauge, free_data(inputs), others, options.horizons)
-    copyfile(fitted.record.path(CURVES), folder / CURVES)
+    summary = measure(folder, fit, options.gauge, free_data(inputs), others, options.horizons)
+    copyfile(fitted.path(CURVES), folder / CURVES)
     if "control" in upstream:
-        closed = upstream["control"].record
+        closed = upstream["control"]
         for name in (close_loops.LOOPS, close_loops.TRAJECTORIES):
             copyfile(closed.path(name), folder / name)
         summary["median"] |= {"success": closed.summary["success"]}
@@ -86,38 +73,9 @@ def make(folder: Path, options: RunOptions, upstream: Mapping[str, Run]) -> Json
     return summary | {"simulated": simulated} | _coefficients(fit)
 
 
-@dataclass(frozen=True)
-class Fit:
-    """A fitted ensemble: weights (member, n_parameters), each member's seed and status, and the seconds of the fit."""
-
-    model: Model
-    parameters: np.ndarray
-    seeds: Sequence[int]
-    status: Sequence[str]
-    seconds: float
-    notes: Json
-    information: np.ndarray | None = None
-
-
-def stored_fit(options: FitOptions, fit: Run) -> Fit:
-    """A fitted ensemble, read back."""
-    summary = fit.record.summary
-    return Fit(
-        model_of(options, fit.upstream),
-        load_parameters(fit.record.folder),
-        options.seeds,
-        summary["status"],
-        summary["seconds"],
-        summary["notes"],
-        load_information(fit.record.folder),
-    )
-
-
 def measure(
     folder: Path,
-    fit: Fit,
-    data: Dataset,
-    system: System | None,
+    fit: Ensemble,
     gauge: Gauge,
     free: Dataset | None = None,
     others: Sequence[MetricValues] = (),
@@ -128,19 +86,18 @@ def measure(
     free: D_H, whose test part is measured too (split `free`); others: metrics that were taken elsewhere; horizons: s of
     free motion after which the energies of plant and model are compared.
     """
-    rollout = first_points(fit.model, fit.parameters, data.test, system) if can_simulate(fit.model) else None
-    metrics = [*_metrics(fit, data, system, gauge, rollout), *others]
+    model, weights, data, system = fit.model, fit.weights_, fit.data, fit.system
+    rollout = first_points(model, weights, data.test, system) if can_simulate(model) else None
+    metrics = [*_metrics(fit, gauge, rollout), *others]
     if free is not None:
-        metrics += [
-            m for m in pointwise(fit.model, fit.parameters, free.test, system, "free", gauge) if m.name in ON_D_H
-        ]
+        metrics += [m for m in pointwise(model, weights, free.test, system, "free", gauge) if m.name in ON_D_H]
     if system is None:
         metrics += mean_predictor_errors(data)
         for doubt in doubts(metrics, data):
             progress.notice(f"{data.provenance.get('file', 'data')}: {doubt}")
     motion = None
     if system is not None and horizons and rollout is not None:
-        motion = free_motion_energies(fit.model, fit.parameters, system, max(horizons))
+        motion = free_motion_energies(model, weights, system, max(horizons))
         metrics += energy_errors(motion, horizons)
     rows = [
         (seed, metric.split, metric.name, float(value), metric.unit)
@@ -149,14 +106,13 @@ def measure(
     ]
     table = pd.DataFrame(rows, columns=["member", "split", "metric", "value", "unit"])
     table.to_parquet(folder / METRICS, index=False)
-    trajectories = signals(fit.model, fit.parameters, fit.seeds, data.test, system, rollout, fit.information)
-    trajectories += [] if motion is None else energy_curves(motion, fit.seeds)
+    trajectories = signals(fit, rollout) + ([] if motion is None else energy_curves(motion, fit.seeds))
     pd.DataFrame(trajectories, columns=["member", "name", "t", "value"]).to_parquet(folder / TRAJECTORIES, index=False)
     medians = {m.name: float(np.median(m.values)) for m in metrics if m.split == "test" and "[" not in m.name}
     return {"median": medians}
 
 
-def _identified(options: FitOptions, model: Model, upstream: Mapping[str, Run]) -> dict[str, list[Identifiability]]:
+def _identified(options: FitOptions, model: Model, upstream: Mapping[str, Record]) -> dict[str, list[Identifiability]]:
     """What the data show of the model; of one without weights to fit, what they would show under the usual loss."""
     training = options.training
     objective = inverse.Options() if training is None else training.objective
@@ -164,19 +120,17 @@ def _identified(options: FitOptions, model: Model, upstream: Mapping[str, Run]) 
     return examine.identified(model, objective, sequence, training_data(options, upstream))
 
 
-def _chains(options: RunOptions, fit: Fit, data: Dataset, system: System | None) -> Iterator[MetricValues]:
+def _chains(options: RunOptions, fit: Ensemble) -> Iterator[MetricValues]:
     """Errors of chains of links; their code is loaded, and part of the stage, only where there are any."""
-    if system is None:
-        return
-    if options.chain:
+    if options.chain and (system := system_of(options.fit)) is not None:
         chains = plugin("evaluation", "chains")
-        yield from chains.chain_errors(fit.model, fit.parameters, system, options.chain)
-    if options.whole_chain and options.fit.simulated:
+        yield from chains.chain_errors(fit.model, fit.weights_, system, options.chain)
+    if options.whole_chain and fit.system is not None:
         whole = plugin("evaluation", "whole_chain")
-        yield from whole.whole_chain_errors(data, fit.seeds, system, options.tau_noise, options.whole_chain)
+        yield from whole.whole_chain_errors(fit.data, fit.seeds, fit.system, options.tau_noise, options.whole_chain)
 
 
-def _watched(fit: Run, seeds: Sequence[int]) -> Iterator[MetricValues]:
+def _watched(fit: Record, seeds: Sequence[int]) -> Iterator[MetricValues]:
     """The worst passivity margin on the way, one value per seed, where it was watched."""
     curves = fit.table("curves")
     margins = curves[curves["name"] == "passivity_margin"].groupby("member")["value"].max()
@@ -184,49 +138,46 @@ def _watched(fit: Run, seeds: Sequence[int]) -> Iterator[MetricValues]:
         yield MetricValues("train", "passivity_margin_worst", margins.reindex(list(seeds)).to_numpy(), "1")
 
 
-def _uncertainty(fit: Fit, test: Dataset) -> Iterator[MetricValues]:
+def _uncertainty(fit: Ensemble) -> Iterator[MetricValues]:
     """What the information of a fit says of its accuracy, and how well its recording is explained."""
-    if fit.information is None:
+    if fit.information_ is None:
         return
-    yield MetricValues("train", "cost_per_dof", np.array(fit.notes["cost_per_dof"], dtype=float), "1")
-    for number, values in enumerate(np.array(fit.notes["noise"]).T):
+    yield MetricValues("train", "cost_per_dof", np.array(fit.notes_["cost_per_dof"], dtype=float), "1")
+    for number, values in enumerate(np.array(fit.notes_["noise"]).T):
         yield MetricValues("train", f"sensor_noise[{number}]", values, "m, rad, m/s, rad/s")
-    for number, zeros in enumerate(np.array(fit.notes.get("zeros", [])).T):
+    for number, zeros in enumerate(np.array(fit.notes_.get("zeros", [])).T):
         yield MetricValues("train", f"encoder_zero[{number}]", zeros, "rad")
-    yield from uncertainty_metrics(fit.model, fit.parameters, fit.information, test)
+    yield from uncertainty_metrics(fit.model, fit.weights_, fit.information_, fit.data.test)
 
 
-def _coefficients(fit: Fit) -> Json:
+def _coefficients(fit: Ensemble) -> Json:
     """For people: the first member's coefficients with their standard errors."""
     learned = without_damping(fit.model)
-    if fit.information is None or not isinstance(learned, Lagrangian) or not learned.linear:
+    if fit.information_ is None or not isinstance(learned, Lagrangian) or not learned.linear:
         return {}
     n_kinetic = len(learned.kinetic_features)
-    words = in_words(fit.model, fit.parameters[0], fit.information[0], n_kinetic)
-    return {"first member": words, "cost_per_dof": float(np.median(fit.notes["cost_per_dof"]))}
+    words = in_words(fit.model, fit.weights_[0], fit.information_[0], n_kinetic)
+    return {"first member": words, "cost_per_dof": float(np.median(fit.notes_["cost_per_dof"]))}
 
 
-def _metrics(
-    fit: Fit, data: Dataset, system: System | None, gauge: Gauge, rollout: ModelRollout | None
-) -> Iterator[MetricValues]:
-    test = data.test
-    yield from pointwise(fit.model, fit.parameters, test, system, "test", gauge)
-    early = min(TRAIN_SAMPLES, data.n_train)
-    head = data.select(slice(early), early)
-    for metric in pointwise(fit.model, fit.parameters, head, None, "train", gauge):
+def _metrics(fit: Ensemble, gauge: Gauge, rollout: ModelRollout | None) -> Iterator[MetricValues]:
+    model, weights, test, system = fit.model, fit.weights_, fit.data.test, fit.system
+    yield from pointwise(model, weights, test, system, "test", gauge)
+    early = min(TRAIN_SAMPLES, fit.data.n_train)
+    head = fit.data.select(slice(early), early)
+    for metric in pointwise(model, weights, head, None, "train", gauge):
         if metric.name in ("mae_tau", "mae_qdd"):
             yield metric
-    learned = without_damping(fit.model)
+    learned = without_damping(model)
     if system is not None and isinstance(learned, Lagrangian) and learned.linear:
-        yield from coefficient_errors(learned, fit.parameters[:, : learned.n_parameters], system)
-    if system is not None and fit.model.energetic:
-        yield from damping_errors(fit.model, fit.parameters, test, system)
+        yield from coefficient_errors(learned, weights[:, : learned.n_parameters], system)
+    if system is not None and model.energetic:
+        yield from damping_errors(model, weights, test, system)
     if rollout is not None:
         yield from rollout_errors(rollout, test)
-        yield from one_step_errors(fit.model, fit.parameters, test, system)
-        yield from window_error(fit.model, fit.parameters, test, system)
-        yield from passivity(fit.model, fit.parameters, test, system)
-    each = np.ones(len(fit.seeds))
-    yield MetricValues("train", "fit_seconds", each * fit.seconds / len(fit.seeds), "s")
-    yield MetricValues("train", "epochs", each * fit.notes.get("epochs", 0), "1")
-    yield MetricValues("train", "diverged", np.array([float(status != "ok") for status in fit.status]), "1")
+        for errors in (one_step_errors, window_error, passivity):
+            yield from errors(model, weights, test, system)
+    each = np.ones(fit.members)
+    yield MetricValues("train", "fit_seconds", each * fit.seconds_ / fit.members, "s")
+    yield MetricValues("train", "epochs", each * fit.notes_.get("epochs", 0), "1")
+    yield MetricValues("train", "diverged", np.array([float(status != "ok") for status in fit.status_]), "1")

@@ -23,22 +23,23 @@ from repro.pipeline.stages.stored_fit import (
 )
 from repro.tracking import progress
 from repro.tracking.files import replacing
-from repro.tracking.load import Run
 from repro.tracking.plain_data import Json
+from repro.tracking.record import Record
 
 KEPT = "kept_weights.npz"  # at points of the learning curves
 PAUSE_SECONDS = 10.0  # between two checkpoints
 FAR = 0.2  # of the cost per degree of freedom from 1, that is worth a notice
 
 
-def make(folder: Path, options: FitOptions, upstream: Mapping[str, Run], beginning: bool = False) -> Json:
-    """Fit the ensemble, or its first phase alone (`beginning`); an interrupted attempt is resumed.
+def make(folder: Path, options: FitOptions, upstream: Mapping[str, Record]) -> Json:
+    """Fit the ensemble; an interrupted attempt is resumed.
 
-    upstream: parts and data, and `pretraining`, where the first phase is a stage of its own.
+    upstream: parts and data, and `pretraining`, the first phase, where that is a stage of its own.
     """
     model = model_of(options, upstream)
     data = training_data(options, upstream)
     before = upstream.get("pretraining")
+    beginning = before is None and options.training is not None and options.training.sequence.beginning is not None
     fitted, seconds = fit_ensemble(
         model,
         options.training,
@@ -48,7 +49,7 @@ def make(folder: Path, options: FitOptions, upstream: Mapping[str, Run], beginni
         None if before is None else stored(before),
         beginning,
     )
-    seconds += 0.0 if before is None else before.record.summary["seconds"]
+    seconds += 0.0 if before is None else before.summary["seconds"]
     if reason := fitted.notes.get("not_captured"):
         progress.notice(f"without CUDA graphs, so more slowly: {reason}")
     for cost in fitted.notes.get("cost_per_dof", []):
@@ -61,7 +62,7 @@ def make(folder: Path, options: FitOptions, upstream: Mapping[str, Run], beginni
     return keep(folder, fitted, options.seeds, seconds) | {"n_parameters": model.n_parameters}
 
 
-def training_data(options: FitOptions, upstream: Mapping[str, Run]) -> TrainingData:
+def training_data(options: FitOptions, upstream: Mapping[str, Record]) -> TrainingData:
     """What the ensemble is trained on, from the stages upstream of its fit."""
     return TrainingData(forced_data(upstream), free_data(upstream), system_of(options), options.seeds)
 
@@ -86,14 +87,14 @@ def keep(folder: Path, fitted: Fitted, seeds: Sequence[int], seconds: float) -> 
     return {"status": fitted.status, "seconds": seconds, "notes": fitted.notes}
 
 
-def stored(stage: Run) -> Fitted:
+def stored(stage: Record) -> Fitted:
     """What `keep` wrote."""
-    summary, table, folder = stage.record.summary, stage.table("curves"), stage.record.folder
+    summary, table, folder = stage.summary, stage.table("curves"), stage.folder
     parameters = load_parameters(folder)
     values = table["value"].to_numpy().reshape(-1, len(parameters))
     first = table.iloc[:: len(parameters)]
     curves: Curve = list(zip(first["step"].tolist(), first["name"].tolist(), values, strict=True))
-    if (path := stage.record.path(KEPT)).is_file():
+    if (path := stage.path(KEPT)).is_file():
         with np.load(path) as kept:
             named = ((*key.split(" ", 1), weights) for key, weights in kept.items())
             curves += [(int(step), name, weights) for step, name, weights in named]

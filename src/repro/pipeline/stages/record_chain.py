@@ -11,18 +11,19 @@ from repro.pipeline.stage_options import RecordingOptions
 from repro.pipeline.stages.stored_fit import load_parameters, model_of, simulated_system
 from repro.recording.contents import FILENAME, DrawnMotion, DrawnShape, RunRecording
 from repro.recording.writer import write_recording
-from repro.tracking.load import Run
+from repro.tracking.record import Record
 
 SPACING = 1.0  # m from mass to mass at rest, in the picture
 MASS = 0.12  # m, radius of a mass in the picture
 ABOVE = 0.4  # m that the learned chain is above the true one in the picture
 
 
-def make(folder: Path, options: RecordingOptions, run: Run, command: str) -> dict[str, int]:
+def make(folder: Path, options: RecordingOptions, upstream: Mapping[str, Record]) -> dict[str, int]:
     """Record the chain of a stored run."""
-    summary, fit = run.record.summary, run.upstream["fit"]
-    card = {**summary["card"], "test medians": summary["median"], "command": command}
-    model, weights = model_of(options.fit, fit.upstream), load_parameters(fit.record.folder)
+    run = upstream["run"]
+    summary, fit = run.summary, run.upstream["fit"]
+    card = {**summary["card"], "test medians": summary["median"], "command": run.provenance.command}
+    model, weights = model_of(options.fit, fit.upstream), load_parameters(fit.folder)
     assert options.links is not None
     both = ChainLink.true(simulated_system(options.fit)), ChainLink.learned(model, weights[0])
     return record(folder, (run.id, options.title, card), both, options.fit.seeds[0], options.links)

@@ -17,16 +17,17 @@ from repro.pipeline.stages.close_loops import FIRST, LOOPS
 from repro.pipeline.stages.stored_fit import simulated_system
 from repro.recording.contents import FILENAME, DrawnMotion, RunRecording
 from repro.recording.writer import write_recording
-from repro.tracking.load import Run
+from repro.tracking.record import Record
 
 FALLBACKS = "fallback: 1 second try, 2 last plan, 3 none"
 
 
-def make(folder: Path, options: RecordingOptions, run: Run, command: str) -> dict[str, int]:
+def make(folder: Path, options: RecordingOptions, upstream: Mapping[str, Record]) -> dict[str, int]:
     """Record the first closed loop of a stored run."""
-    closed = run.upstream["control"].record
+    run = upstream["run"]
+    closed = run.upstream["control"]
     first = pd.read_parquet(closed.path(LOOPS)).iloc[0].to_dict()
-    card = {**run.record.summary["card"], "first loop": first, "command": command}
+    card = {**run.summary["card"], "first loop": first, "command": run.provenance.command}
     with np.load(closed.path(FIRST)) as stored:
         loop = dict(stored)
     return record(folder, run.id, options.title, card, loop, simulated_system(options.fit))
