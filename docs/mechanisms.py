@@ -13,8 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import repro
-from repro.library.drawn_motion import drawn_shapes
-from repro.library.loop_shapes import loop_shapes
+from repro.library.drawn_motion import drawn_shapes, loop_shapes
 from repro.mechanics.system import load
 from repro.mechanics.system_options import SYSTEMS
 from repro.plugins.plugin import plugin_names

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from repro.library.loop_shapes import loop_shapes
+from repro.library.drawn_motion import loop_shapes
 from repro.report import style
 from repro.report.animation import Animation, DrawnLoop
 from repro.report.figures.figure import Figure, new_canvas

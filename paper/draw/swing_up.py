@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from repro.library.loop_shapes import loop_shapes
+from repro.library.drawn_motion import loop_shapes
 from repro.report.animation import Animation, DrawnLoop
 from repro.report.figures.figure import Figure, new_canvas
 from repro.report.figures.mechanism import Window, at_steps, draw_goal, draw_shapes, tip, window_of

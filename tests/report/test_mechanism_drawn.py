@@ -6,8 +6,7 @@ import pytest
 from matplotlib.figure import Figure
 from synthetic_loops import loop, results
 
-from repro.library.drawn_motion import drawn_shapes
-from repro.library.loop_shapes import loop_shapes
+from repro.library.drawn_motion import drawn_shapes, loop_shapes
 from repro.mechanics.system import load
 from repro.mechanics.system_options import SYSTEMS
 from repro.plugins.plugin import plugin_names

@@ -32,16 +32,8 @@ def without_accelerations(config: Config) -> Iterator[str]:
 
 def sensors(config: Config) -> Iterator[str]:
     """What is recorded of a simulated motion."""
-    data = config.data
-    if not isinstance(data, RandomForce):
-        return
-    if data.measured != "accelerations" and data.labels == "exact":
-        yield f"data.labels = 'exact': data.measured={data.measured} has no accelerations; use data.labels=smoothed"
-    if len(data.quantisation) not in (0, 2):
-        yield f"data.quantisation = {list(data.quantisation)}: two steps, of lengths (m) and of angles (rad), or none"
-    ratio = data.time_step / (data.sample_step or data.time_step)
-    if ratio < 1 or abs(ratio - round(ratio)) > 1e-6:
-        yield f"data.sample_step = {data.sample_step}: data.time_step = {data.time_step} s is no whole multiple of it"
+    if isinstance(config.data, RandomForce):
+        yield from config.data.problems()
 
 
 def recording(config: Config) -> Iterator[str]:

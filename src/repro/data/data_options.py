@@ -1,5 +1,6 @@
 """Options of the sources of data."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -59,6 +60,26 @@ class RandomForce(Options):
     def noise(self) -> dict[str, float]:
         """Standard deviations by name."""
         return {name: getattr(self, f"{name}_noise") for name in ("tau", "qdd", "q", "qd", "force")}
+
+    @property
+    def held_samples(self) -> int:
+        """Samples over which a force is held, at least 1."""
+        return max(1, round(self.time_step / (self.sample_step or self.time_step)))
+
+    def problems(self) -> Iterator[str]:
+        """Options that do not fit each other, one line each."""
+        if self.measured != "accelerations" and self.labels == "exact":
+            yield (
+                f"data.labels = 'exact': data.measured={self.measured} has no accelerations; use data.labels=smoothed"
+            )
+        if len(self.quantisation) not in (0, 2):
+            steps = list(self.quantisation)
+            yield f"data.quantisation = {steps}: two steps, of lengths (m) and of angles (rad), or none"
+        ratio = self.time_step / (self.sample_step or self.time_step)
+        if ratio < 1 or abs(ratio - round(ratio)) > 1e-6:
+            yield (
+                f"data.sample_step = {self.sample_step}: data.time_step = {self.time_step} s is no whole multiple of it"
+            )
 
 
 @dataclass(frozen=True)

@@ -25,13 +25,9 @@ def random_force(system: System, seeds: Sequence[int], source: RandomForce) -> D
     check_seeds(seeds)
     samples, force_limit = source.samples, source.force_limit
     limits = input_limits(system) if force_limit is None else np.full(len(system.inputs), float(force_limit))
-    if source.measured != "accelerations" and source.labels == "exact":
-        records = f"measured = {source.measured!r} records no accelerations"
-        raise UserError(f"labels = 'exact': {records}; choose another of labels")
-    if len(source.quantisation) not in (0, 2):
-        steps = list(source.quantisation)
-        raise UserError(f"quantisation = {steps}: two steps, of lengths (m) and of angles (rad), or []")
-    step, held = _held_samples(source.time_step, source.sample_step)
+    if (problem := next(source.problems(), None)) is not None:
+        raise UserError(problem)
+    step, held = source.sample_step or source.time_step, source.held_samples
     n_train = training_size(samples, source.train_fraction)
     length = samples if source.regime == "long" else min(source.episode_steps, samples)
     # one random stream per purpose, so that enabling one noise does not change the other draws
@@ -60,16 +56,6 @@ def random_force(system: System, seeds: Sequence[int], source: RandomForce) -> D
     if source.train_samples is not None and source.train_samples < n_train:
         kept = kept.select(np.r_[: source.train_samples, n_train:samples], source.train_samples)
     return kept.of_members([0] * len(seeds)) if source.common else kept
-
-
-def _held_samples(time_step: float, sample_step: float | None) -> tuple[float, int]:
-    """Seconds between samples, and how many samples a force is held for."""
-    if sample_step is None:
-        return time_step, 1
-    held = round(time_step / sample_step)
-    if held < 1 or abs(held * sample_step - time_step) > 1e-9:
-        raise UserError(f"sample_step = {sample_step}: time_step = {time_step} s must be a whole multiple of it")
-    return sample_step, held
 
 
 def _starts(system: System, episodes: int, start: str | None, reset: str, stream: np.random.Generator) -> np.ndarray:

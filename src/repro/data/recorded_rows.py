@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from repro.data.data_options import RecordingFile
-from repro.data.tables.table import RecordedTable
+from repro.data.tables.read import RecordedTable
 from repro.data.tables.units import OTHERS, SECONDS, factors, seconds
 from repro.errors import UserError
 from repro.mechanics.coordinate import Coordinate
