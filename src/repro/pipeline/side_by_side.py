@@ -72,7 +72,7 @@ def _opened(id: str, root: Path) -> OpenedRun:
 def _record(folder: Path, stage: Stage, runs: Sequence[OpenedRun], labels: Mapping[str, str]) -> Json:
     system = runs[0].system
     assert system is not None
-    member = stage.config["member"]
+    member = stage.identity.config["member"]
     tested = {labels[run.id]: tested_by(run.table("trajectories"), member) for run in runs}
     curves = {labels[run.id]: run.table("curves") for run in runs}
     learned = {label: rows[rows["member"] == member] for label, rows in curves.items()}

@@ -106,7 +106,7 @@ def measure(
     ]
     table = pd.DataFrame(rows, columns=["member", "split", "metric", "value", "unit"])
     table.to_parquet(folder / METRICS, index=False)
-    trajectories = signals(fit, rollout) + ([] if motion is None else energy_curves(motion, fit.seeds))
+    trajectories = [*signals(fit, rollout), *(() if motion is None else energy_curves(motion, fit.seeds))]
     pd.DataFrame(trajectories, columns=["member", "name", "t", "value"]).to_parquet(folder / TRAJECTORIES, index=False)
     medians = {m.name: float(np.median(m.values)) for m in metrics if m.split == "test" and "[" not in m.name}
     return {"median": medians}
