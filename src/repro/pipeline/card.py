@@ -1,18 +1,15 @@
 """The run card: which settings had a part in a run, and which of them are not the usual ones."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
-from repro.config.places import CONF
-from repro.config.registry import groups, read_settings, settings
+from repro.config.defaults import defaults_of
 from repro.config.rules import linear
 from repro.config.schema import Config, scaled
 from repro.results.run_card import RunCard
 from repro.tracking.plain_data import Json, flattened
 
 SHOWN_DIGITS = 10  # of the digest of a recording
-CHOICE = ("name", "kind", "source")  # the keys by which the options of a group differ, the first one first
 
 # Settings and groups that no number of a run depends on, with the reason.
 WITHOUT_EFFECT = {
@@ -29,7 +26,7 @@ WITHOUT_EFFECT = {
 def card_of(config: Config) -> RunCard:
     """The card of a configuration at its scale, with nothing measured."""
     settings = used_settings(config)
-    usual = used_settings(scaled(_usual(config)))
+    usual = used_settings(scaled(defaults_of(config)))
     changed = frozenset(key for key, value in settings.items() if key not in usual or usual[key] != value)
     return RunCard(settings, changed, {})
 
@@ -87,23 +84,3 @@ def _unused(flat: Json, config: Config) -> list[str]:
     if config.own_coordinates:
         unused += ["system.", "reading."]
     return unused
-
-
-def _usual(config: Config) -> Config:
-    """Had only its options been chosen: the same option of every group (conf/GROUP/OPTION.yaml), nothing else set."""
-    chosen = config.model_dump(mode="json")
-    outside = {key: value for key, value in read_settings(CONF / "config.yaml").items() if key != "defaults"}
-    options = {group: _nearest(group, chosen[group]) for group in groups()}
-    return Config.model_validate({**outside, **options})
-
-
-def _nearest(group: str, section: Mapping[str, Any]) -> Mapping[str, Any]:
-    """The option of a group that a section was made from: of the same name or kind, with the fewest other values."""
-    flat = flattened(section)
-
-    def distance(option: Mapping[str, Any]) -> tuple[bool | int, ...]:
-        other = flattened(option)
-        differing = sum(flat.get(key) != other.get(key) for key in flat.keys() | other.keys())
-        return (*(flat.get(key) != other.get(key) for key in CHOICE), differing)
-
-    return min((settings(group, option) for option in groups()[group]), key=distance)

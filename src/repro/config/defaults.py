@@ -1,0 +1,31 @@
+"""The configuration that a run would have, had only its options been chosen: what its settings are compared with."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from repro.config.places import CONF
+from repro.config.registry import groups, read_settings, settings
+from repro.config.schema import Config
+from repro.tracking.plain_data import flattened
+
+CHOICE = ("name", "kind", "source")  # the keys by which the options of a group differ, the first one first
+
+
+def defaults_of(config: Config) -> Config:
+    """The same option of every group (conf/GROUP/OPTION.yaml), and nothing else set."""
+    chosen = config.model_dump(mode="json")
+    outside = {key: value for key, value in read_settings(CONF / "config.yaml").items() if key != "defaults"}
+    options = {group: _nearest(group, chosen[group]) for group in groups()}
+    return Config.model_validate({**outside, **options})
+
+
+def _nearest(group: str, section: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The option of a group that a section was made from: of the same name or kind, with the fewest other values."""
+    flat = flattened(section)
+
+    def distance(option: Mapping[str, Any]) -> tuple[bool | int, ...]:
+        other = flattened(option)
+        differing = sum(flat.get(key) != other.get(key) for key in flat.keys() | other.keys())
+        return (*(flat.get(key) != other.get(key) for key in CHOICE), differing)
+
+    return min((settings(group, option) for option in groups()[group]), key=distance)
