@@ -6,7 +6,7 @@ import numpy as np
 
 from repro.data.data_options import RandomForce
 from repro.data.dataset import Dataset, check_seeds, training_size
-from repro.data.sensors import Sensors
+from repro.data.sensors import recorded
 from repro.errors import UserError
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.inputs import generalised_force, input_limits, under_inputs
@@ -52,7 +52,7 @@ def random_force(system: System, seeds: Sequence[int], source: RandomForce) -> D
         n_train=n_train,
         provenance={"seeds": [int(seed) for seed in seeds], **described, "episode_steps": length},
     )
-    kept = Sensors(source).record(exact, streams, system)
+    kept = recorded(source, exact, streams, system)
     if source.train_samples is not None and source.train_samples < n_train:
         kept = kept.select(np.r_[: source.train_samples, n_train:samples], source.train_samples)
     return kept.of_members([0] * len(seeds)) if source.common else kept

@@ -91,7 +91,7 @@ class Pipeline:
         stages = dict(self.data_stages)
         if self.pretraining_stage is not None:
             stages[PRETRAINING] = self.pretraining_stage
-        return self._fit_stage(self.model_name, self.fit_options, stages)
+        return self._fit_stage(self._name(self.config.sequence.kind), self.fit_options, stages)
 
     @cached_property
     def pretraining_options(self) -> FitOptions | None:
@@ -186,16 +186,11 @@ class Pipeline:
     @property
     def name(self) -> str:
         """A readable name: what sets this run apart."""
-        control = self.config.control
-        driven = [control.name] if isinstance(control, ControllerOptions) else []
-        return "-".join([self.model_name, *driven])
-
-    @property
-    def model_name(self) -> str:
-        """What sets its model apart."""
-        return self._name(self.config.sequence.kind)
+        control, model = self.config.control, self._name(self.config.sequence.kind)
+        return f"{model}-{control.name}" if isinstance(control, ControllerOptions) else model
 
     def _name(self, sequence: str) -> str:
+        """What sets its model apart, after this sequence."""
         config = self.config
         words = [self._mechanism, config.model.kind]
         if config.model.fitted:
