@@ -17,28 +17,19 @@ if TYPE_CHECKING:
     from repro.library.datasets import dataset, dataset_from_frame, simulate
     from repro.library.fitted_model import FittedModel
     from repro.library.fitting import fit
-    from repro.pipeline.finished_run import open_run as load_run
+    from repro.pipeline.finished_run import load_run
     from repro.recording.notebook import show
     from repro.tracking.load import load_runs
 
-# Public name -> the module that holds it, and its name there: loaded when it is used first.
+# Module -> the public names in it: loaded when one of them is used first.
 PUBLIC = {
-    "FittedModel": ("repro.library.fitted_model", "FittedModel"),
-    "controller": ("repro.library.choices", "controller"),
-    "dataset": ("repro.library.datasets", "dataset"),
-    "dataset_from_frame": ("repro.library.datasets", "dataset_from_frame"),
-    "fit": ("repro.library.fitting", "fit"),
-    "load_run": ("repro.pipeline.finished_run", "open_run"),
-    "load_runs": ("repro.tracking.load", "load_runs"),
-    "metric": ("repro.library.choices", "metric"),
-    "model": ("repro.library.choices", "model"),
-    "objective": ("repro.library.choices", "objective"),
-    "optimiser": ("repro.library.choices", "optimiser"),
-    "sequence": ("repro.library.choices", "sequence"),
-    "show": ("repro.recording.notebook", "show"),
-    "simulate": ("repro.library.datasets", "simulate"),
-    "system": ("repro.library.choices", "system"),
-    "task": ("repro.library.choices", "task"),
+    "library.choices": ("controller", "metric", "model", "objective", "optimiser", "sequence", "system", "task"),
+    "library.datasets": ("dataset", "dataset_from_frame", "simulate"),
+    "library.fitted_model": ("FittedModel",),
+    "library.fitting": ("fit",),
+    "pipeline.finished_run": ("load_run",),
+    "recording.notebook": ("show",),
+    "tracking.load": ("load_runs",),
 }
 __all__ = [
     "FittedModel", "controller", "dataset", "dataset_from_frame", "fit", "load_run", "load_runs", "metric", "model",
@@ -47,10 +38,10 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name not in PUBLIC:
-        raise AttributeError(f"module 'repro' has no attribute {name!r}; it has {', '.join(__all__)}")
-    module, attribute = PUBLIC[name]
-    return getattr(import_module(module), attribute)
+    for module, names in PUBLIC.items():
+        if name in names:
+            return getattr(import_module(f"{__name__}.{module}"), name)
+    raise AttributeError(f"module 'repro' has no attribute {name!r}; it has {', '.join(__all__)}")
 
 
 def __dir__() -> list[str]:

@@ -21,7 +21,7 @@ from threadpoolctl import threadpool_limits
 from repro.config.compose import compose
 from repro.pipeline.plan import Pipeline
 from repro.pipeline.run import execute
-from repro.tracking.load import load_run
+from repro.tracking.load import load_stage
 from repro.tracking.store import Store
 
 # relative: of every weight to the largest one, and of every metric
@@ -60,7 +60,7 @@ def results(root: Path, runs: Sequence[str], ids: Sequence[str]) -> Results:
         tables = {path.stem: pd.read_parquet(path) for path in (root / "runs" / id).glob("*.parquet")}
         metrics = tables["metrics"]
         tables["metrics"] = metrics[metrics["metric"] != "fit_seconds"]
-        fit = load_run(id, root=root).upstream["fit"]
+        fit = load_stage(id, root=root).upstream["fit"]
         with np.load(fit.path("parameters.npz")) as stored:
             found[run] = (stored["parameters"], tables)
     return found

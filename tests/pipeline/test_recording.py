@@ -11,7 +11,7 @@ import pytest
 from repro.config.compose import compose
 from repro.config.overrides import expand
 from repro.config.places import ROOT
-from repro.pipeline.finished_run import open_run
+from repro.pipeline.finished_run import load_run
 from repro.pipeline.plan import Pipeline
 from repro.pipeline.run import execute, run_job
 from repro.tracking.store import StageFailed, Store
@@ -62,7 +62,7 @@ def test_a_systems_samples_give_the_same_fit_from_a_file_without_the_system(tmp_
         "seeds=1",
     ]
     simulated = execute(made("system=sip", "data.samples=200", "data.episode_steps=50", *model), store)
-    data = open_run(simulated.id, root=store.paths.root).data
+    data = load_run(simulated.id, root=store.paths.root).data
     names = {"q": ["a", "b"], "qd": ["ad", "bd"], "qdd": ["add", "bdd"], "tau": ["f", "g"]}
     columns = {name: getattr(data, role)[0, :, k] for role, each in names.items() for k, name in enumerate(each)}
     pd.DataFrame({"t": data.time, "run": data.episode} | columns).to_csv(tmp_path / "mine.csv", index=False)
@@ -70,7 +70,7 @@ def test_a_systems_samples_give_the_same_fit_from_a_file_without_the_system(tmp_
     own = ["data.coordinates.names=[a,b]", "data.coordinates.angles=[b]", "data.coordinates.cyclic=[a]"]
     file = ["data=file", f"data.path={tmp_path / 'mine.csv'}", f"data.columns={{{roles},time:[t],episode:[run]}}", *own]
     recorded = execute(made(*file, *model), store)
-    weights = [open_run(run.id, root=store.paths.root).parameters.numpy() for run in (simulated, recorded)]
+    weights = [load_run(run.id, root=store.paths.root).parameters.numpy() for run in (simulated, recorded)]
     np.testing.assert_allclose(weights[1], weights[0], rtol=1e-9)
     medians = [run.summary["median"] for run in (simulated, recorded)]
     assert medians[1]["mae_tau"] == pytest.approx(medians[0]["mae_tau"], rel=1e-9)

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from repro.errors import UserError
-from repro.tracking.load import load_run, load_runs
+from repro.tracking.load import load_runs, load_stage
 from repro.tracking.stage import Stage
 from repro.tracking.stage_difference import record_differences
 
@@ -60,7 +60,7 @@ def test_load_runs_of_nothing(root):
 
 
 def test_load_run(two_runs, toy):
-    run = load_run(two_runs[0].id[-10:])
+    run = load_stage(two_runs[0].id[-10:])
     assert run.id == two_runs[0].id
     assert len(run.table("metrics")) == 4
     assert run.upstream["fit"].identity.config == {"epochs": 10}
@@ -69,7 +69,7 @@ def test_load_run(two_runs, toy):
         run.table("curves")
     run.path("run.json").write_text("{}")
     with pytest.raises(UserError, match="is damaged"):
-        load_run(run.id)
+        load_stage(run.id)
 
 
 def test_differences_reach_upstream_and_results(store, two_runs, toy):

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 
 from repro.commands.arguments import parsed
-from repro.tracking.load import load_run
+from repro.tracking.load import load_stage
 from repro.tracking.paths import outputs_root
 from repro.tracking.stage_difference import record_differences
 from repro.tracking.store import Store
@@ -17,7 +17,7 @@ _LINE = 100  # characters of a difference whose two sides are printed on one lin
 def main(argv: Sequence[str]) -> int:
     """Print the differences of two stored stages, by area."""
     arguments = parsed("diff", argv)
-    before, after = load_run(arguments.before), load_run(arguments.after)
+    before, after = load_stage(arguments.before), load_stage(arguments.after)
     differences = record_differences(Store(outputs_root()), before, after)
     if arguments.json:
         print(json.dumps([asdict(one) for one in differences], indent=1))

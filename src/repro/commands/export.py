@@ -5,13 +5,13 @@ from collections.abc import Sequence
 from repro.commands.arguments import parsed
 from repro.errors import UserError
 from repro.export.member import LearnedMember, write
-from repro.pipeline.finished_run import OpenedRun, open_run
+from repro.pipeline.finished_run import OpenedRun, load_run
 
 
 def main(argv: Sequence[str]) -> int:
     """Write the learned functions of one member and print the names of the files."""
     arguments = parsed("export", argv)
-    run = open_run(arguments.run)
+    run = load_run(arguments.run)
     if not isinstance(run, OpenedRun):
         raise UserError(f"{run.id} is no run but one of {run.kind}: `repro runs` lists the runs")
     statuses, seed = run.card["member_status"], arguments.member

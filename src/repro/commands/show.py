@@ -7,7 +7,7 @@ from textwrap import indent
 from rich.filesize import decimal
 
 from repro.commands.arguments import parsed
-from repro.tracking.load import load_run
+from repro.tracking.load import load_stage
 from repro.tracking.paths import RUN_FILE
 from repro.tracking.plain_data import flattened
 from repro.tracking.store import NOTICES
@@ -17,7 +17,7 @@ from repro.tracking.text import duration, short, table
 def main(argv: Sequence[str]) -> int:
     """Print one stage: failure, origin, results, settings and files."""
     arguments = parsed("show", argv)
-    entry = load_run(arguments.id)
+    entry = load_stage(arguments.id)
     if arguments.json:
         sys.stdout.write(entry.path(RUN_FILE).read_text())
         return 0

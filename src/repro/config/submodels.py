@@ -9,7 +9,7 @@ from repro.config.places import CONF
 from repro.config.registry import read_settings
 from repro.config.schema import Config
 from repro.errors import UserError
-from repro.tracking.load import load_run
+from repro.tracking.load import load_stage
 from repro.tracking.plain_data import Json
 from repro.tracking.record import Record
 
@@ -34,7 +34,7 @@ def settings_of(part: str, config: Config) -> Config:
 
 def fit_of(id: str) -> Record:
     """The fit behind a stored run, or the fit that the id names; UserError for anything else."""
-    stage = load_run(id)
+    stage = load_stage(id)
     if stage.kind == "runs":
         return stage.upstream["fit"]
     if stage.kind != "fits":

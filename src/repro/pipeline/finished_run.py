@@ -10,7 +10,7 @@ from repro.mechanics.system import System
 from repro.models.model import Model
 from repro.pipeline.stage_options import FitOptions
 from repro.pipeline.stages.stored_fit import dataset, load_parameters, model_of, system_of
-from repro.tracking.load import load_run
+from repro.tracking.load import load_stage
 from repro.tracking.plain_data import Json
 from repro.tracking.record import Record
 
@@ -68,7 +68,7 @@ class OpenedRun(Record):
         return self.upstream["fit"]
 
 
-def open_run(id: str, *, root: Path | str | None = None) -> Record:
+def load_run(id: str, *, root: Path | str | None = None) -> Record:
     """Open a stored run.
 
     Parameters
@@ -89,5 +89,5 @@ def open_run(id: str, *, root: Path | str | None = None) -> Record:
     UserError
         When none or several fit.
     """
-    stage = load_run(id, root=root)
+    stage = load_stage(id, root=root)
     return OpenedRun(**vars(stage)) if stage.kind == "runs" else stage

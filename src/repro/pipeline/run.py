@@ -11,7 +11,7 @@ from repro.config.schema import Config
 from repro.pipeline.card import summary_of
 from repro.pipeline.plan import Pipeline
 from repro.tracking import progress
-from repro.tracking.load import load_run
+from repro.tracking.load import load_stage
 from repro.tracking.plain_data import Json
 from repro.tracking.record import Record
 from repro.tracking.stage import Stage
@@ -25,7 +25,7 @@ def execute(pipeline: Pipeline, store: Store) -> Record:
     """
     for part in pipeline.part_pipelines:
         execute(part, store)
-    made = {id: load_run(id, root=store.paths.root) for _, id in pipeline.parts}
+    made = {id: load_stage(id, root=store.paths.root) for _, id in pipeline.parts}
     for role, stage in pipeline.data_stages.items():
         progress.report(0.0, f"data: {role}")
         made[stage.id] = _done(store, stage, work_of(stage, made))

@@ -6,7 +6,7 @@ from pathlib import Path
 from repro.errors import UserError
 from repro.library.run_recording import recording_of, tested_by
 from repro.mechanics.system_options import SYSTEMS
-from repro.pipeline.finished_run import OpenedRun, open_run
+from repro.pipeline.finished_run import OpenedRun, load_run
 from repro.plugins.plugin import plugin_module
 from repro.recording.contents import FILENAME
 from repro.recording.viewer import KIND
@@ -59,7 +59,7 @@ def compared(ids: Sequence[str], root: Path | None = None) -> Path:
 
 
 def _opened(id: str, root: Path) -> OpenedRun:
-    run = open_run(id, root=root)
+    run = load_run(id, root=root)
     if not isinstance(run, OpenedRun):
         raise UserError(f"{run.id} is one of the {run.kind}, not a run; `repro runs` lists the runs")
     if run.card.get("control"):

@@ -20,7 +20,7 @@ _MOST_VALUES = 8  # in a message
 _MOST_LISTED = 5  # ids
 
 
-def load_run(id: str, *, root: Path | str | None = None) -> Record:
+def load_stage(id: str, *, root: Path | str | None = None) -> Record:
     """The stage that an id, its start or the digits at its end name; UserError for none, several or a damaged one."""
     return opened(resolve(Paths(Path(root or outputs_root())), id))
 
