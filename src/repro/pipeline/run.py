@@ -28,10 +28,10 @@ def execute(pipeline: Pipeline, store: Store) -> Record:
     made = {id: load_stage(id, root=store.paths.root) for _, id in pipeline.parts}
     for role, stage in pipeline.data_stages.items():
         progress.report(0.0, f"data: {role}")
-        made[stage.id] = _done(store, stage, work_of(stage, made))
+        made[stage.id] = _done(store, stage, made)
     *before, last = pipeline.stages
     for stage in before[len(pipeline.data_stages) :]:
-        made[stage.id] = _done(store, stage, work_of(stage, made))
+        made[stage.id] = _done(store, stage, made)
     progress.report(0.95, "evaluation")
 
     def measured(folder: Path) -> Json:
@@ -54,12 +54,12 @@ def work_of(stage: Stage, made: Mapping[str, Record]) -> Callable[[Path], Json]:
     return partial(import_module(stage.modules[0]).make, options=stage.config, upstream=upstream)
 
 
-def _done(store: Store, stage: Stage, work: Callable[[Path], Json]) -> Record:
+def _done(store: Store, stage: Stage, made: Mapping[str, Record]) -> Record:
     """The stage, stored or made now; what was said when a stored one was made is said again."""
     stored = store.find(stage.id, kind=stage.kind)
     for text in stored.summary.get(NOTICES, ()) if stored else ():
         progress.notice(text)
-    return stored or store.compute(stage, work)
+    return stored or store.compute(stage, work_of(stage, made))
 
 
 def run_job(resolved: Json, outputs: str, command: str, overrides: Sequence[str] = ()) -> Json:
