@@ -14,7 +14,7 @@ from omegaconf import OmegaConf
 
 from repro.config.compose import compose, plan
 from repro.config.composition import _chosen, _put_together
-from repro.config.overrides import EXPERIMENT, expand
+from repro.config.overrides import EXPERIMENT, expand, experiments
 from repro.config.places import ROOT, code_digest, digest
 from repro.config.registry import groups, settings
 from repro.errors import UserError
@@ -79,6 +79,12 @@ def test_an_experiment_with_options_composed_apart_is_what_hydra_makes_of_it(job
     for one in expand(job, lines=False):
         assert any(override.startswith(EXPERIMENT) for override in one)
         assert_equal(tuple(override for override in one if "." not in override))
+
+
+@pytest.mark.parametrize("experiment", experiments())
+def test_every_experiment_composed_from_its_file_is_what_hydra_makes_of_it(experiment):
+    for choices in [(), ("scale=smoke", "data=long", "task=random")]:
+        assert_equal((*choices, EXPERIMENT + experiment))
 
 
 def test_many_jobs_are_composed_as_each_of_them_alone():

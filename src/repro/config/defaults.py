@@ -1,6 +1,7 @@
 """The configuration that a run would have, had only its options been chosen: what its settings are compared with."""
 
 from collections.abc import Mapping
+from functools import cache, lru_cache
 from typing import Any
 
 from repro.config.places import CONF
@@ -14,18 +15,27 @@ CHOICE = ("name", "kind", "source")  # the keys by which the options of a group 
 def defaults_of(config: Config) -> Config:
     """The same option of every group (conf/GROUP/OPTION.yaml), and nothing else set."""
     chosen = config.model_dump(mode="json")
+    return _defaults(tuple((group, _nearest(group, chosen[group])) for group in groups()))
+
+
+@lru_cache(maxsize=256)
+def _defaults(options: tuple[tuple[str, str], ...]) -> Config:
     outside = {key: value for key, value in read_settings(CONF / "config.yaml").items() if key != "defaults"}
-    options = {group: _nearest(group, chosen[group]) for group in groups()}
-    return Config.model_validate({**outside, **options})
+    return Config.model_validate({**outside, **{group: settings(group, option) for group, option in options}})
 
 
-def _nearest(group: str, section: Mapping[str, Any]) -> Mapping[str, Any]:
+def _nearest(group: str, section: Mapping[str, Any]) -> str:
     """The option of a group that a section was made from: of the same name or kind, with the fewest other values."""
     flat = flattened(section)
 
-    def distance(option: Mapping[str, Any]) -> tuple[bool | int, ...]:
-        other = flattened(option)
+    def distance(option: str) -> tuple[bool | int, ...]:
+        other = _flat(group, option)
         differing = sum(flat.get(key) != other.get(key) for key in flat.keys() | other.keys())
         return (*(flat.get(key) != other.get(key) for key in CHOICE), differing)
 
-    return min((settings(group, option) for option in groups()[group]), key=distance)
+    return min(groups()[group], key=distance)
+
+
+@cache
+def _flat(group: str, option: str) -> dict[str, Any]:
+    return flattened(settings(group, option))

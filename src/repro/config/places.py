@@ -43,13 +43,8 @@ def digest(experiment: str = "") -> str:
 
     The options' defaults that models and optimisers declare are part of their code, which every stage names itself.
     """
-    files = [
-        *(path for root in settings_roots() for path in sorted((root / CONF.name).rglob("*.yaml"))),
-        *(path for room in READERS for path in sorted((SOURCE / room).rglob("*.py"))),
-    ]
-    if path := experiment_files().get(experiment):
-        files.append(path)
-    return _summed(files)
+    path = experiment_files().get(experiment)
+    return plain_data.digest([*_shared(settings_roots()), *(_summed([path]) if path else ())])
 
 
 @cache
@@ -57,9 +52,15 @@ def code_digest() -> str:
     """SHA-256 of the code that says which options models, optimisers and systems have, and what they accept."""
     folders = (SOURCE, *plugin_roots())
     files = [path for room in DECLARERS for folder in folders for path in sorted((folder / room).rglob("*.py"))]
-    return _summed(files)
+    return plain_data.digest(_summed(files))
 
 
-def _summed(files: Iterable[Path]) -> str:
-    names = {path: path.relative_to(ROOT) if path.is_relative_to(ROOT) else path for path in files}
-    return plain_data.digest([(name, file_digest(path)) for path, name in names.items()])
+@cache  # as are the settings that a process has read
+def _shared(roots: tuple[Path, ...]) -> list[tuple[Path, str]]:
+    """What all experiments have in common."""
+    settings = (path for root in roots for path in sorted((root / CONF.name).rglob("*.yaml")))
+    return _summed([*settings, *(path for room in READERS for path in sorted((SOURCE / room).rglob("*.py")))])
+
+
+def _summed(files: Iterable[Path]) -> list[tuple[Path, str]]:
+    return [(path.relative_to(ROOT) if path.is_relative_to(ROOT) else path, file_digest(path)) for path in files]

@@ -1,7 +1,7 @@
 """Jobs of a sweep before they run: what they will make, whether that is there already, and about how long it takes."""
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Self
@@ -124,21 +124,42 @@ def plan_sample(
             chosen.update(job)
     brief = [job for name in experiments("paper") if name not in included for job in _jobs(name, True)[:BRIEFLY]]
     planned = plan_jobs([*jobs, *brief], paths, on_unknown)
+    wanted: dict[str, list[Where]] = {}
     for claim in claims:
-        for where in claim.selectors if claim.experiment in included else ():
-            if not any(job.composed.config.experiment == claim.experiment and job.agrees(where) for job in planned):
-                planned += _answering(claim.experiment, where, paths)
-    return planned
+        if claim.experiment in included:
+            wanted.setdefault(claim.experiment, []).extend(claim.selectors)
+    answers = [job for name, selectors in wanted.items() for job in _answering(name, selectors, planned, paths)]
+    return [*planned, *plan_jobs(answers, paths)]
 
 
-def _answering(experiment: str, where: Where, paths: Paths) -> list[PlannedJob]:
-    """A job of an experiment that a selector means; the likely ones are composed first, a few at a time."""
-    jobs = sorted(_jobs(experiment), key=lambda job: -sum(f"={value}" in " ".join(job) for value in where.values()))
-    for some in (jobs[first : first + LIKELY] for first in range(0, len(jobs), LIKELY)):
-        for job, composed in zip(some, plan(some, paths.composed), strict=True):
-            if PlannedJob.of(composed).agrees(where):
-                return plan_jobs([job], paths)
-    return []
+def _answering(
+    experiment: str, selectors: Sequence[Where], planned: Sequence[PlannedJob], paths: Paths
+) -> list[Overrides]:
+    """Jobs of an experiment that those selectors mean of which none is planned; the likely ones are composed first."""
+    there = [job for job in planned if job.composed.config.experiment == experiment]
+    left = [where for where in selectors if not any(job.agrees(where) for job in there)]
+    jobs = _jobs(experiment) if left else []
+    order = [
+        sorted(jobs, key=lambda job: -sum(f"={value}" in " ".join(job) for value in where.values())) for where in left
+    ]
+    known: dict[Overrides, PlannedJob] = {}
+
+    def compose(some: Iterable[Overrides]) -> None:
+        new = [job for job in dict.fromkeys(some) if job not in known]
+        known.update(zip(new, map(PlannedJob.of, plan(new, paths.composed)), strict=True))
+
+    compose(job for each in order for job in each[:LIKELY])
+    found: dict[Overrides, PlannedJob] = {}
+    for where, each in zip(left, order, strict=True):
+        if any(job.agrees(where) for job in found.values()):
+            continue
+        for first in range(0, len(each), LIKELY):
+            some = each[first : first + LIKELY]
+            compose(some)
+            if agreeing := [job for job in some if known[job].agrees(where)]:
+                found[agreeing[0]] = known[agreeing[0]]
+                break
+    return [*found]
 
 
 def _jobs(experiment: str, first_of_line: bool = False) -> list[Overrides]:
