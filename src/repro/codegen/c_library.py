@@ -43,6 +43,13 @@ def has_compiler() -> bool:
     return found_compiler() is not None
 
 
+def look_up() -> None:
+    """Look up what the name of a library needs, for processes that are forked from this one."""
+    if has_compiler():
+        _version()
+        _processor()
+
+
 def load_library(source: str, flags: Sequence[str]) -> ctypes.CDLL:
     """The shared library of this source, compiled unless it is there; CompilerError with the compiler's words."""
     return ctypes.CDLL(str(library_file(source, flags)))

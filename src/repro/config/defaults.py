@@ -26,16 +26,17 @@ def _defaults(options: tuple[tuple[str, str], ...]) -> Config:
 
 def _nearest(group: str, section: Mapping[str, Any]) -> str:
     """The option of a group that a section was made from: of the same name or kind, with the fewest other values."""
-    flat = flattened(section)
+    own = flattened(section)
 
     def distance(option: str) -> tuple[bool | int, ...]:
-        other = _flat(group, option)
-        differing = sum(flat.get(key) != other.get(key) for key in flat.keys() | other.keys())
-        return (*(flat.get(key) != other.get(key) for key in CHOICE), differing)
+        other = flat(group, option)
+        differing = sum(own.get(key) != other.get(key) for key in own.keys() | other.keys())
+        return (*(own.get(key) != other.get(key) for key in CHOICE), differing)
 
     return min(groups()[group], key=distance)
 
 
 @cache
-def _flat(group: str, option: str) -> dict[str, Any]:
+def flat(group: str, option: str) -> dict[str, Any]:
+    """The settings of an option by dotted key."""
     return flattened(settings(group, option))

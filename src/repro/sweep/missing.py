@@ -20,9 +20,11 @@ from repro.tracking.stage import Stage
 RUN_JOB = "repro.pipeline.run:run_job"
 _STAGES = ("data", "fit", "evaluate", "close_loops")
 _PRELOAD = (
-    *("repro.pipeline.run", *(f"repro.pipeline.stages.{stage}" for stage in _STAGES)),
+    *("repro.pipeline.run", *(f"repro.pipeline.stages.{stage}" for stage in _STAGES), "repro.pipeline.read_ahead"),
     *("repro.recording.layout", "rerun.blueprint", "pyarrow.dataset"),
 )
+_MANY = 10  # jobs, some of which will need what a single one seldom does
+_PRELOAD_OF_MANY = ("scipy.optimize", "hydra")
 
 
 def expected_stages(overrides: Sequence[str]) -> list[Stage]:
@@ -35,7 +37,9 @@ def preload(jobs: Iterable[Sequence[str]]) -> tuple[str, ...]:
 
     torch, the longest of all, only where a job may need it.
     """
-    return _PRELOAD if all(map(_is_closed_form, jobs)) else (*_PRELOAD, "torch", "repro.learning.optimisers.adam")
+    jobs = list(jobs)
+    modules = _PRELOAD if len(jobs) < _MANY else (*_PRELOAD, *_PRELOAD_OF_MANY)
+    return modules if all(map(_is_closed_form, jobs)) else (*modules, "torch", "repro.learning.optimisers.adam")
 
 
 def _is_closed_form(job: Sequence[str]) -> bool:

@@ -69,7 +69,10 @@ def remember_loaded() -> None:
     for module in sorted(name for name in sys.modules if _within(name, package)):
         path = _file(module)
         if path is not None and _stamp(path)[0] / 1e9 <= READER.started:
-            READER.recorded[module] = READER.read(path, module)
+            source = READER.recorded[module] = READER.read(path, module)
+            # Looked up here, for all jobs.
+            list(_reached(module, source.imports))
+            list(map(version, source.libraries))
     READER.save()
 
 
@@ -78,6 +81,7 @@ def begin_job() -> None:
     READER.inherited.update(dict.fromkeys(sys.modules, READER.started))
     READER.started = time.time()
     READER.unloaded.clear()
+    READER.forked = True
     closure.cache_clear()
 
 
@@ -113,6 +117,7 @@ class SourceReader:
     inherited  module -> the latest start of the process that had loaded it before the fork
     recorded   module -> source of a module that is loaded, whatever its file holds by now
     unloaded   module -> file and source of a module when it was read, before it was loaded
+    forked     the cache was read before the fork of this process, and others may have added to it since
     cache      what files held, by path and module
     """
 
@@ -122,6 +127,7 @@ class SourceReader:
         self.inherited: dict[str, float] = {}
         self.recorded: dict[str, Source] = {}
         self.unloaded: dict[str, tuple[Path, Source]] = {}
+        self.forked = False
 
     def read(self, path: Path, module: str) -> Source:
         """Digest, imports and libraries of a module's file.
@@ -141,6 +147,8 @@ class SourceReader:
     def _analysed(self, path: Path, module: str) -> Source:
         """What a file holds now, from the cache where its time of change and its size are as there."""
         key, stamp = f"{path} {module}", _stamp(path)
+        if self.forked and key not in self.cache.values:
+            self.cache, self.forked = Cache(self.cache.file, _FORMAT), False
         stored = self.cache.values.get(key)
         if stored is not None and stored["stamp"] == stamp:
             return Source(**stored["source"])

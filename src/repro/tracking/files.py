@@ -77,9 +77,9 @@ def write_text(path: Path, text: str, *, forced: bool = True) -> None:
     write_bytes(path, text.encode(), forced=forced)
 
 
-def write_json(path: Path, value: Any) -> None:
+def write_json(path: Path, value: Any, *, forced: bool = True) -> None:
     """Write readable JSON atomically."""
-    write_text(path, json.dumps(value, indent=1, default=plain) + "\n")
+    write_text(path, json.dumps(value, indent=1, default=plain) + "\n", forced=forced)
 
 
 def read_yaml(path: Path) -> Any:

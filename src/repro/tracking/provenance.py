@@ -62,6 +62,12 @@ def describe(stage: Stage, overrides: Sequence[str], patches: Path, meter: Meter
     )
 
 
+def look_up() -> None:
+    """Look up what does not change while jobs run, for processes that are forked from this one."""
+    source_tree()
+    _machine()
+
+
 @cache
 def _source(patches: Path) -> dict[str, Any]:
     top = source_tree()

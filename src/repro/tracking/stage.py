@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -43,4 +43,4 @@ class Stage:
     def id(self) -> str:
         """Readable name, a dash, ten hexadecimal digits of the identity, e.g. sip-lagrangian-t2-adam-9f3c2a81bd."""
         readable = re.sub(r"[^a-z0-9]+", "-", self.name.lower()).strip("-")
-        return f"{readable or self.kind}-{digest([self.kind, asdict(self.identity)])[:ID_DIGITS]}"
+        return f"{readable or self.kind}-{digest([self.kind, vars(self.identity)])[:ID_DIGITS]}"

@@ -112,7 +112,7 @@ class Store:
         folder.mkdir(parents=True, exist_ok=True)
         _drop(folder, lambda name: not _is_checkpoint(name))
         holder = {**lock.holder(), "name": stage.name, "command": stage.command, "log": progress.log_path()}
-        write_json(folder / HOLDER_FILE, holder)
+        write_json(folder / HOLDER_FILE, holder, forced=False)
         meter = provenance.Meter()
         try:
             with progress.collected() as notices:
