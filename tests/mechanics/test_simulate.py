@@ -97,6 +97,20 @@ def test_engines_agree_to_the_last_digits() -> None:
     np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9)
 
 
+def test_the_cheaper_engine_interprets_first_and_changes_to_compiled_code_in_time(monkeypatch) -> None:
+    used = []
+    for name in ("CompiledIntegrator", "InterpretedIntegrator"):
+        made = getattr(engines, name)
+        monkeypatch.setattr(engines, name, lambda *given, made=made, name=name: used.append(name) or made(*given))
+    motion = one_coordinate(lambda q, qd, tau, p: tau - p[0] * ca.sin(q) - p[1] * qd)
+    tau, weights = random_tau(1, 200)[..., :1], np.array([9.0, 0.1])
+    pieces = [simulate(motion, np.ones((1, 2)), tau, 0.04, parameters=weights, engine="cheaper") for _ in range(12)]
+    assert used == ["InterpretedIntegrator", "CompiledIntegrator"]
+    expected = simulate(motion, np.ones((1, 2)), tau, 0.04, parameters=weights, engine="casadi")
+    for piece in pieces:
+        np.testing.assert_allclose(piece, expected, rtol=1e-12)
+
+
 def test_batch_mates_do_not_matter() -> None:
     tau = random_tau(4, 100)
     start = upright(4)
@@ -231,7 +245,7 @@ def test_shapes_that_do_not_fit_are_refused(wrong: dict) -> None:
 
 
 def test_unknown_engines_are_refused() -> None:
-    with pytest.raises(UserError, match="auto, c, casadi"):
+    with pytest.raises(UserError, match="auto, cheaper, c, casadi"):
         simulate(PENDULUM.acceleration, upright(1), np.zeros((1, 1, 2)), 0.04, engine="fortran")
 
 

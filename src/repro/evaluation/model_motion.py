@@ -11,7 +11,6 @@ from repro.mechanics.simulate import simulate
 from repro.mechanics.system import System
 from repro.models.model import Model, acceleration
 
-FEW_STEPS = 1000  # of all trajectories: below this CasADi integrates in less time than a compiler takes
 LARGEST = 2000  # weights: above this the generated simulator takes longer to compile than it saves
 SUBSTEPS = 4  # of a sample time, where every one costs four predictions
 
@@ -34,10 +33,9 @@ def model_motion(
     members, starts, steps, _ = held.shape
     if is_compiled(model):
         motion = acceleration(model) if system is None else under_inputs(acceleration(model), system)
-        engine = "casadi" if members * starts * steps < FEW_STEPS else "auto"
         begun, driven = (array.reshape(members * starts, *array.shape[2:]) for array in (initial, held))
         each = np.repeat(weights, starts, axis=0)
-        moved = simulate(motion, begun, driven, time_step, parameters=each, angles=angles, engine=engine)
+        moved = simulate(motion, begun, driven, time_step, parameters=each, angles=angles, engine="cheaper")
         return moved.reshape(members, starts, *moved.shape[1:])
     parameters = torch.from_numpy(weights)
     states = np.empty((steps + 1, *initial.shape))
