@@ -28,7 +28,7 @@ CHECKPOINT = "checkpoint.json"  # a file of this name stays in the working folde
 NOTICE_S = 2.0  # between two lines about the progress
 
 
-def run(outputs: Path, scale: str) -> str:
+def run(outputs: Path | str, scale: str) -> str:
     """Time everything of a scale unless this machine has a result of this code; the id of the stored bench.
 
     Lists it as the experiment `timing`. Rows measured before an interruption are not repeated. Raises StageFailed

@@ -2,9 +2,10 @@
 
 import ctypes
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -82,20 +83,35 @@ class InterpretedIntegrator:
     """One interpreted acceleration; see `simulate` for what the arguments mean."""
 
     def __init__(self, acceleration: ca.Function) -> None:
-        self._steps = lru_cache(maxsize=256)(_step(acceleration).fold)  # the function of so many steps
+        step = _step(acceleration)
+        # Read and written by the functions of any number of sub-steps.
+        self._column, self._reached = np.zeros(step.numel_in(0)), np.zeros(step.numel_in(0))
+
+        @lru_cache(maxsize=256)
+        def repeated(count: int) -> tuple[Callable[[], None], ca.Function, Any]:
+            buffer: Any
+            function = step.fold(count)
+            buffer, run = function.buffer()
+            buffer.set_arg(0, self._column.data)
+            buffer.set_res(0, self._reached.data)
+            return run, function, buffer  # which `run` does not keep alive
+
+        self._repeated = repeated
 
     def __call__(self, rule: SubstepRule, u: np.ndarray, parameters: np.ndarray, states: np.ndarray) -> None:
         """Fill states[:, 1:] from states[:, 0]."""
-        weights = np.broadcast_to(parameters, (len(u), parameters.shape[1]))
-        for b, forces in enumerate(u):
-            for k, force in enumerate(forces):
-                (count,) = rule.substeps(states[b, None, k]).tolist()
+        n_x, n_u = states.shape[2], u.shape[2]
+        x, held, h, weights = np.split(self._column, [n_x, n_x + n_u, n_x + n_u + 1])
+        given = np.broadcast_to(parameters, (len(u), parameters.shape[1]))
+        for k in range(u.shape[1]):
+            for b, count in enumerate(rule.substeps(states[:, k]).tolist()):
                 if count == 0:
-                    states[b, k + 1 :] = np.nan
-                    break
-                column = np.concatenate([states[b, k], force, [rule.time_step / count], weights[b]])
-                reached = np.asarray(self._steps(count)(column))[: states.shape[2], 0]
-                states[b, k + 1] = reached if np.isfinite(reached).all() else np.nan
+                    states[b, k + 1] = np.nan
+                    continue
+                x[:], held[:], h[:], weights[:] = states[b, k], u[b, k], rule.time_step / count, given[b]
+                self._repeated(count)[0]()
+                states[b, k + 1] = self._reached[:n_x]
+            states[~np.isfinite(states[:, k + 1]).all(axis=1), k + 1] = np.nan
 
 
 def _step(acceleration: ca.Function) -> ca.Function:

@@ -19,7 +19,7 @@ from repro.mechanics.integrators import CompiledIntegrator, InterpretedIntegrato
 ENGINES = ("auto", "cheaper", "c", "casadi")
 # Seconds of a compiler, and of its absence: measured with the models of this project.
 COMPILATION_S, COMPILED_INSTRUCTION_S = 0.08, 1.2e-4
-STEP_S, INSTRUCTION_S = 5e-5, 5e-9
+STEP_S, INSTRUCTION_S = 1e-5, 3e-9
 # Takes a rule, u (batch, steps, n_u) and parameters (1 or batch, n_p), and fills states (batch, steps + 1, 2 n_q).
 Integrator = Callable[[SubstepRule, np.ndarray, np.ndarray, np.ndarray], None]
 

@@ -56,12 +56,14 @@ def run_missing(
     workers: int | None = None,
     timeout: float | None = None,
     where: Sequence[str] = (),
+    first: Sequence[Job] = (),
 ) -> list[JobResult]:
     """Run the jobs that have no record yet, each once, the longest first; print those that failed.
 
     workers  jobs at once, None for one per allowed core
     timeout  seconds after which a job is stopped
     where    the overrides of a Hydra launcher that runs them elsewhere
+    first    other work, begun before them where there are any
     """
     missing = list({job.run: job for job in jobs if job.record is None}.values())
     missing.sort(key=lambda job: -job.expected_seconds)
@@ -74,20 +76,23 @@ def run_missing(
     check_writable(paths.root)
     print(total(jobs), file=sys.stderr, flush=True)
     todo = [
-        Job(
-            name=job.label,
-            target=RUN_JOB,
-            arguments={
-                "resolved": job.composed.config.model_dump(mode="json"),
-                "outputs": str(paths.root),
-                "command": job.composed.command,
-                "overrides": job.composed.overrides,
-            },
-            command=job.composed.command,
-            expected_s=job.expected_seconds,
-            expected_mib=job.expected_mib,
-        )
-        for job in missing
+        *first,
+        *(
+            Job(
+                name=job.label,
+                target=RUN_JOB,
+                arguments={
+                    "resolved": job.composed.config.model_dump(mode="json"),
+                    "outputs": str(paths.root),
+                    "command": job.composed.command,
+                    "overrides": job.composed.overrides,
+                },
+                command=job.composed.command,
+                expected_s=job.expected_seconds,
+                expected_mib=job.expected_mib,
+            )
+            for job in missing
+        ),
     ]
     if where:
         results = cluster.launch(todo, where, paths.logs)
