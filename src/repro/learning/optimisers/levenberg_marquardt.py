@@ -74,16 +74,17 @@ class LevenbergMarquardt(FullBatch):
             problem.look(0, parameters)
         if not np.isfinite(loss):
             return parameters, losses, "diverged at step 0"
-        gram, gradient = problem.normal_equations(parameters)
-        scale = gram.diagonal().copy()
+        moved, scale = True, np.zeros_like(parameters)
         for iteration in range(self.iterations):
-            trial = parameters + damped_step(gram, gradient, damping * scale)
-            trial_loss = problem.loss(trial)
-            if trial_loss < loss:
-                stalled = stalled + 1 if loss - trial_loss < self.tolerance * loss else 0
-                parameters, loss, damping = trial, trial_loss, max(damping / self.damping_decrease, 1e-15)
+            if moved:  # only now, so that no step is prepared that is not taken
                 gram, gradient = problem.normal_equations(parameters)
                 scale = np.maximum(scale, gram.diagonal())
+            trial = parameters + damped_step(gram, gradient, damping * scale)
+            trial_loss = problem.loss(trial)
+            moved = bool(trial_loss < loss)
+            if moved:
+                stalled = stalled + 1 if loss - trial_loss < self.tolerance * loss else 0
+                parameters, loss, damping = trial, trial_loss, max(damping / self.damping_decrease, 1e-15)
             else:
                 stalled, damping = stalled + 1, min(damping * INCREASE, 1e12)
             losses.append(loss)
