@@ -17,6 +17,9 @@ import pytest
 os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 # Threads that wait for another one leave the processor to the tests beside them.
 os.environ["OMP_WAIT_POLICY"] = "passive"
+# The suite starts some hundred interpreters: without stored bytecode each of them would compile the project again.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 from repro.tracking import code
 
