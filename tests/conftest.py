@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import os
 import subprocess
@@ -21,6 +22,8 @@ os.environ["OMP_WAIT_POLICY"] = "passive"
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
+gc.disable()  # until all tests are collected: what is imported stays
+
 from repro.tracking import code
 
 if TYPE_CHECKING:
@@ -31,6 +34,11 @@ if TYPE_CHECKING:
 HEAVY = ("repro.pipeline.run", "repro.learning.optimisers.adam", "repro.recording.layout", "rerun.blueprint")
 HEAVY += ("pyarrow.dataset",)
 HEAVY += ("torch", "repro.report.drawing", "matplotlib.backends.backend_agg", "matplotlib.backends.backend_pdf")
+
+
+def pytest_collection_finish() -> None:
+    gc.freeze()  # Python's search for unused objects leaves out the libraries and the list of tests
+    gc.enable()
 
 
 @pytest.fixture(scope="session", autouse=True)
