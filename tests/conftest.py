@@ -20,15 +20,14 @@ os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM
 os.environ["OMP_WAIT_POLICY"] = "passive"
 # The suite starts some hundred interpreters: without stored bytecode each of them would compile the project again.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
-sys.dont_write_bytecode = False
-
-gc.disable()  # until all tests are collected: what is imported stays
 
 from repro.tracking import code
 
 if TYPE_CHECKING:
     from synthetic_store import SyntheticStore
 
+sys.dont_write_bytecode = False
+gc.disable()  # until all tests are collected: what is imported stays
 
 # What the jobs of any test need and takes long to load.
 HEAVY = ("repro.pipeline.run", "repro.learning.optimisers.adam", "repro.recording.layout", "rerun.blueprint")
