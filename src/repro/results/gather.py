@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from pydantic import TypeAdapter
 from pydantic.dataclasses import dataclass as checked
@@ -79,7 +79,7 @@ def gather(stored: Stored, paper: Gathering = NO_PAPER) -> Results:
     all_loops = (_table(run, "closed_loops") for run in driven)
     known: dict[str, Record | None] = {}
     rows = {
-        "metrics": [_table(run, "metrics").assign(**cards[run.id, run.experiment]) for run in finished],
+        "metrics": [_beside(_table(run, "metrics"), cards[run.id, run.experiment]) for run in finished],
         "curves": [curve for run in distinct for curve in _thinned(_table(run, "curves"))],
         "trajectories": [_first_points(_table(run, "trajectories")) for run in moved],
         "identifiability": [_table(run, "identifiability") for run in distinct],
@@ -113,7 +113,7 @@ def _card(run: StoredRun, paper: Gathering) -> dict[str, Cell]:
 def _loops(run: StoredRun) -> "pd.DataFrame":
     """Closed loops with what the card says of their model, controller and task."""
     place = {"experiment": run.experiment, "scale": run.scale}
-    return _table(run, "control").assign(**place, **run.card.loop_columns())
+    return _beside(_table(run, "control"), place | run.card.loop_columns())
 
 
 def _run_row(run: StoredRun, card: Mapping[str, Cell]) -> dict[str, object]:
@@ -180,6 +180,14 @@ def _table(run: StoredRun, name: str) -> "pd.DataFrame":
     if not path.is_file() or path.stat().st_size == 0:
         return pd.DataFrame(columns=[*TABLES[name]])
     return read_table(path, REMEDY).assign(run=run.id)
+
+
+def _beside(table: "pd.DataFrame", cells: Mapping[str, Cell]) -> "pd.DataFrame":
+    """A table with further columns, each of one value: at once, which takes a fraction of the time of `assign`."""
+    import pandas as pd
+
+    columns: dict[str, Any] = {str(name): table[name] for name in table}
+    return pd.DataFrame(columns | dict(cells), index=table.index)
 
 
 def _thinned(curves: "pd.DataFrame") -> Iterator["pd.DataFrame"]:
