@@ -2,9 +2,8 @@
 
 import ctypes
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import casadi as ca
@@ -84,38 +83,36 @@ class InterpretedIntegrator:
 
     def __init__(self, acceleration: ca.Function) -> None:
         step = _step(acceleration)
-        # Read and written by the functions of any number of sub-steps.
-        self._column, self._reached = np.zeros(step.numel_in(0)), np.zeros(step.numel_in(0))
-
-        @lru_cache(maxsize=256)
-        def repeated(count: int) -> tuple[Callable[[], None], ca.Function, Any]:
-            buffer: Any
-            function = step.fold(count)
-            buffer, run = function.buffer()
-            buffer.set_arg(0, self._column.data)
-            buffer.set_res(0, self._reached.data)
-            return run, function, buffer  # which `run` does not keep alive
-
-        self._repeated = repeated
+        # Two columns, so that a sub-step from one to the other copies nothing.
+        self._columns = np.zeros(step.numel_in(0)), np.zeros(step.numel_in(0))
+        self._buffers: list[Any] = [step.buffer(), step.buffer()]
+        for (buffer, _), given, reached in zip(self._buffers, self._columns, reversed(self._columns), strict=True):
+            buffer.set_arg(0, given.data)
+            buffer.set_res(0, reached.data)
 
     def __call__(self, rule: SubstepRule, u: np.ndarray, parameters: np.ndarray, states: np.ndarray) -> None:
         """Fill states[:, 1:] from states[:, 0]."""
         n_x, n_u = states.shape[2], u.shape[2]
-        x, held, h, weights = np.split(self._column, [n_x, n_x + n_u, n_x + n_u + 1])
+        x, held, h, weights = np.split(self._columns[0], [n_x, n_x + n_u, n_x + n_u + 1])
         given = np.broadcast_to(parameters, (len(u), parameters.shape[1]))
+        (_, there), (_, back) = self._buffers
         for k in range(u.shape[1]):
             for b, count in enumerate(rule.substeps(states[:, k]).tolist()):
                 if count == 0:
                     states[b, k + 1] = np.nan
                     continue
                 x[:], held[:], h[:], weights[:] = states[b, k], u[b, k], rule.time_step / count, given[b]
-                self._repeated(count)[0]()
-                states[b, k + 1] = self._reached[:n_x]
+                for _ in range(count // 2):
+                    there()
+                    back()
+                if count % 2:
+                    there()
+                states[b, k + 1] = self._columns[count % 2][:n_x]
             states[~np.isfinite(states[:, k + 1]).all(axis=1), k + 1] = np.nan
 
 
 def _step(acceleration: ca.Function) -> ca.Function:
-    """[x; u; h; parameters] after one Runge-Kutta step of x, the rest unchanged: a function that can be repeated."""
+    """[x; u; h; parameters] after one Runge-Kutta step of x, the rest unchanged."""
     n_q = acceleration.numel_out(0)
     x, u, h = ca.SX.sym("x", 2 * n_q), ca.SX.sym("u", acceleration.numel_in(2)), ca.SX.sym("h")
     parameters = ca.SX.sym("parameters", acceleration.numel_in(3))
