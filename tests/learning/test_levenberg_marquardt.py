@@ -6,6 +6,7 @@ import torch
 from simulated import random_force
 
 from repro.evaluation.pointwise import pointwise
+from repro.learning.members import products
 from repro.learning.objective import Objective
 from repro.learning.optimisers.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.result import NoCheckpoint, silent
@@ -106,3 +107,16 @@ def test_every_start_has_the_weights_that_a_model_brings_along(make_problem, dat
     fitted = optimiser.fit(make_problem(model, data), start, silent, NoCheckpoint())
     np.testing.assert_array_equal(fitted.parameters[:, :4], given)
     assert (fitted.parameters[:, 4:] != start[:, 4:]).any(1).all()
+
+
+@pytest.mark.parametrize("zeros", [0, 100, 1920, 4100, 6000])
+@pytest.mark.parametrize("late", [0, 3, 8])
+def test_products_leave_out_zeros(zeros, late):
+    """J'J is the same where it skips the rows in which the columns from `late` on are 0."""
+    generator = np.random.default_rng(0)
+    jacobian = generator.normal(size=(6000, 11)) * 10.0 ** generator.integers(-3, 4, 11)
+    jacobian[:zeros, late:] = 0
+    given = jacobian.copy()
+    expected = given.T @ given
+    np.testing.assert_allclose(products(jacobian, late), expected, rtol=1e-12, atol=1e-14 * np.abs(expected).max())
+    np.testing.assert_array_equal(jacobian, given)

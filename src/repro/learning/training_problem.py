@@ -147,6 +147,8 @@ class TrainingProblem:
                 jacobian = jacobian.unflatten(2, task.share.shape[1:]).sum(3)
             values.append(rows.transpose(1, 2).flatten(1))
             jacobians.append(jacobian.flatten(1, 2))
+        if len(self.tasks) == 1:
+            return values[0], jacobians[0]  # a copy of a large Jacobian takes as long as its product with itself
         return torch.cat(values, dim=1), torch.cat(jacobians, dim=1)
 
     def cast(self, dtype: "torch.dtype") -> "TrainingProblem":

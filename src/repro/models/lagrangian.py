@@ -144,11 +144,15 @@ class Lagrangian(Model):
             pairs = self._pairs(n_rows > 2 + 2 * self.n_q)
             weights = parameters[:, self.kinetic_slice]
             kinetic = self.network.jacobian(weights, jets, cotangents[0].unsqueeze(-1), pairs)
-        parts = [kinetic, torch.einsum("mrnj,mnji->mrni", cotangents[1], prepared["potential"])]
+        gradients = kinetic.new_zeros((*kinetic.shape[:3], self.n_parameters))
+        gradients[..., self.kinetic_slice] = kinetic
+        gradients[..., self.potential_slice] = torch.einsum("mrnj,mnji->mrni", cotangents[1], prepared["potential"])
         if self.transform is not None:
             weights = parameters[:, self.transform_slice]
-            parts.append(self.transform.network.jacobian(weights, prepared["transform"], cotangents[2]))
-        return torch.cat(parts, dim=-1)
+            rows = [row for row in range(kinetic.shape[1]) if cotangents[2][:, row].any()]  # those of Omega_tran
+            of_rows = self.transform.network.jacobian(weights, prepared["transform"], cotangents[2][:, rows])
+            gradients[:, rows, :, self.transform_slice] = of_rows
+        return gradients
 
     def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
         """T and V as CasADi expressions."""
