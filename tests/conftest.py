@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from compilation import unoptimised
 
 # As in a sweep's jobs: equal bits, and small problems run faster. Read when torch and numpy are loaded.
 os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
@@ -55,6 +56,13 @@ def _cheaper() -> Iterator[None]:
         patch.setattr(
             os, "fsync", lambda descriptor: None
         )  # results in a temporary folder need not outlive the machine
+        yield
+
+
+@pytest.fixture(scope="module", name="unoptimised")
+def _unoptimised() -> Iterator[None]:
+    """For tests of small problems whose numbers follow from the source alone: see `unoptimised`."""
+    with unoptimised():
         yield
 
 

@@ -8,6 +8,8 @@ from repro.bench import engines
 from repro.bench.engines import streamed
 from repro.bench.training_case import native_step, random_case, torch_step
 
+pytestmark = pytest.mark.usefixtures("unoptimised")
+
 TRUE_T1 = [0.4, 0.025, 0.1, 0.98]
 
 

@@ -15,7 +15,10 @@ from repro.models.bases import engineered, t2
 from repro.models.lagrangian import Lagrangian
 
 # torch.func loads its rules for forward mode with a function that torch itself deprecates
-pytestmark = pytest.mark.filterwarnings("ignore:`torch.jit.script` is deprecated:DeprecationWarning")
+pytestmark = [
+    pytest.mark.filterwarnings("ignore:`torch.jit.script` is deprecated:DeprecationWarning"),
+    pytest.mark.usefixtures("unoptimised"),
+]
 
 
 def agree(first, second):

@@ -18,7 +18,10 @@ from repro.results.table_schema import TABLES
 from repro.tracking.store import Store
 
 # torch.func loads its rules for forward mode with a function that torch itself deprecates
-pytestmark = pytest.mark.filterwarnings("ignore:`torch.jit.script` is deprecated:DeprecationWarning")
+pytestmark = [
+    pytest.mark.filterwarnings("ignore:`torch.jit.script` is deprecated:DeprecationWarning"),
+    pytest.mark.usefixtures("unoptimised"),
+]
 
 
 @pytest.fixture

@@ -18,6 +18,8 @@ from repro.pipeline.plan import Pipeline
 from repro.pipeline.run import execute
 from repro.tracking.store import Store
 
+pytestmark = pytest.mark.usefixtures("unoptimised")
+
 TINY = ["scale=smoke", "data.samples=300", "data.episode_steps=100", "seeds=[4,7]", "record=false"]
 MODELS = {
     "t1": ["basis=t1", "optimiser=least_squares"],
@@ -80,7 +82,7 @@ def outputs(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def exported(outputs, tmp_path_factory):
+def exported(outputs, tmp_path_factory, unoptimised):
     """Every model exported through the command and evaluated at five points by a process of its own."""
     place = tmp_path_factory.mktemp("exported")
     rng = np.random.default_rng(0)

@@ -26,6 +26,8 @@ from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
 from repro.plugins.plugin import plugin
 
+pytestmark = pytest.mark.usefixtures("unoptimised")
+
 CPU = torch.device("cpu")
 MODELS = {
     "basis": lambda: Lagrangian(t1, 2),

@@ -25,6 +25,8 @@ from repro.models.kinds.port_hamiltonian import PortHamiltonian
 from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
 
+pytestmark = pytest.mark.usefixtures("unoptimised")
+
 SCALE = np.array([0.9, 5.0])
 MODELS = {
     "coefficients": Lagrangian(t1, 2, momentum_hidden=(2,)),

@@ -19,6 +19,8 @@ from repro.mechanics.system import load
 from repro.mechanics.system_options import SYSTEMS
 from repro.plugins.plugin import plugin_names
 
+pytestmark = pytest.mark.usefixtures("unoptimised")
+
 SYSTEMS = [load(name) for name in plugin_names(SYSTEMS)]
 QUADROTOR = load("quadrotor")
 every_system = pytest.mark.parametrize("system", SYSTEMS, ids=lambda system: system.name)
