@@ -1,5 +1,7 @@
 """Fits from what sensors record reach the Cramer-Rao bound, and their standard errors cover the truth."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from simulated import random_force
@@ -37,7 +39,10 @@ BARS = [
 ]
 
 
-def _fitted(system: str, sensors: dict[str, object], seed: int, samples: int) -> tuple[Lagrangian, Dataset, PathFit]:
+def _fitted(
+    system: str, sensors: dict[str, object], seed: int, samples: int, noise_factor: float | None = None
+) -> tuple[Lagrangian, Dataset, PathFit]:
+    """noise_factor: noise levels are estimated, from the true ones times this."""
     whole = samples + samples // 2
     data = random_force(
         load(system), seeds=[seed], samples=whole, train_fraction=samples / whole, reset="random", labels="smoothed",
@@ -49,8 +54,15 @@ def _fitted(system: str, sensors: dict[str, object], seed: int, samples: int) ->
     start = LeastSquares(cutoff=1e-5).fit(
         TrainingProblem(model, [task], [seed]), np.zeros((1, model.n_parameters)), silent, NoCheckpoint()
     )
-    weights = np.asarray(start.parameters[0])
-    return model, data, fit_path(model, data.train, 0, weights, PathOptions(), silent)
+    weights, train, options = np.asarray(start.parameters[0]), data.train, PathOptions()
+    if noise_factor is not None:
+        known = train.measurement
+        assert known is not None
+        wrong = {"q_noise": noise_factor * known.q_noise}
+        if known.qd_noise is not None:
+            wrong["qd_noise"] = noise_factor * known.qd_noise
+        train, options = replace(train, measurement=replace(known, **wrong)), PathOptions(noise="estimated")
+    return model, data, fit_path(model, train, 0, weights, options, silent)
 
 
 @pytest.mark.slow
@@ -67,6 +79,19 @@ def test_every_fit_is_accurate_and_at_the_bound(system: str, sensors: dict[str, 
         assert found.cost_per_dof == pytest.approx(1, abs=0.05)
     assert max(errors) < bar
     assert 0.5 < np.median(errors) / np.median(bounds) < 2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("factor", [0.1, 10.0])
+@pytest.mark.parametrize("sensors", [STATES, POSITIONS])
+@pytest.mark.parametrize("system", ["sip", "dip"])
+def test_noise_levels_are_found_from_ones_that_are_wrong(
+    system: str, sensors: dict[str, object], factor: float
+) -> None:
+    for seed in SEEDS:
+        model, _, found = _fitted(system, sensors, seed, 8000, factor)
+        levels = np.repeat([sensors[name] for name in ("q_noise", "qd_noise") if name in sensors], model.n_q)
+        np.testing.assert_allclose(found.noise, levels, rtol=0.05)
 
 
 @pytest.mark.slow

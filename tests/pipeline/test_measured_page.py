@@ -34,6 +34,21 @@ def test_a_setting_of_several_runs_is_refused() -> None:
         runs.one({}, system="sip")
 
 
+@pytest.mark.parametrize(
+    ("system", "scenario", "bar", "seconds"),
+    [("sip", "B", 0.03, 20), ("sip", "D", 0.05, 20), ("dip", "B", 0.15, 60), ("dip", "D", 0.2, 60)],
+)
+def test_published_networks_are_accurate(system: str, scenario: str, bar: float, seconds: float) -> None:
+    script = runpy.run_path(str(SCRIPT))
+    runs = script["Runs"](script["RESULTS"])
+    path = runs.path(scenario, system, "structured")
+    if path is None:
+        pytest.skip("not among the published runs")
+    assert runs.of(path, "mae_qdd").max() < bar
+    assert runs.of(path, "trapped").sum() == 0
+    assert runs.of(path, "fit_seconds").mean() < seconds
+
+
 @pytest.mark.parametrize(("value", "text"), [(0.0, "0"), (4.74e-4, "4.7e-4"), (9.99e-4, "0.001"), (1406.2, "1400")])
 def test_numbers_have_two_digits(value: float, text: str) -> None:
     assert runpy.run_path(str(SCRIPT))["shown"](value) == text
