@@ -95,8 +95,11 @@ def _dispatch(arguments: Sequence[str]) -> int:
         near = difflib.get_close_matches(name, COMMANDS, n=1)
         guess = f" Did you mean {near[0]}?" if near else ""
         raise UserError(f"no command {name}.{guess} There are: {', '.join(COMMANDS)}")
+    from repro.commands.arguments import parsed
+
+    given = parsed(name, rest)
     # imported only now, so that no command waits for the libraries of another
-    code: int = import_module(f"repro.commands.{name}").main(rest)
+    code: int = import_module(f"repro.commands.{name}").main(given)
     return code
 
 

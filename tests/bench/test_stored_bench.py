@@ -12,6 +12,7 @@ from repro.bench.pairing import PairedComparison, Pairs
 from repro.bench.scale import SCALES
 from repro.bench.stored_bench import FILE, MeasuredRows, run, stage
 from repro.commands import bench as command
+from repro.commands.arguments import parsed
 from repro.results.gather import gather
 from repro.results.stored import read_stored
 from repro.results.table_schema import TABLES
@@ -143,7 +144,7 @@ def test_each_scale_answers_every_part_of_the_claim(scale):
 
 def test_the_command_shows_the_ratios(tmp_path, measured, monkeypatch, capsys):
     monkeypatch.setenv("REPRO_OUTPUTS", str(tmp_path))
-    assert command.main(["--scale", "smoke"]) == 0
+    assert command.main(parsed("bench", ["--scale", "smoke"])) == 0
     shown = capsys.readouterr().out
     assert "forward_vs_inverse" in shown
     assert "3 (2 to 4)" in shown
@@ -155,5 +156,5 @@ def test_the_command_names_what_failed(tmp_path, monkeypatch, capsys):
 
     monkeypatch.setenv("REPRO_OUTPUTS", str(tmp_path))
     monkeypatch.setattr(suite, "comparisons", broken)
-    assert command.main(["--scale", "smoke"]) == 1
+    assert command.main(parsed("bench", ["--scale", "smoke"])) == 1
     assert "no such net" in capsys.readouterr().err

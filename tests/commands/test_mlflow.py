@@ -10,6 +10,7 @@ from optional import needs_extra
 
 from repro import __main__ as cli
 from repro.commands import mlflow
+from repro.commands.arguments import parsed
 from repro.errors import UserError
 from repro.export.mlflow_runs import copy_runs
 from repro.tracking.stage import Stage
@@ -94,4 +95,4 @@ def test_the_front_door_has_a_word_for_it(
 
 def test_what_is_no_filter_is_named() -> None:
     with pytest.raises(UserError, match="t2 is no filter"):
-        mlflow.main(["sqlite:///never.db", "t2"])
+        mlflow.main(parsed("mlflow", ["sqlite:///never.db", "t2"]))

@@ -21,6 +21,7 @@ import pandas as pd
 import pytest
 
 from repro.commands import run
+from repro.commands.arguments import parsed
 from repro.config.overrides import expand
 from repro.errors import UserError
 from repro.launch import cluster
@@ -74,7 +75,7 @@ def test_unknown_places_are_named() -> None:
     with pytest.raises(UserError, match="allowed are submitit_slurm, submitit_local, ray"):
         cluster.split(["hydra/launcher=joblib"])
     with pytest.raises(UserError, match=f"go with hydra/launcher={re.escape('|'.join(cluster.EXTRAS))}"):
-        run.main(["-m", "basis=t1,t2", "hydra.launcher.timeout_min=3"])
+        run.main(parsed("run", ["-m", "basis=t1,t2", "hydra.launcher.timeout_min=3"]))
 
 
 def test_missing_extra_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -102,7 +103,7 @@ def test_flags_for_one_machine_are_refused_on_a_launcher(
 ) -> None:
     monkeypatch.setitem(cluster.EXTRAS, launcher, ("slurm", "hydra"))
     with pytest.raises(UserError, match=re.escape(message)) as error:
-        run.main(["-m", "basis=t1,t2", f"hydra/launcher={launcher}", flag])
+        run.main(parsed("run", ["-m", "basis=t1,t2", f"hydra/launcher={launcher}", flag]))
     assert len(str(error.value).splitlines()) == 1
     assert not outputs.exists()
 
@@ -178,20 +179,20 @@ def test_a_sweep_on_a_launcher(
 ) -> None:
     good, bad = recordings
     where = launcher(name)
-    assert run.main(["-m", *CLOSED_FORM, f"data.path={bad},{good}", *where]) == 1
+    assert run.main(parsed("run", ["-m", *CLOSED_FORM, f"data.path={bad},{good}", *where])) == 1
     message = capsys.readouterr().out
     assert "1 of 2 jobs failed" in message
     assert "infs" in message
     assert len(Store(outputs).records("runs")) == 1
     logs = set((outputs / "logs").iterdir())
-    assert run.main(["-m", *CLOSED_FORM, f"data.path={good}", *where]) == 0
+    assert run.main(parsed("run", ["-m", *CLOSED_FORM, f"data.path={good}", *where])) == 0
     assert set((outputs / "logs").iterdir()) == logs, "a finished run was handed to the launcher again"
 
 
 @pytest.mark.extras
 def test_settings_reach_slurm(launcher: Callable[[str], list[str]], outputs: Path) -> None:
     where = [*launcher("submitit_slurm"), "hydra.launcher.timeout_min=7", "hydra.launcher.cpus_per_task=2"]
-    assert run.main([*SMOKE, *where]) == 0
+    assert run.main(parsed("run", [*SMOKE, *where])) == 0
     [submitted] = (outputs / "logs").glob("*/.submitit/*/*_submitted.pkl")
     number = submitted.name.partition("_")[0]
     shown = subprocess.run(["scontrol", "show", "job", number], capture_output=True, text=True, check=True).stdout
@@ -208,7 +209,7 @@ def test_a_launcher_s_process_that_is_killed_costs_its_job_alone(
     where = launcher("submitit_local")
     killer = threading.Thread(target=kill_launcher_of_a_fit, args=(outputs,))
     killer.start()
-    assert run.main(["-m", *SMOKE, "optimiser.epochs=10000000000,20000000", *where]) == 1
+    assert run.main(parsed("run", ["-m", *SMOKE, "optimiser.epochs=10000000000,20000000", *where])) == 1
     killer.join()
     [made] = Store(outputs).records("runs")
     assert "20000000" in made.provenance.command

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from repro.commands import view
+from repro.commands.arguments import parsed
 from repro.errors import UserError
 from repro.recording import viewer
 from repro.recording.contents import DrawnMotion, DrawnShape, RunRecording
@@ -46,14 +47,14 @@ def test_a_whole_id_wins_over_a_longer_one_that_it_begins(outputs):
 
 def test_an_ambiguous_beginning_lists_what_it_begins(outputs):
     with pytest.raises(UserError, match="2 recordings") as caught:
-        view.main(["sip"])
+        view.main(parsed("view", ["sip"]))
     assert "sip-recording-11" in str(caught.value)
     assert "dip" not in str(caught.value)
 
 
 def test_an_unknown_run_lists_what_there_is(outputs):
     with pytest.raises(UserError, match="no recording of a run 'chain'") as caught:
-        view.main(["chain"])
+        view.main(parsed("view", ["chain"]))
     assert "dip-recording-33" in str(caught.value)
 
 
@@ -75,7 +76,7 @@ def test_without_a_display_the_other_ways_are_named(outputs, monkeypatch):
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     with pytest.raises(UserError, match=r"no display.*--web.*--screenshot"):
-        view.main(["dip"])
+        view.main(parsed("view", ["dip"]))
 
 
 def test_a_port_in_use_is_passed_over():
@@ -113,7 +114,7 @@ def test_a_picture_needs_no_display(tmp_path):
     write_recording(tmp_path / "r.rrd", recording)
     picture = tmp_path / "r.png"
     try:
-        assert view.main([str(tmp_path / "r.rrd"), "--screenshot", str(picture), "--at", "0.5"]) == 0
+        assert view.main(parsed("view", [str(tmp_path / "r.rrd"), "--screenshot", str(picture), "--at", "0.5"])) == 0
     except UserError as error:
         if "Vulkan" not in str(error):
             raise

@@ -6,6 +6,7 @@ from repro.claims.assumptions import load_assumptions
 from repro.claims.claims import load_claims
 from repro.claims.verdicts import judge_all
 from repro.commands import report as command
+from repro.commands.arguments import parsed
 from repro.errors import UserError
 from repro.report.build import build
 from repro.report.paper import load_figures, paper_folder
@@ -113,7 +114,7 @@ def test_the_command_redraws_from_a_folder_of_results(quick_store, tmp_path, mon
     quick_store.run("sip_basis", {"mae_tau": [0.2, 0.3]})
     quick_store.gathered().save(tmp_path / "results")
     monkeypatch.setenv("REPRO_OUTPUTS", str(tmp_path / "elsewhere"))
-    assert command.main(["--from", str(tmp_path / "results")]) == 0
+    assert command.main(parsed("report", ["--from", str(tmp_path / "results")])) == 0
     assert (tmp_path / "elsewhere" / "report" / "redrawn" / "index.html").is_file()
     assert "Verdicts, scale quick" in capsys.readouterr().out
 
@@ -122,14 +123,14 @@ def test_the_command_redraws_from_a_folder_of_results(quick_store, tmp_path, mon
 def test_the_command_gathers_the_store(quick_store, monkeypatch, capsys):
     quick_store.run("sip_basis", {"mae_tau": [0.2, 0.3]})
     monkeypatch.setenv("REPRO_OUTPUTS", str(quick_store.outputs))
-    assert command.main([]) == 0
+    assert command.main(parsed("report", [])) == 0
     assert "1 runs" in capsys.readouterr().out
 
 
 def test_the_command_refuses_a_folder_without_results(tmp_path, monkeypatch):
     monkeypatch.setenv("REPRO_OUTPUTS", str(tmp_path / "outputs"))
     with pytest.raises(UserError, match="holds no metrics"):
-        command.main(["--from", str(tmp_path)])
+        command.main(parsed("report", ["--from", str(tmp_path)]))
 
 
 def test_an_empty_result_is_still_judged(tmp_path):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from repro.commands import report as command
+from repro.commands.arguments import parsed
 from repro.errors import UserError
 from repro.report.html.interactive import write_interactive
 
@@ -61,5 +62,5 @@ def test_an_unknown_run_is_refused_before_any_work(quick_store, monkeypatch):
     quick_store.run("sip_basis", {"mae_tau": [0.2, 0.3]})
     monkeypatch.setenv("REPRO_OUTPUTS", str(quick_store.outputs))
     with pytest.raises(UserError, match="no recordings"):
-        command.main(["--interactive", "sip-nothing"])
+        command.main(parsed("report", ["--interactive", "sip-nothing"]))
     assert not (quick_store.outputs / "report").exists()

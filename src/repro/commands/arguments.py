@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from repro.commands.table import COMMANDS
+from repro.config.overrides import refuse_options
+from repro.config.registry import choices_text
 from repro.errors import UserError
 from repro.plugins.plugin import nearest
 
@@ -28,14 +30,17 @@ class _CommandParser(argparse.ArgumentParser):
         raise UserError(f"{message}{guess}; `{self.prog} --help` lists what there is")
 
 
-def parsed(name: str, argv: Sequence[str], more: str = "") -> argparse.Namespace:
-    """The arguments of `repro NAME`; `more` stands below the examples of its help. UserError for a wrong one."""
+def parsed(name: str, argv: Sequence[str]) -> argparse.Namespace:
+    """The arguments of `repro NAME`. UserError for a wrong one."""
     command = COMMANDS[name]
     examples = f"examples:\n{command.examples}" if command.examples else f"example: repro {name} {command.example}"
+    if command.of_hydra:
+        refuse_options(argv)
+        examples += f"\n\nchoices:\n{choices_text()}"
     parser = _CommandParser(
         prog=f"repro {name}",
         description=command.description,
-        epilog=examples + more,
+        epilog=examples,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     exclusive = cache(parser.add_mutually_exclusive_group)

@@ -2,13 +2,12 @@
 
 import math
 import sys
-from collections.abc import Sequence
+from argparse import Namespace
 from typing import Any
 
 import pandas as pd
 
 from repro.bench.stored_bench import FILE, run
-from repro.commands.arguments import parsed
 from repro.tracking.paths import Paths, outputs_root
 from repro.tracking.store import StageFailed
 from repro.tracking.text import table, terminal_width
@@ -16,9 +15,9 @@ from repro.tracking.text import table, terminal_width
 COLUMNS = ("size", "ours", "other", "other / ours (quartiles)", "ours ms", "other ms")
 
 
-def main(argv: Sequence[str]) -> int:
+def main(arguments: Namespace) -> int:
     """Run `repro bench`; 1 when a comparison failed."""
-    scale = parsed("bench", argv).scale
+    scale = arguments.scale
     root = outputs_root()
     try:
         id = run(root, scale)

@@ -3,6 +3,7 @@
 import itertools
 import shutil
 import time
+from argparse import Namespace
 from collections.abc import Iterator, Sequence
 from contextlib import nullcontext, suppress
 from pathlib import Path
@@ -10,7 +11,6 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 from rich.filesize import decimal
 
-from repro.commands.arguments import parsed
 from repro.errors import UserError
 from repro.tracking.paths import DAMAGED, FAILED, WORK, Paths, outputs_root
 from repro.tracking.survey import StageState, survey
@@ -21,9 +21,8 @@ SORTS = (*USUAL, "stale")
 _LOG_AGE_S = 7 * 24 * 3600
 
 
-def main(argv: Sequence[str]) -> int:
+def main(arguments: Namespace) -> int:
     """List the leftovers; remove them with --yes."""
-    arguments = parsed("clean", argv)
     if unknown := [sort for sort in arguments.sorts if sort not in SORTS]:
         raise UserError(f"repro clean: there is no {unknown[0]} to remove; choose from {', '.join(SORTS)}")
     paths = Paths(outputs_root())

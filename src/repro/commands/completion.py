@@ -1,9 +1,9 @@
 """`repro completion`: what a shell completes after `repro`."""
 
+from argparse import Namespace
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from repro.commands.arguments import parsed
 from repro.commands.table import COMMANDS
 from repro.config import registry
 from repro.config.overrides import experiments
@@ -16,15 +16,14 @@ OF_RUNS = ("show", "diff", "view", "export")
 WITH_OVERRIDES = ("run", "identify", "reproduce")
 
 
-def main(argv: Sequence[str]) -> int:
+def main(arguments: Namespace) -> int:
     """Print the script for a shell, or with --line what may stand at the end of a line."""
-    options = parsed("completion", argv)
-    if options.line is not None:
-        print("\n".join(candidates(options.line)))
+    if arguments.line is not None:
+        print("\n".join(candidates(arguments.line)))
         return 0
-    if options.shell not in SHELLS:
-        raise UserError(f"repro completion {options.shell or ''}: choose one of {', '.join(SHELLS)}")
-    print(Path(__file__).with_suffix(f".{options.shell}").read_text(), end="")
+    if arguments.shell not in SHELLS:
+        raise UserError(f"repro completion {arguments.shell or ''}: choose one of {', '.join(SHELLS)}")
+    print(Path(__file__).with_suffix(f".{arguments.shell}").read_text(), end="")
     return 0
 
 

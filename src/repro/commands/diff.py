@@ -1,10 +1,9 @@
 """`repro diff`: how two stored stages differ."""
 
 import json
-from collections.abc import Sequence
+from argparse import Namespace
 from dataclasses import asdict
 
-from repro.commands.arguments import parsed
 from repro.tracking.load import load_stage
 from repro.tracking.paths import outputs_root
 from repro.tracking.stage_difference import record_differences
@@ -14,9 +13,8 @@ from repro.tracking.text import short, table
 _LINE = 100  # characters of a difference whose two sides are printed on one line
 
 
-def main(argv: Sequence[str]) -> int:
+def main(arguments: Namespace) -> int:
     """Print the differences of two stored stages, by area."""
-    arguments = parsed("diff", argv)
     before, after = load_stage(arguments.before), load_stage(arguments.after)
     differences = record_differences(Store(outputs_root()), before, after)
     if arguments.json:

@@ -1,16 +1,14 @@
 """`repro export`: one member of a learned model, as files that need nothing of this project."""
 
-from collections.abc import Sequence
+from argparse import Namespace
 
-from repro.commands.arguments import parsed
 from repro.errors import UserError
 from repro.export.member import LearnedMember, write
 from repro.pipeline.finished_run import OpenedRun, load_run
 
 
-def main(argv: Sequence[str]) -> int:
+def main(arguments: Namespace) -> int:
     """Write the learned functions of one member and print the names of the files."""
-    arguments = parsed("export", argv)
     run = load_run(arguments.run)
     if not isinstance(run, OpenedRun):
         raise UserError(f"{run.id} is no run but one of {run.kind}: `repro runs` lists the runs")

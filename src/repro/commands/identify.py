@@ -1,10 +1,10 @@
 """`repro identify`: which combinations of terms of a linear basis some data determine, before anything is fitted."""
 
+from argparse import Namespace
 from collections.abc import Sequence
 
 import numpy as np
 
-from repro.commands.arguments import parsed
 from repro.config.compose import compose
 from repro.config.rules import linear
 from repro.errors import UserError
@@ -29,9 +29,9 @@ from repro.tracking.store import Store
 ONE_PERCENT = 0.01
 
 
-def main(argv: Sequence[str]) -> int:
+def main(arguments: Namespace) -> int:
     """Examine the training data of a configuration and print rank, condition and null directions."""
-    overrides = parsed("identify", argv).overrides
+    overrides = arguments.overrides
     if not any(override.startswith("seeds=") for override in overrides):
         overrides.append("seeds=1")
     with own_progress.shown("identify"):

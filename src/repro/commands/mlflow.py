@@ -1,16 +1,15 @@
 """`repro mlflow`: copies finished runs to an MLflow tracking store."""
 
-from collections.abc import Sequence
+from argparse import Namespace
 
-from repro.commands.arguments import parsed, selected
+from repro.commands.arguments import selected
 from repro.export.mlflow_runs import copy_runs
 from repro.tracking import index, record
 from repro.tracking.paths import Paths, outputs_root
 
 
-def main(argv: Sequence[str]) -> int:
+def main(arguments: Namespace) -> int:
     """Copy the runs with these values on their card."""
-    arguments = parsed("mlflow", argv)
     paths = Paths(outputs_root())
     entries = [entry for entry in index.load(paths).finished().values() if entry.kind == "runs"]
     chosen = selected(entries, arguments.filters)

@@ -1,9 +1,8 @@
 """`repro report`: gather, judge, draw; redraw from results; publish."""
 
-from collections.abc import Sequence
+from argparse import Namespace
 
 from repro.commands import runs
-from repro.commands.arguments import parsed
 from repro.launch import own_progress
 from repro.recording.viewer import find_recording
 from repro.report import build, terminal
@@ -12,9 +11,8 @@ from repro.results.stored import stale_runs
 from repro.tracking.paths import Paths, outputs_root, project_folder
 
 
-def main(argv: Sequence[str]) -> int:
+def main(arguments: Namespace) -> int:
     """Run `repro report`. Raises UserError for a mistake of the user."""
-    arguments = parsed("report", argv)
     outputs = outputs_root()
     recordings = [find_recording(run, outputs) for run in arguments.interactive]
     try:
@@ -26,7 +24,8 @@ def main(argv: Sequence[str]) -> int:
     except build.NothingToJudgeError as error:
         if arguments.publish or not Paths(outputs).ids("runs"):
             raise
-        runs.main([])  # those that belong to no experiment, since there is nothing to judge
+        # those that belong to no experiment, since there is nothing to judge
+        runs.main(Namespace(kind="runs", filters=[], json=False))
         print(f"\n{error}")
         return 0
     terminal.show(summary)

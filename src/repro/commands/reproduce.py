@@ -1,9 +1,9 @@
 """`repro reproduce`: every experiment, then the report."""
 
+from argparse import Namespace
 from collections.abc import Sequence
 
 from repro.claims.claims import load_claims
-from repro.commands.arguments import parsed
 from repro.config.compose import Overrides
 from repro.config.overrides import expand, experiments
 from repro.errors import UserError
@@ -21,10 +21,9 @@ from repro.tracking.store import StageFailed
 BENCH_S, BENCH_MIB = 15.0, 700.0  # at the smallest scale
 
 
-def main(argv: Sequence[str]) -> int:
+def main(arguments: Namespace) -> int:
     """Run every experiment, then make the report; 1 when a job failed."""
-    options = parsed("reproduce", argv)
-    chosen = dict(override.partition("=")[::2] for override in options.overrides)
+    chosen = dict(override.partition("=")[::2] for override in arguments.overrides)
     if unknown := set(chosen) - {"scale", "experiment"}:
         raise UserError(f"{', '.join(sorted(unknown))}: reproduce takes scale= and experiment= only; see `repro run`")
     scale = chosen.get("scale", "quick")
@@ -40,7 +39,7 @@ def main(argv: Sequence[str]) -> int:
     untimed = own or "experiment" in chosen
     # The smallest scale shows that timings can be made, not what they are: they need not be alone on the machine.
     beside = [_timings(paths, scale)] if scale == SAMPLED and not untimed else []
-    results = run_missing(jobs, paths, options.workers, first=beside)
+    results = run_missing(jobs, paths, arguments.workers, first=beside)
     timed = untimed or (beside and results) or _time(paths, scale)
     from repro.report import build, terminal  # after the runs: their start must not wait for it
     from repro.results.stored import stale_runs

@@ -1,15 +1,13 @@
 """`repro run`: one configuration, or many with -m."""
 
-import argparse
 import sys
+from argparse import Namespace
 from collections.abc import Sequence
 
 import yaml
 
-from repro.commands.arguments import parsed
 from repro.config.compose import plan
-from repro.config.overrides import belongs, expand, experiment_of, refuse_options, setting
-from repro.config.registry import choices_text
+from repro.config.overrides import belongs, expand, experiment_of, setting
 from repro.errors import UserError
 from repro.launch import cluster
 from repro.launch.pool import start_server
@@ -25,41 +23,39 @@ from repro.tracking.text import duration, table
 _MOST_SHOWN = 5  # runs of a search
 
 
-def main(argv: Sequence[str]) -> int:
+def main(arguments: Namespace) -> int:
     """Run one configuration, or with -m every one that the lists and the experiment make; 1 when a job failed."""
-    refuse_options(argv)
-    options = parsed("run", argv, f"\n\nchoices:\n{choices_text()}")
-    if options.cfg not in (None, "job"):
-        if "=" not in options.cfg:
-            raise UserError(f"--cfg {options.cfg}: there is --cfg job only, the resolved configuration of a run")
-        options.overrides.insert(0, options.cfg)  # --cfg basis=t2: what follows is an override
-    own, wanted = split_search(options.overrides)
+    if arguments.cfg not in (None, "job"):
+        if "=" not in arguments.cfg:
+            raise UserError(f"--cfg {arguments.cfg}: there is --cfg job only, the resolved configuration of a run")
+        arguments.overrides.insert(0, arguments.cfg)  # --cfg basis=t2: what follows is an override
+    own, wanted = split_search(arguments.overrides)
     if wanted is not None:
-        return _search(own, wanted, options)
+        return _search(own, wanted, arguments)
     own, where = cluster.split(own)
     if where:
-        cluster.refuse({"--workers": options.workers, "--timeout": options.timeout}, where)
-    overrides = _jobs(own, options.paired, sweep=options.multirun or options.dry_run)
-    if options.cfg:
+        cluster.refuse({"--workers": arguments.workers, "--timeout": arguments.timeout}, where)
+    overrides = _jobs(own, arguments.paired, sweep=arguments.multirun or arguments.dry_run)
+    if arguments.cfg:
         for composed in plan(overrides):
             content = composed.config.model_dump(mode="json", exclude={"sweep"})
             print(yaml.safe_dump(content, sort_keys=False, default_flow_style=None), end="")
         return 0
     paths = Paths(outputs_root())
-    here = not where and not options.dry_run
+    here = not where and not arguments.dry_run
     jobs = plan_jobs(overrides, paths, on_unknown=lambda jobs: start_server(preload(jobs)) if here else None)
-    if options.failed:
+    if arguments.failed:
         store = Store(paths.root)
         jobs = [job for job in jobs if job.failures(store)]
-    if options.dry_run:
+    if arguments.dry_run:
         return _print_plan(jobs)
     list_jobs(paths, jobs)
-    results = run_missing(jobs, paths, options.workers, options.timeout, where)
+    results = run_missing(jobs, paths, arguments.workers, arguments.timeout, where)
     _print_outcome(jobs, paths)
     return 1 if any(not result.ok for result in results) else 0
 
 
-def _search(overrides: Sequence[str], wanted: SearchOptions, options: argparse.Namespace) -> int:
+def _search(overrides: Sequence[str], wanted: SearchOptions, options: Namespace) -> int:
     """Search for the best value of a metric and print the best runs."""
     if not options.multirun or options.dry_run or options.cfg or options.paired or options.failed:
         raise UserError("hydra/sweeper=optuna goes with -m, --workers and --timeout alone")

@@ -1,9 +1,10 @@
 """`repro runs`: lists stored runs with the settings in which they differ."""
 
 import json
+from argparse import Namespace
 from collections.abc import Mapping, Sequence
 
-from repro.commands.arguments import parsed, selected
+from repro.commands.arguments import selected
 from repro.tracking import index
 from repro.tracking.index import Entry
 from repro.tracking.load import digits
@@ -16,9 +17,8 @@ _RESULTS = ("mae_tau", "mae_qdd", "success")
 Card = Mapping[str, object]
 
 
-def main(argv: Sequence[str]) -> int:
+def main(arguments: Namespace) -> int:
     """List stored stages, newest last."""
-    arguments = parsed("runs", argv)
     entries = [entry for entry in index.load(Paths(outputs_root())).entries if entry.kind == arguments.kind]
     chosen = selected(sorted(entries, key=lambda entry: entry.finished), arguments.filters)
     if arguments.json:

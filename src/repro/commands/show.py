@@ -1,12 +1,11 @@
 """`repro show`: one stored stage in full."""
 
 import sys
-from collections.abc import Sequence
+from argparse import Namespace
 from textwrap import indent
 
 from rich.filesize import decimal
 
-from repro.commands.arguments import parsed
 from repro.tracking.load import load_stage
 from repro.tracking.paths import RUN_FILE
 from repro.tracking.plain_data import flattened
@@ -14,9 +13,8 @@ from repro.tracking.store import NOTICES
 from repro.tracking.text import duration, short, table
 
 
-def main(argv: Sequence[str]) -> int:
+def main(arguments: Namespace) -> int:
     """Print one stage: failure, origin, results, settings and files."""
-    arguments = parsed("show", argv)
     entry = load_stage(arguments.id)
     if arguments.json:
         sys.stdout.write(entry.path(RUN_FILE).read_text())

@@ -1,11 +1,11 @@
 """`repro status`: what is done, stale, failed or missing, and why."""
 
 import json
+from argparse import Namespace
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
 
-from repro.commands.arguments import parsed
 from repro.config.places import digest
 from repro.errors import UserError
 from repro.tracking.load import matching
@@ -17,9 +17,8 @@ from repro.tracking.text import short, table
 _MOST_LINES = 15
 
 
-def main(argv: Sequence[str]) -> int:
+def main(arguments: Namespace) -> int:
     """Print the state of every stage, or with --why ID what changed in the inputs of one."""
-    arguments = parsed("status", argv)
     paths = Paths(outputs_root())
     items = survey(paths, verify=arguments.verify, expected=_expected, settings=digest)
     if arguments.why:

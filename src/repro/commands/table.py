@@ -8,13 +8,18 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Command:
-    """What `--help` prints of a command; options: in the words of argparse, by their names."""
+    """What `--help` prints of a command.
+
+    options: in the words of argparse, by their names; of_hydra: whether it takes choices of settings in Hydra's words,
+    which its help lists.
+    """
 
     help: str
     example: str
     description: str
     options: Mapping[str, Mapping[str, object]]
     examples: str = ""
+    of_hydra: bool = False
 
 
 _FILE = Path(__file__).with_name("commands.toml")

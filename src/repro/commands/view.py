@@ -1,15 +1,13 @@
 """`repro view`: opens the recording of a run, or of several beside one plant."""
 
-from collections.abc import Sequence
+from argparse import Namespace
 
-from repro.commands.arguments import parsed
 from repro.recording import viewer
 from repro.tracking.paths import outputs_root
 
 
-def main(argv: Sequence[str]) -> int:
+def main(arguments: Namespace) -> int:
     """Run `repro view`; raises UserError when the recording is missing, ambiguous or cannot be shown here."""
-    arguments = parsed("view", argv)
     if len(arguments.run) == 1:
         path = viewer.find_recording(arguments.run[0], outputs_root())
     else:
