@@ -147,11 +147,17 @@ class _Running:
 
     def events(self) -> Iterator[Event]:
         """What happened since the last call, all but the end."""
-        while (event := self._receive()) is not None:
-            self.ready = True
-            self.result = event.result
-            if event.result is None:
-                yield event
+        try:
+            while self.result is None and self.pipe.poll():
+                event: Event = self.pipe.recv()
+                self.ready, self.result = True, event.result
+                if event.result is None:
+                    yield event
+        except (EOFError, OSError):
+            return  # it died; its exit code shows how
+        except Exception as error:
+            text = f"{type(error).__name__}: its value cannot be read by the launcher: {error}"
+            self.ready, self.result = True, JobResult(self.job, JobOutcome.FAILED, error=text)
 
     def end(self, *, interrupted: bool) -> JobResult:
         """Wait for the process, kill it if it lingers, and return how the job ended."""
@@ -166,16 +172,6 @@ class _Running:
             self.log.unlink()
             log = ""
         return replace(result, seconds=seconds, log=log)
-
-    def _receive(self) -> Event | None:
-        try:
-            event: Event | None = self.pipe.recv() if self.result is None and self.pipe.poll() else None
-            return event
-        except (EOFError, OSError):
-            return None  # it died; its exit code shows how
-        except Exception as error:
-            text = f"{type(error).__name__}: its value cannot be read by the launcher: {error}"
-            return Event(EventKind.ENDED, self.index, result=JobResult(self.job, JobOutcome.FAILED, error=text))
 
     def _death(self, interrupted: bool) -> JobResult:
         """How a job ended that died without a last message."""
