@@ -13,26 +13,29 @@ from repro.codegen import lanes
 from repro.codegen.c_library import CompilerError
 from repro.codegen.lanes import LANES, can_compile
 from repro.learning import native as module
-from repro.learning.kernels.generated import generated_kernel
+from repro.learning.kernels.generated import generated_kernel, normal_equations
+from repro.learning.kernels.kernel import Evaluations
 from repro.learning.kernels.network_kernel import network_kernel
 from repro.learning.kernels.positions import position_kernel
 from repro.learning.members import MemberProblem
 from repro.learning.native import NativeProblem, native
 from repro.learning.objective import Objective
-from repro.learning.objectives import forward, inverse
+from repro.learning.objectives import forward, inverse, port
 from repro.learning.optimisers.adam import Adam
 from repro.learning.optimisers.levenberg_marquardt import LevenbergMarquardt
 from repro.learning.result import NoCheckpoint, silent
 from repro.learning.training import make_task
 from repro.learning.training_problem import TrainingProblem
 from repro.models.bases import raw, t1, t2
-from repro.models.kinds import blackbox, structured
+from repro.models.kinds import blackbox, port_hamiltonian, structured
 from repro.models.kinds.blackbox import BlackBox
+from repro.models.kinds.port_hamiltonian import PortHamiltonian
 from repro.models.kinds.structured import Structured
 from repro.models.lagrangian import Lagrangian
 
 pytestmark = needs_compiler
 
+SCALE = np.array([0.9, 5.0])
 MODELS = {
     "t1": lambda: Lagrangian(t1, 2),
     "t2": lambda: Lagrangian(t2, 2, hidden=(4,)),
@@ -43,6 +46,7 @@ MODELS = {
         2, np.array([0.9, 5.0]), structured.Options(hidden=(3, 9), activation="softplus", skip=False)
     ),
     "transformed": lambda: Lagrangian(t1, 2, momentum_hidden=(2,)),
+    "port": lambda: PortHamiltonian(Lagrangian(t1, 2), SCALE, port_hamiltonian.Options(damping_hidden=(2,))),
     "blackbox": lambda: BlackBox(2, blackbox.Options(hidden=(3,))),
     "blackbox, large": lambda: BlackBox(2, blackbox.Options(hidden=(24, 12))),
 }
@@ -63,6 +67,7 @@ CASES = {
     "structured deep, joint": ("structured deep", [INVERSE, Objective(inverse.Options(), energy_weight=0.4)]),
     "structured deep, energy as sum": ("structured deep", [ANCHOR]),
     "momentum transform": ("transformed", [Objective(inverse.Options(momentum_weight=0.3))]),
+    "port form, where no weight changes the rates of q": ("port", [Objective(port.Options())]),
     "black box": ("blackbox", [FORWARD]),
     "black box, large": ("blackbox, large", [FORWARD]),
     "energy as sum, alone": ("t2", [ANCHOR]),
@@ -156,6 +161,21 @@ def test_normal_equations_agree(case, start):
     _close(gram, jacobian.T @ jacobian)
     _close(gradient, jacobian.T @ rows)
     assert ours.loss(weights) == pytest.approx(rows @ rows, rel=1e-12)
+
+
+@pytest.mark.slow
+def test_large_models_of_expressions_are_compiled_where_they_are_linearised_often(data, start):
+    """More than 400 weights, which CasADi would differentiate sample by sample."""
+    options = port_hamiltonian.Options(structure="full", damping_hidden=(14,))
+    problem = _problem(PortHamiltonian(Lagrangian(t1, 2), SCALE, options), [Objective(port.Options())], data, None)
+    member, weights = problem.member(0), start(problem.model)[:1]
+    assert normal_equations(member, Evaluations(100, 1000)) is None
+    compiled = normal_equations(member, Evaluations(1000, 1000))
+    rows, jacobian = (part[0].numpy() for part in member.linearise(weights))
+    gram, gradient = compiled.normal_equations(weights[0].numpy())
+    _close(gram, jacobian.T @ jacobian)
+    _close(gradient, jacobian.T @ rows)
+    assert compiled.loss(weights[0].numpy()) == pytest.approx(rows @ rows, rel=1e-12)
 
 
 def test_weights_that_are_exactly_zero_leave_softplus_its_curvature(data, start):

@@ -19,12 +19,17 @@ from repro.learning.kernels.kernel import ENDLESS, Evaluations, Kernel, address,
 from repro.learning.objective import Objective
 from repro.learning.symbolic import COLUMNS, symbols
 from repro.learning.training_problem import TrainingProblem, TrainingTask
+from repro.models.expression import ExpressionModel
 from repro.models.model import Model
 
 INPUTS = (*COLUMNS, "parameters")
 MOST_PARAMETERS = 400
 COMPILATION_S = 0.02  # of the rows and their derivatives, per weight
 MOST_STATEMENTS = 6000  # above this a compiler takes longer than it saves, and torch is faster
+# Models of expressions alone have no matrix products in torch: CasADi evaluates them sample by sample. Where so many
+# samples are linearised that this takes minutes, they may be as large as a compiler takes half a minute for.
+LINEARISED = 400_000
+MOST_LARGE_PARAMETERS, MOST_LARGE_STATEMENTS = 800, 12_000
 
 
 def generated_kernel(problem: TrainingProblem) -> Kernel | None:
@@ -70,16 +75,21 @@ def normal_equations(problem: TrainingProblem, evaluations: Evaluations = ENDLES
     n_parameters = problem.model.n_parameters
     if evaluations.seconds_saved(n_parameters) < n_parameters * COMPILATION_S:
         return None
-    return NormalEquations(problem) if _small(problem) else None
+    often = evaluations.count * evaluations.samples >= LINEARISED
+    large = often and isinstance(problem.model, ExpressionModel)
+    limits = (MOST_LARGE_PARAMETERS, MOST_LARGE_STATEMENTS) if large else (MOST_PARAMETERS, MOST_STATEMENTS)
+    return NormalEquations(problem) if _small(problem, *limits) else None
 
 
-def _small(problem: TrainingProblem) -> bool:
+def _small(
+    problem: TrainingProblem, most_parameters: int = MOST_PARAMETERS, most_statements: int = MOST_STATEMENTS
+) -> bool:
     if any(task.share is not None or not task.objective.symbolic for task in problem.tasks):
         return False
-    if problem.model.n_parameters > MOST_PARAMETERS or problem.model.not_symbolic is not None:
+    if problem.model.n_parameters > most_parameters or problem.model.not_symbolic is not None:
         return False
     sizes = [len(_gradient_statements(problem.model, task.objective)[0]) for task in problem.tasks]
-    return max(sizes) <= MOST_STATEMENTS
+    return max(sizes) <= most_statements
 
 
 @lru_cache(maxsize=32)
@@ -94,13 +104,16 @@ def _gradient_statements(model: Model, objective: Objective) -> tuple[list[str],
 def _normal_library(model: Model, objective: Objective) -> ctypes.CDLL:
     s = symbols(model)
     rows = objective.expression(model, s)
-    linearised = casadi.vec(casadi.horzcat(rows, casadi.jacobian(rows, s.parameters)).T)
+    jacobian = casadi.jacobian(rows, s.parameters)
+    fitted = [row for row in range(rows.numel()) if jacobian[row, :].nnz()]  # the others add nothing but zeros
+    linearised = casadi.vec(casadi.horzcat(rows, jacobian)[fitted, :].T)
     both, alone = (
         block(*vectorised(column_function("rows", s.inputs, each), output, INPUTS))
         for each, output in ((linearised, "out"), (casadi.sumsqr(rows), "sum"))
     )
     body = both | {f"{name}_of_rows": text for name, text in alone.items()} | {"arrays": _arrays(model.n_q)}
-    text = c_source(__file__, "normal_equations", width=1 + model.n_parameters, rows=rows.numel(), **body)
+    sizes = {"width": 1 + model.n_parameters, "rows": len(fitted), "all_rows": rows.numel()}
+    text = c_source(__file__, "normal_equations", **sizes, **body)
     library = load_library(_prelude(model.n_q) + text, FAST)
     library.squares.restype = ctypes.c_double
     return library

@@ -4,9 +4,9 @@
 
 #define WIDTH ${width}                        /* 1 + weights */
 #define PADDED ((WIDTH + 3) / 4 * 4)
-#define ROWS ${rows}
-#define FITTING (384 * 1024 / (PADDED * 8 * LANES))
-#define COLUMNS (ROWS * (FITTING / ROWS > 1 ? FITTING / ROWS : 1))
+#define ROWS ${rows}                          /* that depend on weights, of ${all_rows} */
+#define FITTING (384 * 1024 / (PADDED * 8 * LANES) / ${all_rows})
+#define COLUMNS (ROWS * (FITTING > 1 ? FITTING : 1))
 
 /* upper tiles of products (PADDED, PADDED) += block block', summed over columns and lanes */
 static void add_products(const vec *block, int64_t filled, double *products) {
