@@ -10,7 +10,7 @@ from repro.config.compose import compose
 from repro.config.overrides import expand
 from repro.pipeline.plan import Pipeline
 from repro.pipeline.run import execute
-from repro.tracking.load import Run
+from repro.tracking.record import Record
 from repro.tracking.store import Store
 
 SEEDS = "[400,401,402,403]"
@@ -26,14 +26,14 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
     return Store(Path(tmp_path_factory.mktemp("measured")))
 
 
-def _run(store: Store, words: set[str], without: str = "no such word") -> Run:
+def _run(store: Store, words: set[str], without: str = "no such word") -> Record:
     """The run of the only job of the experiment with these words."""
     (job,) = [job for job in JOBS if words <= {*job} and not any(word.startswith(without) for word in job)]
     composed = compose([*job, "record=false"])
-    return Run(execute(Pipeline.of(composed.config, composed.command), store))
+    return execute(Pipeline.of(composed.config, composed.command), store)
 
 
-def _values(run: Run, metric: str) -> pd.Series:
+def _values(run: Record, metric: str) -> pd.Series:
     """One value per seed, of the test data where an error is known of both parts."""
     table = run.table("metrics")
     of = table[table["metric"] == metric]
