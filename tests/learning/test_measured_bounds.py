@@ -54,7 +54,7 @@ def _fitted(
     start = LeastSquares(cutoff=1e-5).fit(
         TrainingProblem(model, [task], [seed]), np.zeros((1, model.n_parameters)), silent, NoCheckpoint()
     )
-    weights, train, options = np.asarray(start.parameters[0]), data.train, PathOptions()
+    starts, train, options = np.asarray(start.parameters), data.train, PathOptions()
     if noise_factor is not None:
         known = train.measurement
         assert known is not None
@@ -62,7 +62,7 @@ def _fitted(
         if known.qd_noise is not None:
             wrong["qd_noise"] = noise_factor * known.qd_noise
         train, options = replace(train, measurement=replace(known, **wrong)), PathOptions(noise="estimated")
-    return model, data, fit_path(model, train, 0, weights, options, silent)
+    return model, data, fit_path(model, train, 0, starts, options, silent)
 
 
 @pytest.mark.slow

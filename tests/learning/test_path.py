@@ -8,6 +8,7 @@ from optional import needs_compiler
 from simulated import random_force
 
 from repro.data.dataset import Dataset
+from repro.learning.path import path_fit
 from repro.learning.path.kalman import Linearised, smoothed, whitened
 from repro.learning.path.path_fit import MemberPath, PathOptions, fit_path
 from repro.learning.path.windows import Windows
@@ -23,6 +24,7 @@ from repro.models.step_model import StepModel
 
 SYSTEM = load("sip")
 TRUE = np.array([0.4, 0.025, 0.1, 0.98])
+START = TRUE[None] * 1.05
 MODELS = {
     "linear": (Lagrangian(t1, 2), TRUE),
     "damped": (Damped(Lagrangian(t1, 2), "diagonal"), np.append(TRUE, [0.3, 0.002])),
@@ -133,7 +135,7 @@ def test_the_filter_is_the_dense_least_squares_problem(missing: bool) -> None:
 @pytest.mark.parametrize("options", [{}, {"measured": "states", "qd_noise": 1e-2}, {"force_noise": 0.1}])
 def test_the_coefficients_are_found_within_their_standard_errors(options: dict[str, object]) -> None:
     data = _data(1500, **options)
-    found = fit_path(Lagrangian(t1, 2), data, 0, TRUE * 1.05, PathOptions(), silent)
+    found = fit_path(Lagrangian(t1, 2), data, 0, START, PathOptions(), silent)
     errors = np.sqrt(np.linalg.inv(found.information).diagonal())
     assert np.abs((found.parameters - TRUE) / errors).max() < 4
     assert np.abs(found.parameters / TRUE - 1).max() < 0.02
@@ -151,7 +153,7 @@ def test_gaps_missing_samples_and_uneven_stamps_are_used_as_they_are() -> None:
     q = data.measurement.q.copy()
     q[:, 5::17] = np.nan
     thinned = replace(data, measurement=replace(data.measurement, q=q)).select(np.flatnonzero(keep), int(keep.sum()))
-    found = fit_path(Lagrangian(t1, 2), thinned, 0, TRUE * 1.05, PathOptions(), silent)
+    found = fit_path(Lagrangian(t1, 2), thinned, 0, START, PathOptions(), silent)
     errors = np.sqrt(np.linalg.inv(found.information).diagonal())
     assert np.abs((found.parameters - TRUE) / errors).max() < 4
 
@@ -160,7 +162,7 @@ def test_unknown_noise_is_estimated() -> None:
     data = _data(1500)
     assert data.measurement is not None
     wrong = replace(data, measurement=replace(data.measurement, q_noise=np.array([1e-2, 1e-2])))
-    found = fit_path(Lagrangian(t1, 2), wrong, 0, TRUE * 1.05, PathOptions(noise="estimated"), silent)
+    found = fit_path(Lagrangian(t1, 2), wrong, 0, START, PathOptions(noise="estimated"), silent)
     np.testing.assert_allclose(found.noise, 1e-3, rtol=0.08)
 
 
@@ -192,10 +194,59 @@ def test_friction_and_the_zero_of_an_encoder_are_found() -> None:
         q_noise=1e-3, sample_step=0.02, encoder_zero=0.02, wrapped=True,
     ).train  # fmt: skip
     model = Damped(Lagrangian(t1, 2), "diagonal")
-    start = np.append(TRUE, [0.2, 0.004])
+    start = np.append(TRUE, [0.2, 0.004])[None]
     without = fit_path(model, data, 0, start, PathOptions(), silent)
     found = fit_path(model, data, 0, start, PathOptions(zeros="angles"), silent)
     assert without.cost_per_dof > 10
     assert found.cost_per_dof == pytest.approx(1, abs=0.1)
     assert found.zeros[0] == pytest.approx(0.02, abs=4 * found.zero_errors[0])
     np.testing.assert_allclose(found.parameters[4:], [0.3, 0.002], rtol=0.03)
+
+
+# the plant's weights, but for an inertia that is too small for the coupling: the mass matrix is singular near the data
+AMPLIFYING = np.array([0.4, 1e-9, 1e-5, 0.98])
+
+
+@pytest.mark.parametrize("unusable", [np.zeros(4), AMPLIFYING], ids=["singular", "amplifying"])
+def test_a_start_that_cannot_be_linearised_gives_way_to_another(unusable: np.ndarray) -> None:
+    data, model = _data(200), Lagrangian(t1, 2)
+    alone = fit_path(model, data, 0, unusable[None], PathOptions(), silent)
+    assert alone.status == "diverged at step 0"
+    assert np.isinf(alone.cost_per_dof)
+    np.testing.assert_array_equal(alone.parameters, unusable)
+    beside = fit_path(model, data, 0, np.concatenate([unusable[None], START]), PathOptions(), silent)
+    usual = fit_path(model, data, 0, START, PathOptions(), silent)
+    assert beside.status == usual.status == "ok"
+    np.testing.assert_array_equal(beside.parameters, usual.parameters)
+    np.testing.assert_array_equal(beside.information, usual.information)
+
+
+def test_a_step_to_where_the_motion_cannot_be_linearised_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    data, model = _data(200), Lagrangian(t1, 2)
+    usual = fit_path(model, data, 0, START, PathOptions(), silent)
+    astray = iter([AMPLIFYING - START[0], -START[0]])
+    own = path_fit.damped_step
+    monkeypatch.setattr(path_fit, "damped_step", lambda *given: next(astray, own(*given)))
+    found = fit_path(model, data, 0, START, PathOptions(), silent)
+    assert next(astray, None) is None
+    assert found.losses[0] == usual.losses[0]
+    assert found.status == "ok"
+    np.testing.assert_allclose(found.parameters, usual.parameters, rtol=1e-3)
+
+
+def test_a_stage_that_cannot_be_linearised_leaves_the_weights_of_the_one_before(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    own = MemberPath.linearised
+
+    def without_noise_out_of_range(path: MemberPath, *at: np.ndarray) -> Linearised:
+        linear = own(path, *at)
+        return linear if path.process else replace(linear, columns=linear.columns * np.inf)
+
+    monkeypatch.setattr(MemberPath, "linearised", without_noise_out_of_range)
+    data, model = _data(200), Lagrangian(t1, 2)
+    whole, first = (fit_path(model, data, 0, START, PathOptions(process=p), silent) for p in ((1.0, 0.0), (1.0,)))
+    assert whole.status == f"diverged at step {len(whole.losses)}"
+    assert whole.losses[-1] < whole.losses[0]
+    np.testing.assert_allclose(whole.parameters, first.parameters, rtol=0.01)
+    assert np.linalg.eigvalsh(whole.information)[0] > 0

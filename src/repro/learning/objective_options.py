@@ -18,7 +18,7 @@ from repro.plugins.options import Natural, NotNegative, PluginOptions, Positive
 if TYPE_CHECKING:
     from repro.data.dataset import Dataset
     from repro.learning.objective import Objective
-    from repro.learning.result import Fitted, Progress
+    from repro.learning.result import Fitted, Progress, Weights
     from repro.learning.training_problem import TrainingTask
 
 OBJECTIVES = "learning.objectives"  # the folder of these choices
@@ -94,6 +94,6 @@ class ObjectiveOptions(PluginOptions):
 
         return make_task(model, dataset, minimised, self.error_scale)
 
-    def finished(self, model: Model, dataset: Dataset, fitted: Fitted, progress: Progress) -> Fitted:
-        """What follows the last phase of the optimiser; dataset: its training part."""
+    def finished(self, model: Model, dataset: Dataset, fitted: Fitted, initial: Weights, progress: Progress) -> Fitted:
+        """What follows the last phase of the optimiser; dataset: its training part, initial: weights before it."""
         return fitted

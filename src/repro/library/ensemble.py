@@ -52,5 +52,5 @@ def fit_ensemble(
         optimiser = plugin("learning.device", "device_adam").DeviceAdam.of(optimiser, training.device)
     fitted = train(phases[:1] if beginning else phases, optimiser, parameters, progress, checkpoint, begun)
     if not beginning:
-        fitted = training.objective.finished(model, data.forced[-1].train, fitted, progress)
+        fitted = training.objective.finished(model, data.forced[-1].train, fitted, parameters, progress)
     return fitted, time.process_time() - started

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from repro.data.dataset import Dataset
 from repro.learning.objectives import balance
 from repro.learning.path.path_fit import PathOptions, fit_paths
-from repro.learning.result import Fitted, Progress
+from repro.learning.result import Fitted, Progress, Weights
 from repro.models.model import Model
 
 
@@ -25,6 +25,6 @@ class Options(balance.Options):
         """Where the noise of the sensors is known."""
         return self.path.noise == "given"
 
-    def finished(self, model: Model, dataset: Dataset, fitted: Fitted, progress: Progress) -> Fitted:
+    def finished(self, model: Model, dataset: Dataset, fitted: Fitted, initial: Weights, progress: Progress) -> Fitted:
         """Weights of maximum likelihood, and their information."""
-        return fit_paths(model, dataset, self.path, fitted, progress)
+        return fit_paths(model, dataset, self.path, fitted, initial, progress)

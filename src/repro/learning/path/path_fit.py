@@ -16,7 +16,7 @@ from repro.learning.full_batch import merge_curves
 from repro.learning.optimisers.levenberg_marquardt import damped_step
 from repro.learning.path.kalman import Linearised, smoothed, whitened
 from repro.learning.path.windows import Windows
-from repro.learning.result import Fitted, Notes, Progress, continued_curves, part
+from repro.learning.result import Fitted, Notes, Progress, Weights, continued_curves, part
 from repro.models.model import Model
 from repro.models.step_model import StepModel, substeps_for
 from repro.models.zeroed import Zeroed
@@ -26,6 +26,7 @@ LEAVE = 3e-3  # share of the loss below which a gain ends a stage that another o
 SETTLED = 1e-4  # and the last one, where the rest is small beside what noise does to the weights
 MOST_GROWTH = 256.0  # of the damping in one step, after which no step gains any more
 ROUNDS = 3  # of the estimates of noise
+OUT_OF_RANGE = np.errstate(over="ignore", invalid="ignore")  # what leaves float64 is refused by its infinite loss
 LEAST_SPREAD = np.array([1e-16, 1e-14])  # variances of unknown motion in a step, so that no spread is singular
 
 
@@ -95,19 +96,39 @@ class MemberPath:
         return Linearised(states, found.by_state, found.by_force, columns, np.repeat(sizes, self.windows.n_q))
 
     def regression(self, linear: Linearised) -> np.ndarray:
-        """[e | E]'[e | E] of the whitened rows, 0 at fixed weights."""
+        """[e | E]'[e | E] of the whitened rows, 0 at fixed weights; infinite where float64 cannot hold it.
+
+        A motion that the model amplifies by many orders of magnitude overflows, or rounds a variance below 0.
+        """
+        if not np.isfinite(linear.columns).all():
+            return np.full((linear.columns.shape[-1],) * 2, np.inf)
         rows = whitened(self.windows, linear, self.initial)
         rows[:, 1:][:, self.fixed] = 0.0
         products: np.ndarray = rows.T @ rows
-        return products
+        return products if np.isfinite(products).all() else np.full_like(products, np.inf)
 
-    def descend(self, parameters: np.ndarray, losses: list[float], leave: float) -> tuple[np.ndarray, np.ndarray]:
+    @OUT_OF_RANGE
+    def best_start(self, starts: np.ndarray) -> np.ndarray:
+        """The weights of `starts` (start, n_parameters) that explain the recording best, the earlier at equal loss."""
+        if len(starts) == 1:
+            return starts[0]
+        losses = [self.regression(self.linearised(self.states, self.tau, each))[0, 0] for each in starts]
+        best: np.ndarray = starts[int(np.argmin(losses))]
+        return best
+
+    @OUT_OF_RANGE
+    def descend(
+        self, parameters: np.ndarray, losses: list[float], leave: float
+    ) -> tuple[np.ndarray, np.ndarray] | None:
         """Levenberg-Marquardt at one size of process noise; returns the weights and [e | E]'[e | E] there.
 
-        The damping follows the ratio of gain and expected gain (Nielsen 1999).
+        None, and no loss, where the motion cannot be linearised at `parameters`. The damping follows the ratio of gain
+        and expected gain (Nielsen 1999); a step to where the loss is not finite is one without a gain.
         """
         linear = self.linearised(self.states, self.tau, parameters)
         products = self.regression(linear)
+        if not np.isfinite(products[0, 0]):
+            return None
         losses.append(float(products[0, 0]))
         damping, growth, scale = 1e-3, 2.0, products.diagonal()[1:].copy()
         for _ in range(self.options.iterations):
@@ -116,7 +137,7 @@ class MemberPath:
             path = smoothed(self.windows, linear, change, self.initial)
             states, tau = self.states + path.deviations, self.recorded + path.force_errors
             trial = self.linearised(states, tau, parameters + change)
-            tried = self.regression(trial) if np.isfinite(trial.columns).all() else np.full_like(products, np.inf)
+            tried = self.regression(trial)
             gain = losses[-1] - float(tried[0, 0])
             if gain > 0:
                 ratio = gain / max(-float((2 * gradient + gram @ change) @ change), gain / 2)
@@ -142,29 +163,37 @@ class MemberPath:
 
 
 def fit_path(
-    model: Model, dataset: Dataset, member: int, start: np.ndarray, options: PathOptions, progress: Progress
+    model: Model, dataset: Dataset, member: int, starts: np.ndarray, options: PathOptions, progress: Progress
 ) -> PathFit:
-    """Fit one member from the weights `start` (n_parameters,), which should explain the motion roughly."""
-    own = len(start)
+    """Fit one member from the best of `starts` (start, n_parameters), of which one should explain the motion roughly.
+
+    Its status is "diverged at step k" where the motion cannot be linearised in float64 any more, and its weights are
+    those of the last stage that ended; the cost is infinite where none did.
+    """
+    own = starts.shape[1]
     if options.zeros == "angles":
         model = _with_zeros(model, dataset.angles)
-        start = np.append(start, np.zeros(model.n_parameters - own))
+        starts = np.pad(starts, ((0, 0), (0, model.n_parameters - own)))
     path = MemberPath(model, dataset, member, options)
     stages = stages_of(model, options)
-    losses: list[float] = []
-    parameters, products = start, np.zeros((1, 1))
     rounds = ROUNDS if options.noise == "estimated" else 1
-    for number in range(rounds):
-        if number:
+    schedule = [*stages, *[stages[-1]] * (rounds - 1)]
+    path.process = schedule[0]
+    parameters, products = path.best_start(starts), np.zeros((1 + model.n_parameters,) * 2)
+    losses: list[float] = []
+    status = "ok"
+    for number, process in enumerate(schedule):
+        if number >= len(stages):
             path.windows = replace(path.windows, variance=np.maximum(path.residual_noise(), 1e-9) ** 2)
-        for order, process in enumerate(stages if number == 0 else stages[-1:]):
-            path.process = process
-            last = number > 0 or order == len(stages) - 1
-            parameters, products = path.descend(parameters, losses, SETTLED if last else LEAVE)
-            progress((number + (order + 1) / len(stages)) / rounds, f"process noise {process}, loss {losses[-1]:.3e}")
+        path.process = process
+        found = path.descend(parameters, losses, LEAVE if number < len(stages) - 1 else SETTLED)
+        if found is None:
+            status = f"diverged at step {len(losses)}"
+            break
+        parameters, products = found
+        progress((number + 1) / len(schedule), f"process noise {process}, loss {losses[-1]:.3e}")
     noise = path.residual_noise() if options.noise == "estimated" else np.sqrt(path.windows.variance)
-    status = "ok" if np.isfinite(losses[-1]) else "diverged at step 0"
-    cost = losses[-1] / max(path.windows.count - len(parameters), 1)
+    cost = losses[-1] / max(path.windows.count - len(parameters), 1) if losses else np.inf
     information, zero_errors = _without_zeros(products[1:, 1:], own)
     return PathFit(parameters[:own], information, cost, noise, losses, status, parameters[own:], zero_errors)
 
@@ -191,11 +220,20 @@ def stages_of(model: Model, options: PathOptions) -> tuple[float, ...]:
     return (0.0,) if model.linear_in_weights else (1.0, 0.1, 0.0)
 
 
-def fit_paths(model: Model, dataset: Dataset, options: PathOptions, start: Fitted, progress: Progress) -> Fitted:
-    """The ensemble with weights of maximum likelihood and their information; dataset: the training part."""
-    members, fits = len(start.parameters), []
-    for member, weights in enumerate(np.asarray(start.parameters, dtype=float)):
-        fits.append(fit_path(model, dataset, member, weights, options, part(progress, member, members, "path: ")))
+def fit_paths(
+    model: Model, dataset: Dataset, options: PathOptions, start: Fitted, initial: Weights, progress: Progress
+) -> Fitted:
+    """The ensemble with weights of maximum likelihood and their information; dataset: the training part.
+
+    initial: weights (member, n_parameters) before any fit, for members that they suit better. A balance with fewer
+    rows than weights is met exactly by a network whose mass matrix is all but singular.
+    """
+    candidates = np.stack([np.asarray(each, dtype=float) for each in (start.parameters, initial)], axis=1)
+    if model.linear_in_weights:  # solved in closed form, from nothing
+        candidates = candidates[:, :1]
+    members, fits = len(candidates), []
+    for member, starts in enumerate(candidates):
+        fits.append(fit_path(model, dataset, member, starts, options, part(progress, member, members, "path: ")))
     curves = merge_curves([dict(enumerate(each.losses)) for each in fits], "path_loss")
     own = Notes(cost_per_dof=[each.cost_per_dof for each in fits], noise=[each.noise.tolist() for each in fits])
     if options.zeros != "none":
