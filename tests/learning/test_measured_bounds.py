@@ -8,7 +8,7 @@ from simulated import random_force
 
 from repro.data.dataset import Dataset
 from repro.evaluation.predictions import predict
-from repro.evaluation.uncertainty import Uncertainty, expected_errors
+from repro.evaluation.uncertainty import Uncertainty, expected_errors, in_words
 from repro.learning.objective import Objective
 from repro.learning.objectives import balance
 from repro.learning.objectives.balance import balance_task
@@ -113,3 +113,11 @@ def test_what_is_not_determined_is_named() -> None:
     np.testing.assert_allclose(known.standard_errors[seen] ** 2, inverse.diagonal())
     assert known.identified(("a", "b", "c", "d"), 3).words == ("c",)
     np.testing.assert_allclose(known.least_known[2:], 0, atol=1e-12)
+
+
+def test_without_information_nothing_is_determined() -> None:
+    known = Uncertainty.of(np.zeros((4, 4)))
+    assert np.isinf(known.standard_errors).all()
+    np.testing.assert_array_equal(known.least_known, 0)
+    words = in_words(Lagrangian(t1, 2), np.ones(4), np.zeros((4, 4)), 3)
+    assert all("not determined" in text for name, text in words.items() if not name.startswith("not determined"))

@@ -70,7 +70,7 @@ def by_path(data: Dataset, seed: int) -> float:
     """MAE of qdd after the path fit of a structured model, which starts from the momentum balance."""
     model, options = wide((WIDTH,))(data), path.Options(error_scale=ERROR_SCALE)
     balanced = _fitted(model, options, LevenbergMarquardt(iterations=40, restarts=1), data, seed)
-    return _error(model, options.finished(model, data.train, balanced, silent), data)
+    return _error(model, options.finished(model, data.train, balanced, _initial(model, seed), silent), data)
 
 
 def by_shooting(data: Dataset, seed: int, seconds: float) -> float:
@@ -82,7 +82,11 @@ def by_shooting(data: Dataset, seed: int, seconds: float) -> float:
 
 def _fitted(model: Model, options: ObjectiveOptions, optimiser: OptimiserOptions, data: Dataset, seed: int) -> Fitted:
     problem = TrainingProblem(model, [options.task(model, data.train, Objective(options))], [seed])
-    return optimiser.fit(problem, model.initial([np.random.default_rng([seed, 1])]), silent, NoCheckpoint())
+    return optimiser.fit(problem, _initial(model, seed), silent, NoCheckpoint())
+
+
+def _initial(model: Model, seed: int) -> np.ndarray:
+    return model.initial([np.random.default_rng([seed, 1])])
 
 
 def _error(model: Model, fitted: Fitted, data: Dataset) -> float:

@@ -52,9 +52,14 @@ class Uncertainty:
 
     @property
     def least_known(self) -> np.ndarray:
-        """The combination (n,) of weights that is known least of those that are known, its largest entry being 1."""
-        known = self.eigenvalues > CUTOFF * self.eigenvalues[-1]
-        direction = self.directions[np.flatnonzero(known)[0]] * self.scale
+        """The combination (n,) of weights that is known least of those that are known, its largest entry being 1.
+
+        0 where nothing is known, as after a fit that diverged.
+        """
+        known = np.flatnonzero(self.eigenvalues > CUTOFF * self.eigenvalues[-1])
+        if not len(known):
+            return np.zeros_like(self.scale)
+        direction = self.directions[known[0]] * self.scale
         return np.asarray(direction / direction[np.abs(direction).argmax()])
 
     def identified(self, names: Sequence[str], n_kinetic: int) -> Identifiability:
@@ -95,7 +100,7 @@ def in_words(model: Model, parameters: np.ndarray, information: np.ndarray, n_ki
         words[f"not determined, {number}"] = direction
     leading = known.least_known
     terms = [f"{leading[i]:.3g} {names[i]}" for i in np.argsort(-np.abs(leading)) if abs(leading[i]) > LEADING]
-    return words | {"known least": " + ".join(terms).replace("+ -", "- ")}
+    return words | ({"known least": " + ".join(terms).replace("+ -", "- ")} if terms else {})
 
 
 def expected_errors(

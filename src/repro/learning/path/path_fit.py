@@ -100,21 +100,21 @@ class MemberPath:
 
         A motion that the model amplifies by many orders of magnitude overflows, or rounds a variance below 0.
         """
-        if not np.isfinite(linear.columns).all():
-            return np.full((linear.columns.shape[-1],) * 2, np.inf)
-        rows = whitened(self.windows, linear, self.initial)
-        rows[:, 1:][:, self.fixed] = 0.0
-        products: np.ndarray = rows.T @ rows
-        return products if np.isfinite(products).all() else np.full_like(products, np.inf)
+        products: np.ndarray = np.full((linear.columns.shape[-1],) * 2, np.inf)
+        if np.isfinite(linear.columns).all():
+            rows = whitened(self.windows, linear, self.initial)
+            rows[:, 1:][:, self.fixed] = 0.0
+            if np.isfinite(found := rows.T @ rows).all():
+                products = found
+        return products
 
     @OUT_OF_RANGE
     def best_start(self, starts: np.ndarray) -> np.ndarray:
         """The weights of `starts` (start, n_parameters) that explain the recording best, the earlier at equal loss."""
         if len(starts) == 1:
-            return starts[0]
+            return np.asarray(starts[0])
         losses = [self.regression(self.linearised(self.states, self.tau, each))[0, 0] for each in starts]
-        best: np.ndarray = starts[int(np.argmin(losses))]
-        return best
+        return np.asarray(starts[int(np.argmin(losses))])
 
     @OUT_OF_RANGE
     def descend(
