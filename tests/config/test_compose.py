@@ -10,7 +10,6 @@ import sys
 
 import pytest
 import yaml
-from omegaconf import OmegaConf
 
 from repro.config.compose import compose, plan
 from repro.config.composition import _chosen, _put_together
@@ -56,7 +55,7 @@ def written(path):
 
 def assert_equal(choices):
     """Of the same keys in the same order, with equal values."""
-    whole, parts = (OmegaConf.to_container(pickle.loads(make(choices))) for make in (_chosen, _put_together))
+    whole, parts = (pickle.loads(make(choices)) for make in (_chosen, _put_together))
     assert json.dumps(whole) == json.dumps(parts)
 
 

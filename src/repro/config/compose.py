@@ -43,7 +43,7 @@ def plan(
     on_unknown  takes the jobs that are not known, where there are any, before the first of them is composed
     """
     names = {job: experiment_of(job) for job in jobs}
-    known = {name: _known(cache, name) for name in names.values()}
+    known = {name: _known(cache, name) for name in set(names.values())}
     stored = {job: known[name].values.get(" ".join(job)) for job, name in names.items()}
     configs = {job: Config.model_validate(values) for job, values in stored.items() if values is not None}
     unknown = [job for job in names if job not in configs]

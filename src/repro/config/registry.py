@@ -23,10 +23,10 @@ def groups() -> dict[str, list[str]]:
 def settings(group: str, option: str) -> dict[str, Any]:
     """The keys of an option with their values, those of its base included; UserError for a file that is no YAML."""
     own = read_settings(option_file(group, option))
-    merged: dict[str, Any] = {}
+    whole: dict[str, Any] = {}
     for layer in own.get("defaults", ["_self_"]):
-        merged = _merged(merged, own if layer == "_self_" else settings(group, layer))
-    return {key: value for key, value in merged.items() if key != "defaults"}
+        whole = merged(whole, own if layer == "_self_" else settings(group, layer))
+    return {key: value for key, value in whole.items() if key != "defaults"}
 
 
 @cache
@@ -49,13 +49,13 @@ def choices_text() -> str:
     return "\n".join(f"  {choice:<38} {comment}" for choice, comment in lines)
 
 
-def _merged(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+def merged(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
     """Dictionaries merged key by key, as Hydra composes them."""
-    merged = dict(base)
+    result = dict(base)
     for key, value in changes.items():
-        nested = isinstance(value, dict) and isinstance(merged.get(key), dict)
-        merged[key] = _merged(merged[key], value) if nested else value
-    return merged
+        nested = isinstance(value, dict) and isinstance(result.get(key), dict)
+        result[key] = merged(result[key], value) if nested else value
+    return result
 
 
 def _comment(path: Path) -> str:
