@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 from repro.claims.claims import Claim
 from repro.claims.verdict_kind import VerdictKind
@@ -12,9 +11,7 @@ from repro.results.results import Results, typed
 from repro.results.stored import Stored
 from repro.results.table_schema import CARD, LOOP_CARD, records
 from repro.tracking.experiment_list import Case
-
-if TYPE_CHECKING:
-    import pandas as pd
+from repro.tracking.lazy_pandas import pd
 
 METRIC = "metric="
 NOT_NEEDED = ("curves", "trajectories", "closed_loops", "identifiability", "bench")
@@ -91,8 +88,6 @@ class _Substitution:
         self, name: str, experiment: str, substitutes: Mapping[str, str], columns: Sequence[str]
     ) -> "pd.DataFrame":
         """The rows of the substitutes with the columns by which a claim finds ours, where ours has one value there."""
-        import pandas as pd
-
         table, places, parts = self.tables[name], self.places[name], []
         for ours, other in substitutes.items():
             if (experiment, other) not in places:

@@ -5,7 +5,7 @@ What is drawn at random is the unit of a share: the learned model where there is
 
 from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -14,10 +14,7 @@ from repro.claims.evidence import Evidence, Finding, LoopSelector, StatementPred
 from repro.claims.yaml_rows import Number, Text
 from repro.results.selectors import NotRunError, find_loops, in_words, loops_of_one_setting
 from repro.results.statistics import FEWEST, Estimate, estimate, share
-
-if TYPE_CHECKING:
-    import pandas as pd
-    from pandas.core.groupby import DataFrameGroupBy
+from repro.tracking.lazy_pandas import pd
 
 Unit = Literal["member", "loop"]
 Readings = dict[str, Annotated[list[Value], Field(min_length=2)]]
@@ -163,7 +160,7 @@ def _together(decisions: list[Decision | None]) -> Decision:
     return Decision(outcomes.pop() if settled else Ruling.OPEN, leans)
 
 
-def _by_unit(loops: "pd.DataFrame", unit: Unit | None) -> "DataFrameGroupBy[Any, Any]":
+def _by_unit(loops: "pd.DataFrame", unit: Unit | None) -> "pd.api.typing.DataFrameGroupBy[Any, Any]":
     """The loops by what was drawn: several loops of one member are one unit."""
     by_loop = unit == "loop" or (unit is None and bool((loops["model"] == "truth").all()))
     columns = ["run", "start", "x_des"] if by_loop else ["member"]

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -12,9 +12,7 @@ from repro.claims.yaml_rows import Number, Text
 from repro.results.selectors import NotRunError, in_words, like_for_like, paired_values
 from repro.results.statistics import FEWEST, Estimate, paired_ratio
 from repro.results.table_schema import records
-
-if TYPE_CHECKING:
-    import pandas as pd
+from repro.tracking.lazy_pandas import pd
 
 
 class PairedRatioBelow(StatementPredicate):

@@ -3,19 +3,17 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from repro.recording.contents import DrawnShape
 from repro.report import style
+from repro.report.figures.figure import Canvas
 from repro.report.figures.mechanism import at_steps, draw_goal, draw_shapes, draw_track, tip, window_of
 from repro.results.results import Results
 from repro.results.stored_loop import StoredLoop
 from repro.tracking.files import replacing
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Canvas
 
 AFTERWARDS = 1.5  # s that are shown once the goal is held
 FRAME = 0.08  # s, at least
@@ -81,7 +79,7 @@ def animate(motion: DrawnLoop, path: Path) -> None:
                     artist.remove()
 
 
-def _surroundings(motion: DrawnLoop, last: int) -> tuple["Canvas", Any, float]:
+def _surroundings(motion: DrawnLoop, last: int) -> tuple[Canvas, Any, float]:
     """The canvas, the panel with all that stands still, and the longest arrow in m."""
     from matplotlib.figure import Figure as Canvas
     from matplotlib.patches import Circle

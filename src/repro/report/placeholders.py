@@ -20,6 +20,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, TemplateError
+
 from repro.claims.verdict_kind import VerdictClass, VerdictKind
 from repro.claims.verdicts import Verdict, headline
 from repro.errors import UserError
@@ -43,8 +45,6 @@ class Texts:
     def __init__(self, folder: Path, results: Results, verdicts: Sequence[Verdict]) -> None:
         self.folder = folder
         self._results = results
-        from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
         self._environment = Environment(
             loader=FileSystemLoader(folder),
             undefined=StrictUndefined,
@@ -63,8 +63,6 @@ class Texts:
 
     def fill(self, name: str) -> str:
         """Return one file as text. Raises UserError naming file and line for a placeholder that means nothing."""
-        from jinja2 import TemplateError
-
         try:
             text = self._environment.get_template(name).render()
         except (TemplateError, TypeError, ValueError) as error:

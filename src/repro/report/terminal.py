@@ -2,17 +2,17 @@
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
 
 from repro.claims.assumption_effects import AssumptionEffect
 from repro.claims.verdict_kind import VerdictKind
 from repro.report.summary import Summary
 from repro.report.tables.sensitivity import change
 from repro.report.writing import number
-
-if TYPE_CHECKING:
-    from rich.console import Console
-    from rich.table import Table
 
 WIDE = 110
 
@@ -26,13 +26,11 @@ COLOURS = {
 }
 
 
-def show(summary: Summary, console: "Console | None" = None) -> None:
+def show(summary: Summary, console: Console | None = None) -> None:
     """Print the verdict table, what has not been run, and the places of report, figures, tables and recordings.
 
     A narrow terminal gets the medians alone; the report has everything.
     """
-    from rich.console import Console
-
     console = console or Console()
     answered = [line for line in summary.verdicts if line["verdict"] != VerdictKind.NOT_RUN]
     console.print(_verdict_table(answered, summary.scale, wide=console.width >= WIDE))
@@ -57,14 +55,11 @@ def show(summary: Summary, console: "Console | None" = None) -> None:
             console.print(f"{title:<11}{shown}", highlight=False, soft_wrap=True)
 
 
-def show_sensitivity(compared: Sequence[AssumptionEffect], console: "Console | None" = None) -> None:
+def show_sensitivity(compared: Sequence[AssumptionEffect], console: Console | None = None) -> None:
     """Print what was put in the place of each assumption, and which way each claim leans then.
 
     A narrow terminal gets the verdicts alone.
     """
-    from rich.console import Console
-    from rich.text import Text
-
     console = console or Console()
     wide = console.width >= WIDE
     values = ("ours", "instead") if wide else ()
@@ -81,9 +76,7 @@ def show_sensitivity(compared: Sequence[AssumptionEffect], console: "Console | N
     console.print(f"{moved} of {tried} assumptions move an answer; scale quick, few members", highlight=False)
 
 
-def _verdict_table(lines: Sequence[Mapping[str, str]], scale: str, *, wide: bool) -> "Table":
-    from rich.text import Text
-
+def _verdict_table(lines: Sequence[Mapping[str, str]], scale: str, *, wide: bool) -> Table:
     ours = (">ours \\[95 %]", ">members") if wide else (">ours",)
     titles = ("claim", "*what the paper says", ">printed", *ours, "verdict" if wide else "*verdict")
     table = _table(f"Verdicts, scale {scale or 'unknown'}", titles, wide=wide)
@@ -94,11 +87,8 @@ def _verdict_table(lines: Sequence[Mapping[str, str]], scale: str, *, wide: bool
     return table
 
 
-def _table(title: str, columns: Sequence[str], *, wide: bool) -> "Table":
+def _table(title: str, columns: Sequence[str], *, wide: bool) -> Table:
     """An empty table; a column that begins with > holds numbers, one with * takes the room that the others leave."""
-    from rich import box
-    from rich.table import Table
-
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, expand=True, title=title or None, title_justify="left")
     for column in columns:
         if column.startswith("*"):

@@ -2,15 +2,13 @@
 
 import math
 import re
-from functools import cache
-from typing import TYPE_CHECKING
+
+from markdown_it import MarkdownIt
 
 from repro.results.statistics import Estimate
 
-if TYPE_CHECKING:
-    from markdown_it import MarkdownIt
-
 ABSENT = "–"
+COMMONMARK = MarkdownIt("commonmark", {"html": False})  # of the report's texts; HTML inside them is text
 
 
 def number(value: float | None) -> str:
@@ -34,15 +32,14 @@ def interval(estimate: Estimate) -> str:
     return f"{number(estimate.median)} [{number(estimate.low)}, {number(estimate.high)}]"
 
 
+def value(content: object) -> str:
+    """Write a value of any kind: text as it is, an estimate with its interval."""
+    if isinstance(content, Estimate):
+        return interval(content)
+    return number(content) if content is None or isinstance(content, float) else str(content)
+
+
 def markdown(text: str) -> str:
     """Escape text for a Markdown table cell."""
     escaped = re.sub(r"([\\|*_<\[\]])", r"\\\1", text)
     return escaped.replace("\n", " ")
-
-
-@cache
-def commonmark() -> "MarkdownIt":
-    """The parser of the report's texts; HTML inside them is text."""
-    from markdown_it import MarkdownIt
-
-    return MarkdownIt("commonmark", {"html": False})

@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from pydantic import TypeAdapter
 from pydantic.dataclasses import dataclass as checked
@@ -15,12 +15,10 @@ from repro.results.results import Results, read_table, typed
 from repro.results.stored import BENCH_FILE, Stored, StoredRun, read_record
 from repro.results.table_schema import TABLES, Cell
 from repro.tracking.files import read_yaml
+from repro.tracking.lazy_pandas import pd
 from repro.tracking.paths import RUN_FILE, Paths
 from repro.tracking.plain_data import digest
 from repro.tracking.record import Record
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 FILES = ("as_printed.yaml", "motions.yaml")
 # Figures show no more; results stay small enough to commit.
@@ -173,8 +171,6 @@ def _stage_row(run: str, name: str, record: Record) -> dict[str, object]:
 
 
 def _table(run: StoredRun, name: str) -> "pd.DataFrame":
-    import pandas as pd
-
     path = run.folder / f"{name}.parquet"
     # A fit without steps, such as least squares, leaves its curves empty.
     if not path.is_file() or path.stat().st_size == 0:
@@ -212,7 +208,5 @@ def _first_points(trajectories: "pd.DataFrame") -> "pd.DataFrame":
 
 
 def _together(tables: Sequence["pd.DataFrame"]) -> "pd.DataFrame":
-    import pandas as pd
-
     filled = [table for table in tables if not table.empty]
     return pd.concat(filled, ignore_index=True) if filled else pd.DataFrame()

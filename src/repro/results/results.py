@@ -5,16 +5,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from repro.errors import UserError
 from repro.results.run_setting import Measured, Metrics, RunSetting
 from repro.results.table_schema import CARD, PANDAS_TYPES, TABLES, Row, records
 from repro.tracking.files import replacing
+from repro.tracking.lazy_pandas import pd
 from repro.tracking.plain_data import Json
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 SENSITIVITY = "sensitivity"  # where its runs are listed, in the place of a scale
 
@@ -116,8 +113,6 @@ class Results:
 
 def read_table(path: Path, remedy: str = "make it again with `repro report`") -> "pd.DataFrame":
     """Read a Parquet file. Raises UserError naming a damaged one, with the remedy."""
-    import pandas as pd
-
     try:
         return pd.read_parquet(path)
     except (OSError, ValueError) as error:
@@ -126,8 +121,6 @@ def read_table(path: Path, remedy: str = "make it again with `repro report`") ->
 
 def typed(name: str, rows: "pd.DataFrame | Iterable[Mapping[str, object]]") -> "pd.DataFrame":
     """Bring rows to the fixed columns and types of one result table; a missing column is empty."""
-    import pandas as pd
-
     schema = TABLES[name]
     frame = rows if isinstance(rows, pd.DataFrame) else pd.DataFrame(list(rows))
     # Most columns of most tables are missing: one empty column per type serves them all.

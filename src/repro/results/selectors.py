@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,9 +10,7 @@ from repro.results.results import Results
 from repro.results.run_card import OPTIONS, spelled
 from repro.results.run_setting import RunSetting
 from repro.results.table_schema import CARD, LOOP_CARD, TEST_SET, Row, as_text, cell_text
-
-if TYPE_CHECKING:
-    import pandas as pd
+from repro.tracking.lazy_pandas import pd
 
 Where = Mapping[str, object]
 

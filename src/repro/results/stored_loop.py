@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,9 +9,7 @@ from repro.results.columns import Settings
 from repro.results.results import Results
 from repro.results.selectors import Where, find_loops
 from repro.results.table_schema import Row, records
-
-if TYPE_CHECKING:
-    import pandas as pd
+from repro.tracking.lazy_pandas import pd
 
 
 @dataclass(frozen=True)

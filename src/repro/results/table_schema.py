@@ -2,12 +2,10 @@
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from repro.results.columns import LOOP, RUN
-
-if TYPE_CHECKING:
-    import pandas as pd
+from repro.tracking.lazy_pandas import pd
 
 Cell = str | int | float | None  # a value in a table
 Row = dict[str, Any]  # a row of a table: column -> value, None where it has none
@@ -97,8 +95,6 @@ def as_text(value: object) -> str:
 
 def plain(value: Any) -> Any:
     """Take one cell out of a table: a Python value, None where it is missing."""
-    import pandas as pd
-
     if pd.api.types.is_scalar(value) and pd.isna(value):
         return None
     return value.item() if hasattr(value, "item") else value

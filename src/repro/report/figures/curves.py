@@ -2,19 +2,16 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from repro.report.figures.figure import legend, small_multiples
+from repro.report.figures.figure import Canvas, legend, small_multiples
 from repro.report.style import Role
 from repro.results.results import Results
 from repro.results.run_setting import RunSetting
 from repro.results.selectors import anchor_name
-
-if TYPE_CHECKING:
-    import pandas as pd
-    from matplotlib.figure import Figure as Canvas
+from repro.tracking.lazy_pandas import pd
 
 COLUMNS = 3
 TITLE = 22  # characters above one of three panels
@@ -37,7 +34,7 @@ def curve_panels(
     panels: Mapping[str, Sequence[tuple[str, RunSetting]]],
     roles: Mapping[str, Role],
     quantity: Quantity = LOSS,
-) -> "Canvas | None":
+) -> Canvas | None:
     """Draw one panel per title, with a named line per setting; None without panels."""
     if not panels:
         return None

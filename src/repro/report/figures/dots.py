@@ -1,18 +1,15 @@
 """Dot plots: one row per setting, one dot per member, a bar at the median; failed members are counted."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from repro.report import style
-from repro.report.figures.figure import legend, new_canvas
+from repro.report.figures.figure import Canvas, legend, new_canvas
 from repro.report.style import TEXT_WIDTH, Role
 from repro.results.metric_names import metric_named
 from repro.results.run_setting import RunSetting
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Canvas
 
 Group = tuple[str, Sequence[tuple[RunSetting, Role]]]
 
@@ -24,7 +21,7 @@ def dot_plot(
     roles: Mapping[str, Role],
     printed: Mapping[str, float] | None = None,
     reference: Callable[[str], float | None] = lambda _metric: None,
-) -> "Canvas":
+) -> Canvas:
     """Draw groups of settings, one row per group; `metrics` maps each metric, one panel each, to its unit.
 
     `printed` gives the paper's value of a metric, `reference` that of the trivial model; both become vertical lines.

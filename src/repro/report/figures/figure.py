@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from repro.report import style
 from repro.report.style import TEXT_WIDTH, Role
@@ -13,6 +13,8 @@ from repro.tracking.files import replacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
+else:
+    Canvas = TypeVar("Canvas")  # for annotations alone: matplotlib is loaded where a figure is drawn
 
 
 @dataclass(frozen=True)
@@ -23,7 +25,7 @@ class Figure:
     title: str
     caption: str
     alt: str
-    draw: Callable[[Results], "Canvas | None"]
+    draw: Callable[[Results], Canvas | None]
 
     def save(self, results: Results, folder: Path) -> bool:
         """Draw and write <name>.pdf and <name>.png, each atomically; return whether there was anything to show."""
@@ -59,7 +61,7 @@ def _glyphs_alone() -> Iterator[None]:
         dropped[:] = before
 
 
-def new_canvas(width: float, height: float) -> "Canvas":
+def new_canvas(width: float, height: float) -> Canvas:
     """Return an empty figure of this size in inches, outside of pyplot's list of open figures."""
     from matplotlib.figure import Figure as Canvas
 
@@ -68,7 +70,7 @@ def new_canvas(width: float, height: float) -> "Canvas":
 
 def small_multiples(
     count: int, columns: int, row_height: float, extra: float, *, share_y: bool = False
-) -> tuple["Canvas", list[Any]]:
+) -> tuple[Canvas, list[Any]]:
     """Return a canvas of the text's width with `count` panels in rows of `columns`; heights in inches."""
     rows = -(-count // columns)
     canvas = new_canvas(TEXT_WIDTH, extra + row_height * rows)
@@ -79,7 +81,7 @@ def small_multiples(
 
 
 def legend(
-    canvas: "Canvas",
+    canvas: Canvas,
     panel: Any,
     roles: Mapping[str, Role],
     *,

@@ -2,14 +2,10 @@
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from repro.claims.assumption_effects import AssumptionEffect
-from repro.report.figures.figure import Figure, legend, new_canvas
+from repro.report.figures.figure import Canvas, Figure, legend, new_canvas
 from repro.report.style import TEXT_WIDTH, Role
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Canvas
 
 MOVED = Role("#e2680a", "-", "o")
 STAYED = Role("#10305c", "-", "o", filled=False)
@@ -29,7 +25,7 @@ def sensitivity_figure(effects: Sequence[AssumptionEffect]) -> Figure:
     )
 
 
-def _drawn(effects: Sequence[AssumptionEffect]) -> "Canvas | None":
+def _drawn(effects: Sequence[AssumptionEffect]) -> Canvas | None:
     # By assumption: decades between the two values, and whether the verdict moves; positive values alone have them.
     factors: dict[str, list[tuple[float, bool]]] = {}
     for each in effects:

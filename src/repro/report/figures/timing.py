@@ -1,17 +1,14 @@
 """Paired timings: how many times longer the other takes, by size; to the right of the line ours is faster."""
 
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from repro.report import style
-from repro.report.figures.figure import Figure, legend, new_canvas
+from repro.report.figures.figure import Canvas, Figure, legend, new_canvas
 from repro.report.style import TEXT_WIDTH, Role
-
-if TYPE_CHECKING:
-    import pandas as pd
-    from matplotlib.figure import Figure as Canvas
+from repro.tracking.lazy_pandas import pd
 
 ROW = 0.34  # inches
 LABEL = 52  # characters of a line
@@ -20,7 +17,7 @@ GROWTH = ("coordinates", "members", "samples")  # benches of how a step grows: t
 NEVER = 1.6  # times the greatest finite ratio: where a rival is drawn that did not reach the accuracy
 
 
-def draw_pairs(bench: "pd.DataFrame") -> "Canvas | None":
+def draw_pairs(bench: "pd.DataFrame") -> Canvas | None:
     """Draw one row per pair of contenders and one marker per size, or accuracy; None without timings."""
     # A rival of unbounded time did not reach the accuracy; where ours did not, or neither, the table has it.
     bench = bench[(bench["ratio_median"] > 0) & ~bench["name"].isin(GROWTH)]

@@ -3,13 +3,12 @@
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup, escape
 
 from repro.report import writing
-
-if TYPE_CHECKING:
-    from jinja2 import Environment
-    from markupsafe import Markup
 
 HERE = Path(__file__).parent
 ASSETS = HERE / "assets"
@@ -36,10 +35,8 @@ def rendered(template: str, **values: Any) -> str:
 
 
 @cache
-def _environment() -> "Environment":
+def _environment() -> Environment:
     """The templates' environment, with escaping on."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
     made = Environment(
         loader=FileSystemLoader(HERE / "templates"),
         autoescape=True,
@@ -61,25 +58,19 @@ def fact(value: Any) -> str:
     return writing.number(value) if value is None or isinstance(value, float) else str(value)
 
 
-def cells(values: Sequence[float]) -> "Markup":
+def cells(values: Sequence[float]) -> Markup:
     """Write numbers as the cells of a row; most of a report's pages are such cells."""
-    from markupsafe import Markup
-
     return Markup("".join(f"<td>{writing.number(value)}</td>" for value in values))
 
 
-def symbols(text: str) -> "Markup":
+def symbols(text: str) -> Markup:
     """Write a text with its symbols as people do: D_H with an index, s^2 as a power; all else is escaped."""
-    from markupsafe import Markup, escape
-
     return Markup(_with_symbols(str(escape(text))))
 
 
-def prose(text: str) -> "Markup":
+def prose(text: str) -> Markup:
     """Turn Markdown (paragraphs, lists, emphasis, code) into markup; HTML inside is shown, not obeyed."""
-    from markupsafe import Markup
-
-    return Markup(_with_symbols(writing.commonmark().render(text)))
+    return Markup(_with_symbols(writing.COMMONMARK.render(text)))
 
 
 def _with_symbols(text: str) -> str:

@@ -4,13 +4,11 @@ import base64
 import gzip
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+from markupsafe import Markup
 
 from repro.report.html.environment import ASSETS, rendered
 from repro.tracking.files import write_text
-
-if TYPE_CHECKING:
-    from markupsafe import Markup
 
 NAME = "interactive.html"
 
@@ -38,8 +36,6 @@ def _text(content: bytes) -> str:
     return base64.b64encode(content).decode()
 
 
-def _own(text: str) -> "Markup":
+def _own(text: str) -> Markup:
     """Mark a script or a style as fit to embed; what would end its element early is spelt otherwise."""
-    from markupsafe import Markup
-
     return Markup(text.replace("</", r"<\/"))

@@ -5,12 +5,11 @@
 
 import re
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from repro.report.writing import commonmark
+from markdown_it.token import Token
 
-if TYPE_CHECKING:
-    from markdown_it.token import Token
+from repro.report.writing import COMMONMARK
 
 CITATION = re.compile(r"\[((?:@\w+ ?)+)\]")
 STYLES = {"strong_open": "strong", "em_open": "emphasis", "strong_close": "plain", "em_close": "plain"}
@@ -20,7 +19,7 @@ def blocks(text: str) -> list[dict[str, Any]]:
     """Return {kind: paragraph, spans} and {kind: list, items: [spans]}, a span being {text, style}."""
     shown: list[dict[str, Any]] = []
     in_list = False
-    for token in commonmark().parse(text):
+    for token in COMMONMARK.parse(text):
         if token.type == "bullet_list_open":
             in_list = True
             shown.append({"kind": "list", "items": []})
@@ -37,7 +36,7 @@ def blocks(text: str) -> list[dict[str, Any]]:
     return shown
 
 
-def _spans(tokens: Sequence["Token"]) -> list[dict[str, str]]:
+def _spans(tokens: Sequence[Token]) -> list[dict[str, str]]:
     spans, style = [], "plain"
     for token in tokens:
         if token.type in STYLES:

@@ -1,18 +1,15 @@
 """Closed loops by setting and conditions: how many succeed, how near they come to the obstacle, what a step costs."""
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from pydantic.dataclasses import dataclass as checked
 
-from repro.report import writing
 from repro.report.tables.table import Row, Table
 from repro.results.metric_names import written
 from repro.results.results import Results
 from repro.results.statistics import share
 from repro.results.table_schema import cell_text, plain
-
-if TYPE_CHECKING:
-    import pandas as pd
+from repro.tracking.lazy_pandas import pd
 
 ALWAYS = ("system", "model", "setting")
 # Named where they differ within an experiment.
@@ -59,27 +56,16 @@ class LoopTable:
 def _row(results: Results, keys: list[str], loops: "pd.DataFrame") -> Row:
     over_loops = {**loops[[*MEDIANS]].median(), **loops[[*MEANS]].mean()}
     place = {key: cell_text(loops[key].iloc[0]) for key in keys}
-    success = share(loops["success"].to_numpy(dtype=bool))
-    data: dict[str, Any] = {
+    runs = {*loops["run"]}
+    values: dict[str, Any] = {
+        **place,
         "loops": len(loops),
-        "success": success.median,
-        "success_low": success.low,
-        "success_high": success.high,
+        "success": share(loops["success"].to_numpy(dtype=bool)),
         "contacts": int(loops["contact"].sum()),
         "clearance_min_m": float(loops["clearance_min_m"].min()),
         **{name: plain(value) for name, value in over_loops.items()},
         "killed": int(loops["killed"].sum()),
     }
-    shown = [name for name in data if name not in ("success_low", "success_high")]
-    runs = tuple(dict.fromkeys(loops["run"]))
-    commands = [row["command"] for row in results.rows if row["run"] in runs]
-    return Row(
-        cells=(
-            *(written(key, value) for key, value in place.items()),
-            *(writing.interval(success) if name == "success" else writing.number(data[name]) for name in shown),
-        ),
-        data={**place, **data},
-        runs=runs,
-        commands=tuple(command for command in dict.fromkeys(commands) if command),
-        anchor=place["model"] == "truth",
-    )
+    texts = {key: written(key, value) for key, value in place.items()}
+    made_from = [row for row in results.rows if row["run"] in runs]
+    return Row.of(made_from, values, texts, anchor=place["model"] == "truth")

@@ -1,14 +1,10 @@
 """What the runs cost, and on which machine: from the provenance of their stages, a shared stage counted once."""
 
-from typing import TYPE_CHECKING
-
 from repro.report import writing
 from repro.report.tables.table import Row, Table
 from repro.results.results import Results
 from repro.results.selectors import NotRunError
-
-if TYPE_CHECKING:
-    import pandas as pd
+from repro.tracking.lazy_pandas import pd
 
 HOUR = 3600.0
 COLUMNS = {"processors": "processor", "cores": "cores", "systems": "system", "pythons": "python"}
@@ -37,8 +33,7 @@ def cost_table(results: Results) -> Table:
         runs = results.runs[results.runs["experiment"] == experiment]["run"].nunique()
         cpu, wall, peak = group["cpu_s"].sum() / HOUR, group["wall_s"].sum() / HOUR, group["peak_memory_mib"].max()
         data = {"experiment": experiment, "runs": runs, "cpu_hours": cpu, "wall_hours": wall, "peak_memory_mib": peak}
-        cells = (str(experiment), str(runs), *(writing.number(value) for value in (cpu, wall, peak)))
-        rows.append(Row(cells=cells, data=data))
+        rows.append(Row.of([], data))
     columns = ("experiment", "runs", "processor time [h]", "elapsed [h]", "peak memory [MiB]")
     caption = "Sums over the stages of all runs; a stage that several experiments share stands with the first of them."
     return Table("cost", "Cost", caption, columns, tuple(rows))

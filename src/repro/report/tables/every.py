@@ -61,12 +61,12 @@ def failures_table(results: Results) -> Table:
     """Make the table of what was started and is not there: runs that failed or are missing."""
     caption = "Runs that an experiment lists and that failed or are missing; no number above counts them as done."
     columns = ("experiment", "run", "outcome", "error")
-    rows = []
-    for run in (row for row in results.rows if row["outcome"] != "ok"):
-        data = {key: run[key] for key in columns}
-        cells = tuple(text or writing.ABSENT for text in data.values())
-        rows.append(Row(cells, data, (run["run"],), tuple(filter(None, (run["command"],)))))
-    return Table("failures", "Failed and missing runs", caption, columns, tuple(rows))
+    rows = tuple(
+        Row.of([run], {key: run[key] for key in columns}, {key: run[key] or writing.ABSENT for key in columns})
+        for run in results.rows
+        if run["outcome"] != "ok"
+    )
+    return Table("failures", "Failed and missing runs", caption, columns, rows)
 
 
 def change_table(claims: Sequence[Claim]) -> Table:
@@ -75,9 +75,5 @@ def change_table(claims: Sequence[Claim]) -> Table:
         "Every row of the claims that was changed after results for it were known, with the commit and the reason; an "
         "unchanged row has none. The criteria as a whole were written with results of pilot runs known."
     )
-    rows = [
-        Row((claim.name, one.commit, one.change, one.reason), {"id": claim.name, **one.model_dump()})
-        for claim in claims
-        for one in claim.history
-    ]
+    rows = [Row.of([], {"id": claim.name, **one.model_dump()}) for claim in claims for one in claim.history]
     return Table("changes", "Changes of the claims", caption, ("claim", "commit", "change", "reason"), tuple(rows))

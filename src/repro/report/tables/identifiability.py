@@ -5,7 +5,6 @@ from typing import Any, Literal
 
 from pydantic.dataclasses import dataclass as checked
 
-from repro.report import writing
 from repro.report.tables.table import Row, Table
 from repro.results.metric_names import metric_named, written
 from repro.results.results import Results
@@ -48,10 +47,7 @@ class IdentifiabilityTable:
         unseen = [text for text in directions if text]
         medians = {metric: setting.estimate(metric).median for metric in METRICS}
         card = {column: as_text(setting.card[column]) for column in self.columns}
-        cells = (
-            *(written(column, value) for column, value in card.items()),
-            str(len(directions)),
-            *(writing.number(value) for value in medians.values()),
-            "; ".join(unseen) or "nothing",
-        )
-        return Row.of([setting], cells, {**card, "terms": len(directions), **medians, "not_seen": "; ".join(unseen)})
+        texts = {column: written(column, value) for column, value in card.items()}
+        texts["not_seen"] = "; ".join(unseen) or "nothing"
+        values = {**card, "terms": len(directions), **medians, "not_seen": "; ".join(unseen)}
+        return Row.of(setting.rows, values, texts)

@@ -1,14 +1,14 @@
 """Tables of models: one row per setting, and the trivial, degenerate and oracle rows of every test set beside them."""
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic.dataclasses import dataclass as checked
 
 from repro.report.tables.table import Row, Table
 from repro.report.tables.under_trained import training_of
-from repro.report.writing import ABSENT, interval
+from repro.report.writing import ABSENT
 from repro.results.metric_names import metric_named, written
 from repro.results.results import Results
 from repro.results.run_setting import RunSetting
@@ -61,6 +61,10 @@ class ModelTable:
         metrics = [m for m in (*self.metrics, *CORE) if any(setting.values(m).size for setting in shown)]
         training = {setting.runs: training_of(setting, shown) for setting in shown}
         training = training if set(training.values()) != {ABSENT} else {}
+        titles = {"model": "model", **{column: column.replace("_", " ") for column in columns}}
+        titles |= {metric: metric_named(metric).label for metric in metrics}
+        titles |= {"trained": "trained"} if training else {}
+        titles |= {"n": "members", "failed": "failed", "stale": "stale"}
         rows: list[Row] = []
         test_sets = [test_set_of(setting.card) for setting in shown]
         for test_set in {as_text([*each.values()]): each for each in test_sets}.values():
@@ -74,15 +78,10 @@ class ModelTable:
                     # An anchor shows only its test set: it has no optimiser or width to compare.
                     rows.append(_row(found, columns, test_set, metrics, training, anchor_as=name))
                     continue
-                title, card = f"{ANCHOR_TITLES[name]}: not run", [as_text(test_set.get(column)) for column in columns]
-                data = {"model": title, **dict(zip(columns, card, strict=True)), "n": 0}
-                rows.append(
-                    Row((title, *card, *[ABSENT] * (len(metrics) + bool(training)), "0", "0", ""), data, anchor=True)
-                )
-        labels = (metric_named(metric).label for metric in metrics)
-        ends = (*(["trained"] if training else []), "members", "failed", "stale")
-        titles = ("model", *(column.replace("_", " ") for column in columns), *labels, *ends)
-        return Table(self.name, self.title, CAPTION, titles, tuple(rows))
+                card = {column: as_text(test_set.get(column)) for column in columns}
+                values = {"model": f"{ANCHOR_TITLES[name]}: not run", **card, "n": 0}
+                rows.append(Row.of([], values, {"failed": "0", "stale": ""}, [*titles], anchor=True))
+        return Table(self.name, self.title, CAPTION, tuple(titles.values()), tuple(rows))
 
 
 def plain_tables(results: Results, named: set[str]) -> list[Table]:
@@ -123,16 +122,8 @@ def _row(
     card = {column: as_text(setting.card[column]) if column in shown else "" for column in columns}
     title = anchor_title(anchor_as, setting.card["basis"]) if anchor_as else setting.title("model")
     estimates = {metric: setting.estimate(metric) for metric in metrics}
-    data: dict[str, Any] = {"model": title, **card}
-    for metric, one in estimates.items():
-        data |= {metric: one.median, f"{metric}_low": one.low, f"{metric}_high": one.high}
     trained = {"trained": training.get(setting.runs, ABSENT)} if training else {}
-    data |= {**trained, "n": setting.n, "failed": setting.failed, "stale": setting.stale}
-    cells = (
-        title,
-        *(written(column, value) for column, value in card.items()),
-        *(interval(one) if metric != "trapped" else counted(setting) for metric, one in estimates.items()),
-        *trained.values(),
-        *(str(setting.n), str(setting.failed), "stale" if setting.stale else ""),
-    )
-    return Row.of([setting], cells, data, anchor=bool(anchor_as))
+    values = {"model": title, **card, **estimates, **trained, "n": setting.n, "failed": setting.failed}
+    texts = {column: written(column, value) for column, value in card.items()}
+    texts |= {"trapped": counted(setting), "stale": "stale" if setting.stale else ""}
+    return Row.of(setting.rows, {**values, "stale": setting.stale}, texts, anchor=bool(anchor_as))

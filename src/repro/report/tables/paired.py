@@ -58,21 +58,21 @@ class PairedTable:
         values = {metric: paired_values(ours, other, metric) for metric in self.metrics}
         ratios = {metric: paired_ratio(*pair) for metric, pair in values.items()}
         n = next(iter(ratios.values())).n
-        card = {column: as_text(ours.card[column]) for column in self.columns}
-        data: dict[str, Any] = dict(card)
-        cells = [written(column, value) for column, value in card.items()]
-        cells += [writing.interval(ratio) for ratio in ratios.values()]
+        data: dict[str, Any] = {column: as_text(ours.card[column]) for column in self.columns}
+        texts = {column: written(column, value) for column, value in data.items()}
         for metric, ratio in ratios.items():
             data |= {f"{metric}_ratio": ratio.median, f"{metric}_low": ratio.low, f"{metric}_high": ratio.high}
+            texts[f"{metric}_ratio"] = writing.interval(ratio)
             if self.count == "wins":
                 data[f"{metric}_wins"] = _wins(*values[metric])
-                cells.append(f"{data[f'{metric}_wins']} of {n}")
+                texts[f"{metric}_wins"] = f"{data[f'{metric}_wins']} of {n}"
         data["n"] = n
-        cells.append(str(n))
+        counts = [f"{metric}_wins" for metric in self.metrics] + ["n"]
         if self.count == "failed":
             data |= {f"{name}_failed": one.failed for name, one in zip(self.names, (ours, other), strict=True)}
-            cells += [str(ours.failed), str(other.failed)]
-        return Row.of([ours, other], cells, data)
+            counts = ["n", *(f"{name}_failed" for name in self.names)]
+        shown = [*self.columns, *(f"{metric}_ratio" for metric in self.metrics), *counts]
+        return Row.of([*ours.rows, *other.rows], data, texts, shown)
 
 
 def pairs(

@@ -15,6 +15,7 @@ CAPTION = (
     "of this scale can lean another way than the verdict of full length."
 )
 COLUMNS = ("ours", "ci_low", "ci_high", "n", "failed", "leaning")  # of either verdict, in the CSV
+SHOWN = ("assumption", "choice", "alternative", "claim", "metric", "ours", "instead_ours", "leaning", "moved")
 MOVED = {True: "moved", False: "no", None: writing.ABSENT}
 
 
@@ -36,34 +37,22 @@ def change(comparison: AssumptionEffect) -> str:
 
 def _compared(comparison: AssumptionEffect) -> Row:
     ours, other = comparison.ours, comparison.other
-    return Row(
-        cells=(
-            comparison.assumption,
-            comparison.choice or writing.ABSENT,
-            comparison.alternative,
-            ours.claim.name,
-            measured(ours),
-            writing.interval(ours.estimate),
-            writing.interval(other.estimate),
-            change(comparison),
-            MOVED[comparison.moved],
-        ),
-        data={
-            "assumption": comparison.assumption,
-            "choice": comparison.choice,
-            "alternative": comparison.alternative,
-            "claim": ours.claim.name,
-            "metric": ours.quantity,
-            "unit": ours.unit,
-            "printed": ours.claim.printed,
-            **_data("", ours),
-            **_data("instead_", other),
-            "moved": MOVED[comparison.moved],
-            "note": "",
-        },
-        runs=tuple(dict.fromkeys((*ours.runs, *other.runs))),
-        commands=tuple(dict.fromkeys((*ours.commands, *other.commands))),
-    )
+    values = {
+        "assumption": comparison.assumption,
+        "choice": comparison.choice,
+        "alternative": comparison.alternative,
+        "claim": ours.claim.name,
+        "metric": ours.quantity,
+        "unit": ours.unit,
+        "printed": ours.claim.printed,
+        **_data("", ours),
+        **_data("instead_", other),
+        "moved": MOVED[comparison.moved],
+        "note": "",
+    }
+    texts = {"choice": comparison.choice or writing.ABSENT, "metric": measured(ours), "leaning": change(comparison)}
+    texts |= {"ours": writing.interval(ours.estimate), "instead_ours": writing.interval(other.estimate)}
+    return Row.of([*ours.rows, *other.rows], values, texts, SHOWN)
 
 
 def _data(prefix: str, verdict: Verdict) -> dict[str, object]:
@@ -73,5 +62,5 @@ def _data(prefix: str, verdict: Verdict) -> dict[str, object]:
 
 
 def _untried(row: Assumption) -> Row:
-    cells = (row.id, writing.ABSENT, row.untried, *(writing.ABSENT,) * 6)
-    return Row(cells=cells, data={"assumption": row.id, "moved": writing.ABSENT, "note": row.untried})
+    values = {"assumption": row.id, "moved": writing.ABSENT, "note": row.untried}
+    return Row.of([], values, {"alternative": row.untried}, SHOWN)

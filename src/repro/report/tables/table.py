@@ -8,8 +8,11 @@ from pathlib import Path
 from typing import Any, Self
 
 from repro.report import writing
-from repro.results.run_setting import RunSetting
+from repro.results.statistics import Estimate
+from repro.results.table_schema import Row as Record
 from repro.tracking.files import write_text
+
+RECORDED = ("run", "command")  # columns of the result tables
 
 
 @dataclass(frozen=True)
@@ -24,12 +27,28 @@ class Row:
 
     @classmethod
     def of(
-        cls, settings: Sequence[RunSetting], cells: Sequence[str], data: Mapping[str, Any], *, anchor: bool = False
+        cls,
+        made_from: Sequence[Record],
+        values: Mapping[str, Any],
+        texts: Mapping[str, str] | None = None,
+        shown: Sequence[str] = (),
+        *,
+        anchor: bool = False,
     ) -> Self:
-        """Make a row from settings, whose runs and commands it then names."""
-        runs = tuple(run for setting in settings for run in setting.runs)
-        commands = tuple(command for setting in settings for command in setting.commands)
-        return cls(tuple(cells), data, runs, commands, anchor)
+        """Make a row from values by name, and the rows of the result tables whose runs and commands it then names.
+
+        An estimate is stored as its median, `NAME_low` and `NAME_high`. texts: what is shown of some in the place of
+        their value; shown: the names of the cells, all values by default.
+        """
+        data: dict[str, Any] = {}
+        for name, value in values.items():
+            data[name] = value.median if isinstance(value, Estimate) else value
+            if isinstance(value, Estimate):
+                data |= {f"{name}_low": value.low, f"{name}_high": value.high}
+        written = {name: writing.value(value) for name, value in values.items()} | dict(texts or {})
+        cells = tuple(written.get(name, writing.ABSENT) for name in shown or values)
+        runs, commands = (tuple(filter(None, dict.fromkeys(row[key] for row in made_from))) for key in RECORDED)
+        return cls(cells, data, runs, commands, anchor)
 
 
 @dataclass(frozen=True)

@@ -100,31 +100,24 @@ def in_words(verdict: Verdict) -> dict[str, str]:
 
 def _verdict_row(verdict: Verdict) -> Row:
     claim, estimate, shown = verdict.claim, verdict.estimate, in_words(verdict)
-    return Row(
-        cells=tuple(shown[name] for name in SHOWN),
-        data={
-            "id": claim.name,
-            "metric": verdict.quantity,
-            "unit": verdict.unit,
-            "printed": claim.printed,
-            "ours": estimate.median,
-            "ci_low": estimate.low,
-            "ci_high": estimate.high,
-            "n": estimate.n,
-            "verdict": verdict.verdict,
-            "class": verdict.counted_as,
-            "leaning": verdict.leaning,
-            "prediction_low": verdict.prediction[0],
-            "prediction_high": verdict.prediction[1],
-            "failed": estimate.failed,
-            "preview": verdict.preview,
-            "as_printed": verdict.as_printed,
-            "stale": verdict.stale,
-            "flag": verdict.flag,
-            "cure": shown["cure"],
-            "cure_runs": " ".join(verdict.cure.runs if verdict.cure else ()),
-            "note": verdict.note,
-        },
-        runs=verdict.runs,
-        commands=verdict.commands,
-    )
+    values = {
+        "id": claim.name,
+        "metric": verdict.quantity,
+        "unit": verdict.unit,
+        "printed": claim.printed,
+        "ours": estimate.median,
+        "ci_low": estimate.low,
+        "ci_high": estimate.high,
+        "n": estimate.n,
+        "verdict": verdict.verdict,
+        "class": verdict.counted_as,
+        "leaning": verdict.leaning,
+        "prediction_low": verdict.prediction[0],
+        "prediction_high": verdict.prediction[1],
+        "failed": estimate.failed,
+        **{name: getattr(verdict, name) for name in ("preview", "as_printed", "stale", "flag")},
+        "cure": shown["cure"],
+        "cure_runs": " ".join(verdict.cure.runs if verdict.cure else ()),
+        "note": verdict.note,
+    }
+    return Row.of(verdict.rows, values, shown, SHOWN)
