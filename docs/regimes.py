@@ -11,7 +11,7 @@ from pathlib import Path
 
 from generated import write_or_check
 
-from repro.report.tables.under_trained import BUDGET, UNDER_TRAINED, training_of
+from repro.report.tables.models import BUDGET, UNDER_TRAINED, training_of
 from repro.report.writing import ABSENT, interval, number
 from repro.results.results import Results
 from repro.results.run_setting import RunSetting

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from repro.report.tables.under_trained import TRAINED, UNDER_TRAINED, training_of
+from repro.report.tables.models import TRAINED, UNDER_TRAINED, training_of
 from repro.report.writing import ABSENT
 from repro.results.run_setting import Measured, RunSetting
 

@@ -1,19 +1,21 @@
-"""What a predicate selects and is judged on, what comes of it, and the base of all predicates."""
+"""What a predicate selects and is judged on, whether its bound holds, and the base of all predicates."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field
+from enum import StrEnum
 from typing import Annotated
 
 from pydantic import AfterValidator
 
-from repro.claims.decision import Decision
 from repro.claims.yaml_rows import YamlRow
 from repro.results.results import Results
 from repro.results.run_setting import FromRuns, RunSetting
 from repro.results.selectors import NotRunError, Where, one_setting
 from repro.results.statistics import Estimate
 from repro.results.table_schema import CARD, TABLES, Row
+
+MARGIN = 1.05  # ratios nearer to 1 than this count as equal
 
 # Columns of a result table or settings, and the value or values that a run must have there.
 Value = bool | int | float | str
@@ -34,6 +36,64 @@ def _columns_of(columns: Collection[str], settings: bool = True) -> Callable[[Se
 CardSelector = Annotated[Selector, AfterValidator(_columns_of(CARD))]
 LoopSelector = Annotated[Selector, AfterValidator(_columns_of(TABLES["control"]))]
 BenchSelector = Annotated[Selector, AfterValidator(_columns_of(TABLES["bench"], settings=False))]
+
+
+class Ruling(StrEnum):
+    """What an interval says of a bound; `DEPENDS` where readings of the paper give different answers."""
+
+    HOLDS = "holds"
+    FAILS = "fails"
+    OPEN = "open"
+    DEPENDS = "depends"
+
+
+@dataclass(frozen=True)
+class Decision:
+    """The outcome, and what the point estimate alone says."""
+
+    outcome: Ruling
+    leans: bool
+
+    @classmethod
+    def certain(cls, holds: bool) -> "Decision":
+        """Decided by counting: a statement about every member."""
+        return cls(Ruling.HOLDS if holds else Ruling.FAILS, bool(holds))
+
+    @classmethod
+    def above(cls, estimate: Estimate, bound: float) -> "Decision":
+        """Whether the estimate lies above a bound; open too where it has no interval (its ends are nan)."""
+        outcome = Ruling.HOLDS if estimate.low > bound else Ruling.FAILS if estimate.high <= bound else Ruling.OPEN
+        return cls(outcome, estimate.median > bound)
+
+    @classmethod
+    def at_least(cls, estimate: Estimate, bound: float) -> "Decision":
+        """Whether the estimate reaches a bound, to rounding."""
+        return cls.above(estimate, bound - 1e-12 * max(1.0, abs(bound)))
+
+    @classmethod
+    def at_most(cls, estimate: Estimate, bound: float) -> "Decision":
+        """Whether the estimate stays within a bound, to rounding."""
+        return cls.below(estimate, bound + 1e-12 * max(1.0, abs(bound)))
+
+    @classmethod
+    def greater(cls, one: Estimate, other: Estimate) -> "Decision":
+        """Whether one estimate lies above another, interval by interval."""
+        ruling = Ruling.HOLDS if one.low > other.high else Ruling.FAILS if one.high < other.low else Ruling.OPEN
+        return cls(ruling, one.median > other.median)
+
+    @classmethod
+    def below(cls, estimate: Estimate, bound: float) -> "Decision":
+        """Whether the estimate lies below a bound."""
+        mirrored = Estimate(-estimate.median, -estimate.high, -estimate.low, estimate.n, estimate.failed)
+        return cls.above(mirrored, -bound)
+
+    @classmethod
+    def of_all(cls, decisions: Iterable["Decision"]) -> "Decision":
+        """Whether all hold: one that fails decides, one that is open leaves it open."""
+        parts = list(decisions)
+        outcomes = {part.outcome for part in parts}
+        outcome = next((o for o in (Ruling.FAILS, Ruling.DEPENDS, Ruling.OPEN) if o in outcomes), Ruling.HOLDS)
+        return cls(outcome, all(part.leans for part in parts))
 
 
 @dataclass(frozen=True)

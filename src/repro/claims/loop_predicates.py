@@ -9,8 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from repro.claims.decision import Decision, Ruling
-from repro.claims.evidence import Evidence, Finding, LoopSelector, StatementPredicate, Value
+from repro.claims.evidence import Decision, Evidence, Finding, LoopSelector, Ruling, StatementPredicate, Value
 from repro.claims.yaml_rows import Number, Text
 from repro.results.selectors import NotRunError, find_loops, in_words, loops_of_one_setting
 from repro.results.statistics import FEWEST, Estimate, estimate, share

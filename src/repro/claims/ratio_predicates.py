@@ -6,8 +6,15 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from repro.claims.decision import MARGIN, Decision
-from repro.claims.evidence import BenchSelector, CardSelector, Evidence, Finding, StatementPredicate
+from repro.claims.evidence import (
+    MARGIN,
+    BenchSelector,
+    CardSelector,
+    Decision,
+    Evidence,
+    Finding,
+    StatementPredicate,
+)
 from repro.claims.yaml_rows import Number, Text
 from repro.results.selectors import NotRunError, in_words, like_for_like, paired_values
 from repro.results.statistics import FEWEST, Estimate, paired_ratio

@@ -5,8 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from repro.claims.decision import Decision
-from repro.claims.evidence import CardSelector, Evidence, Finding, StatementPredicate
+from repro.claims.evidence import CardSelector, Decision, Evidence, Finding, StatementPredicate
 from repro.claims.yaml_rows import Number, Text
 from repro.results.run_setting import RunSetting
 from repro.results.selectors import TRIVIAL, NotRunError, anchor, one_setting, settings, test_set_of

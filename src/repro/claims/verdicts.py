@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from repro.claims.claims import Claim, ClaimKind
-from repro.claims.decision import Ruling
-from repro.claims.evidence import Answer, Evidence
+from repro.claims.evidence import Answer, Evidence, Ruling
 from repro.claims.verdict_kind import CLASSES, VerdictClass, VerdictKind
 from repro.results.metric_names import metric_named
 from repro.results.results import Results

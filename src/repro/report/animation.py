@@ -9,7 +9,7 @@ import numpy as np
 
 from repro.recording.contents import DrawnShape
 from repro.report import style
-from repro.report.figures.figure import Canvas
+from repro.report.figures.figure import Canvas, new_canvas
 from repro.report.figures.mechanism import at_steps, draw_goal, draw_shapes, draw_track, tip, window_of
 from repro.results.results import Results
 from repro.results.stored_loop import StoredLoop
@@ -81,7 +81,6 @@ def animate(motion: DrawnLoop, path: Path) -> None:
 
 def _surroundings(motion: DrawnLoop, last: int) -> tuple[Canvas, Any, float]:
     """The canvas, the panel with all that stands still, and the longest arrow in m."""
-    from matplotlib.figure import Figure as Canvas
     from matplotlib.patches import Circle
 
     obstacle = motion.loop.obstacle
@@ -89,7 +88,7 @@ def _surroundings(motion: DrawnLoop, last: int) -> tuple[Canvas, Any, float]:
     window = window_of(at_steps(motion.shapes, slice(last)), motion.inputs[:last], [*motion.goal, *discs])
     width = float(np.clip(window.half[0] / window.half[1], *WIDTHS))
     half = np.array([width, 1.0]) * max(window.half[1], window.half[0] / width)
-    canvas = Canvas(figsize=(width * HEIGHT, HEIGHT))
+    canvas = new_canvas(width * HEIGHT, HEIGHT)
     canvas.set_layout_engine("none")
     panel = canvas.add_axes((0, 0, 1, 1))
     panel.set_xlim(window.middle[0] - half[0], window.middle[0] + half[0])

@@ -1,13 +1,13 @@
 """From stored runs, or from results alone, to the whole report."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
-from repro.claims.assumption_effects import AssumptionEffect, assumption_effects, gather_sensitivity
-from repro.claims.assumptions import Assumption, load_assumptions
-from repro.claims.claims import Claim, load_claims
+from repro.claims.assumption_effects import assumption_effects, gather_sensitivity
+from repro.claims.assumptions import load_assumptions
+from repro.claims.claims import load_claims
 from repro.claims.verdicts import Verdict, judge_all
 from repro.errors import UserError
 from repro.launch.pool import start_server
@@ -81,9 +81,23 @@ def render(results: Results, folder: Path) -> list[Verdict]:
     claims, assumptions = load_claims(paper / "claims.yaml"), load_assumptions(paper / "assumptions.yaml")
     progress.report(0.1, f"{len(claims)} claims are judged")
     effects = assumption_effects(results.sensitivity, claims) if results.sensitivity is not None else []
+
+    def judged() -> tuple[list[Verdict], list[Table], Texts, list[ReportSection]]:
+        """Judge the claims, write the tables, and fill the texts."""
+        verdicts = judge_all(claims, results)
+        tables = all_tables(results, verdicts, load_paper(paper))
+        if results.sensitivity is not None:
+            tables.append(sensitivity_table(assumptions, effects))
+            write_text(folder / "results" / "sensitivity.csv", tables[-1].csv())
+        for table in tables:
+            table.save(folder / "tables")
+        write_text(folder / "results" / "claims.csv", tables[0].csv())
+        texts = Texts(paper / "report", results, verdicts)
+        return verdicts, tables, texts, load_sections(texts)
+
     # Figures are drawn in processes of their own, and the PDF is set outside of Python: the rest need not wait.
     with ThreadPoolExecutor(max_workers=1) as beside:
-        judging = beside.submit(_judge, results, claims, assumptions, effects, folder)
+        judging = beside.submit(judged)
         progress.report(0.2, "figures are drawn")
         figures = draw_all(results, effects, folder / "figures")
         verdicts, tables, texts, sections = judging.result()
@@ -93,27 +107,6 @@ def render(results: Results, folder: Path) -> list[Verdict]:
         write_site(content, folder, paper)
         typesetting.result()
     return verdicts
-
-
-def _judge(
-    results: Results,
-    claims: Sequence[Claim],
-    assumptions: Sequence[Assumption],
-    effects: Sequence[AssumptionEffect],
-    folder: Path,
-) -> tuple[list[Verdict], list[Table], Texts, list[ReportSection]]:
-    """Judge the claims, write the tables, and fill the texts."""
-    paper = paper_folder()
-    verdicts = judge_all(claims, results)
-    tables = all_tables(results, verdicts, load_paper(paper))
-    if results.sensitivity is not None:
-        tables.append(sensitivity_table(assumptions, effects))
-        write_text(folder / "results" / "sensitivity.csv", tables[-1].csv())
-    for table in tables:
-        table.save(folder / "tables")
-    write_text(folder / "results" / "claims.csv", tables[0].csv())
-    texts = Texts(paper / "report", results, verdicts)
-    return verdicts, tables, texts, load_sections(texts)
 
 
 def _fingerprint(stored: Stored, tried: Stored) -> str:

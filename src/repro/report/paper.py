@@ -15,9 +15,8 @@ from repro.report.animation import Animation
 from repro.report.figures.figure import Figure
 from repro.report.figures.timing import TIMING
 from repro.report.tables.closed_loops import LoopTable
-from repro.report.tables.front import FrontTable
 from repro.report.tables.identifiability import IdentifiabilityTable
-from repro.report.tables.models import ModelTable
+from repro.report.tables.models import FrontTable, ModelTable
 from repro.report.tables.paired import PairedTable
 from repro.tracking.files import read_yaml
 from repro.tracking.paths import project_folder

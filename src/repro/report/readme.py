@@ -7,7 +7,7 @@ from pathlib import Path
 from repro.claims.verdicts import Verdict, headline
 from repro.errors import UserError
 from repro.report.paper import load_paper, paper_folder
-from repro.report.tables.front import front_block
+from repro.report.tables.models import front_block
 from repro.report.tables.table import markdown_table
 from repro.report.tables.verdicts import in_words, titles
 from repro.results.results import Results

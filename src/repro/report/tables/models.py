@@ -1,14 +1,18 @@
-"""Tables of models: one row per setting, and the trivial, degenerate and oracle rows of every test set beside them."""
+"""Tables of models: one row per setting, and the trivial, degenerate and oracle rows of every test set beside them.
 
+A fit with a budget of CPU time is marked by whether it had come to its end; the README shows the medians of a few.
+"""
+
+import math
 from collections.abc import Collection, Mapping, Sequence
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from pydantic.dataclasses import dataclass as checked
 
-from repro.report.tables.table import Row, Table
-from repro.report.tables.under_trained import training_of
-from repro.report.writing import ABSENT
+from repro.report.tables.table import Row, Table, markdown_table
+from repro.report.writing import ABSENT, number
+from repro.results.columns import Settings
 from repro.results.metric_names import metric_named, written
 from repro.results.results import Results
 from repro.results.run_setting import RunSetting
@@ -36,6 +40,9 @@ ANCHOR_TITLES = {
     DEGENERATE: "degenerate (L = pₓ²/2m)",
     ORACLE: "oracle (least squares)",
 }
+BUDGET = "optimiser.budget_s"
+STILL_FALLS = 0.9  # to less than this share of the error after at most half of the budget
+TRAINED, UNDER_TRAINED = "to its end", "under-trained"
 CAPTION = (
     "Median over members with its 95 % interval between two order statistics; failed members count as infinitely wrong "
     "in both. Skill is 1 - error / error of the trivial model. "
@@ -84,10 +91,43 @@ class ModelTable:
         return Table(self.name, self.title, CAPTION, tuple(titles.values()), tuple(rows))
 
 
+@checked(frozen=True)
+class FrontTable:
+    """The settings of one experiment that a selector means, by medians of some metrics; `named_by` card columns."""
+
+    name: str
+    experiment: str
+    where: Mapping[str, Any]
+    named_by: tuple[str, ...]
+    metrics: tuple[str, ...]
+
+
 def plain_tables(results: Results, named: set[str]) -> list[Table]:
     """Make a table of every experiment on models that is not named elsewhere, in alphabetical order."""
     others = sorted(set(results.runs["experiment"]) - set(results.control["experiment"]) - named - {""})
     return [ModelTable("models", name, name, f"Experiment {name}").make(results) for name in others]
+
+
+def front_block(results: Results, table: FrontTable) -> str:
+    """Return one line a model, worst first: medians of its metrics over the members."""
+    shown = with_varying_options(settings(results, table.experiment, table.where))
+    rows = [
+        [
+            _front_title(setting, table),
+            *(counted(setting) if m == "trapped" else number(setting.estimate(m).median) for m in table.metrics),
+            str(setting.n),
+        ]
+        for setting in sorted(shown, key=lambda setting: -setting.estimate("mae_tau").median)
+    ]
+    return markdown_table(["model", *(metric_named(metric).label for metric in table.metrics), "members"], rows)
+
+
+def _front_title(setting: RunSetting, table: FrontTable) -> str:
+    name = anchor_name(setting)
+    if name is not None:
+        return anchor_title(name, setting.card["basis"])
+    title = model_title(setting, *table.named_by)
+    return f"{title}, {as_text(setting.card['epochs'])} epochs" if setting.card["optimiser"] == "adam" else title
 
 
 def anchor_title(name: str, basis: str = "") -> str:
@@ -127,3 +167,27 @@ def _row(
     texts = {column: written(column, value) for column, value in card.items()}
     texts |= {"trapped": counted(setting), "stale": "stale" if setting.stale else ""}
     return Row.of(setting.rows, {**values, "stale": setting.stale}, texts, anchor=bool(anchor_as))
+
+
+def training_of(setting: RunSetting, others: Sequence[RunSetting]) -> str:
+    """Compare a setting with the one of the longest shorter budget, at most half of its own, that is equal otherwise.
+
+    The median MAE of accelerations decides. A setting without a budget, such another, or a finite error has no mark.
+    """
+    own, after = _budget(setting), setting.estimate("mae_qdd").median
+    shorter = {
+        _budget(each): each for each in others if 2 * _budget(each) <= own < math.inf and _rest(each) == _rest(setting)
+    }
+    if not shorter or not math.isfinite(after):
+        return ABSENT
+    before = shorter[max(shorter)].estimate("mae_qdd").median
+    return UNDER_TRAINED if after < STILL_FALLS * before else TRAINED
+
+
+def _budget(setting: RunSetting) -> float:
+    budget = setting.settings.get(BUDGET)
+    return float(budget) if isinstance(budget, int | float) else math.inf
+
+
+def _rest(setting: RunSetting) -> Settings:
+    return {key: value for key, value in setting.settings.items() if key != BUDGET}
