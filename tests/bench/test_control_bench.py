@@ -31,7 +31,7 @@ def test_both_find_the_same_plan(implicit):
 
 
 def test_each_is_accurate_in_its_own_discretisation():
-    states, forces = _their_plan(SIP, SIP.collocations[0], NEAR)
+    states, forces = _their_plan(SIP, SIP.collocation, NEAR)
     controller = SIP.ours(FAST)
     controller.decide(NEAR)
     controller.solver.close()

@@ -1,7 +1,7 @@
 """Our controller against do-mpc, on the paper's problem of each of its systems: the time of a control step."""
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import TypeVar
@@ -43,21 +43,36 @@ SPEED_LIMIT = 45.0  # m/s and rad/s
 class ControlCase:
     """Problem (9) of one system with the paper's weights, and what makes a plan accurate to 1e-2.
 
-    section       of the paper
-    substeps      of this project's Runge-Kutta steps
-    collocations  the cheapest of do-mpc that are about as accurate
+    section      of the paper
+    weight       of position, and of both terminal energies
+    radius       of the obstacle, m
+    substeps     of this project's Runge-Kutta steps
+    collocation  the cheapest of do-mpc that is about as accurate
     """
 
     system: str
     section: str
-    problem: OptimalControlProblem
+    intervals: int
+    weight: float
+    radius: float
     substeps: int
-    collocations: Sequence[Collocation]
+    collocation: Collocation
 
     @property
     def size(self) -> str:
         """A label for the tables."""
-        return f"{self.system.upper()}, {len(self.problem.intervals)} intervals"
+        return f"{self.system.upper()}, {self.intervals} intervals"
+
+    @cached_property
+    def problem(self) -> OptimalControlProblem:
+        """Problem (9)."""
+        return OptimalControlProblem(
+            intervals=(0.04,) * self.intervals,
+            stage_cost=NodeWeights(potential=1.0, position=self.weight),
+            terminal_cost=NodeWeights(kinetic=self.weight, potential=self.weight),
+            obstacle=Obstacle(radius=self.radius),
+            speed_limit=SPEED_LIMIT,
+        )
 
     @cached_property
     def model(self) -> PredictiveModel:
@@ -118,26 +133,10 @@ class ControlCase:
         return loop.states[:-1:SUBSTEPS]
 
 
-def _paper_case(
-    system: str, section: str, *, intervals: int, weight: float, radius: float, substeps: int, degree: int
-) -> ControlCase:
-    """A section of the paper: `weight` of position, and of both terminal energies; `radius` of the obstacle in m."""
-    problem = OptimalControlProblem(
-        intervals=(0.04,) * intervals,
-        stage_cost=NodeWeights(potential=1.0, position=weight),
-        terminal_cost=NodeWeights(kinetic=weight, potential=weight),
-        obstacle=Obstacle(radius=radius),
-        speed_limit=SPEED_LIMIT,
-    )
-    return ControlCase(system, section, problem, substeps, [Collocation(degree, elements=1)])
-
-
 CASES = (
-    _paper_case("sip", "V-A.1", intervals=20, weight=1.0, radius=0.3, substeps=2, degree=2),
-    _paper_case("dip", "V-B.2", intervals=30, weight=10.0, radius=0.1, substeps=4, degree=4),
+    ControlCase("sip", "V-A.1", 20, weight=1.0, radius=0.3, substeps=2, collocation=Collocation(2, 1)),
+    ControlCase("dip", "V-B.2", 30, weight=10.0, radius=0.1, substeps=4, collocation=Collocation(4, 1)),
 )
-
-
 PROTOCOL = (
     "processor time of one control step, at the states of a swing-up from hanging that ours drives; the true model, "
     "the weights of {section}, soft obstacle, {intervals} intervals of 0.04 s; tolerance 1e-4 and at most 40 "
@@ -154,10 +153,11 @@ def control(scale: BenchScale, version: str) -> Iterator[PairedComparison]:
     """Each in its own way, then both in one discretisation with one solver."""
     equal = Collocation(DEGREE, ELEMENTS, implicit=True)
     for case in CASES:
-        pairs = [(FAST, "fatrop, Runge-Kutta steps, compiled", collocation, "") for collocation in case.collocations]
-        for way, label, collocation, how in (*pairs, (EQUAL, f"IPOPT, {equal.label}", equal, SAME_DISCRETISATION)):
-            intervals = len(case.problem.intervals)
-            protocol = PROTOCOL.format(section=case.section, intervals=intervals, version=version, how=how)
+        for way, label, collocation, how in (
+            (FAST, "fatrop, Runge-Kutta steps, compiled", case.collocation, ""),
+            (EQUAL, f"IPOPT, {equal.label}", equal, SAME_DISCRETISATION),
+        ):
+            protocol = PROTOCOL.format(section=case.section, intervals=case.intervals, version=version, how=how)
             measure = partial(steps_in_turn, case, way, collocation, scale.control_steps)
             yield PairedComparison("control", label, f"do-mpc, {collocation.label}", case.size, 1, protocol, measure)
 

@@ -38,7 +38,7 @@ def main(arguments: Namespace) -> int:
     if arguments.publish:
         from repro.report.publish import publish
 
-        publish(Results.load(arguments.source or summary.folder / "results"), project_folder())
+        publish(Results.load(arguments.source or summary.results), project_folder())
         print("published: paper/results, paper/tables, paper/figures, README.md; look at them, then commit")
     if arguments.open:
         import webbrowser

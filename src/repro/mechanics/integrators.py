@@ -63,19 +63,10 @@ class CompiledIntegrator:
     def __call__(self, rule: SubstepRule, u: np.ndarray, parameters: np.ndarray, states: np.ndarray) -> None:
         """Fill states[:, 1:] from states[:, 0]; every array is contiguous."""
         angles = np.array(rule.angles, dtype=np.int64)
-        self._simulate(
-            *u.shape[:2],
-            rule.time_step,
-            u.ctypes.data,
-            parameters.ctypes.data,
-            parameters.shape[1] if len(parameters) > 1 else 0,
-            angles.ctypes.data,
-            len(angles),
-            rule.least,
-            rule.most,
-            rule.per_rate,
-            states.ctypes.data,
-        )
+        stride = parameters.shape[1] if len(parameters) > 1 else 0
+        given = (u.ctypes.data, parameters.ctypes.data, stride, angles.ctypes.data, len(angles))
+        bounds = (rule.least, rule.most, rule.per_rate)
+        self._simulate(*u.shape[:2], rule.time_step, *given, *bounds, states.ctypes.data)
 
 
 class InterpretedIntegrator:

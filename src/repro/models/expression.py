@@ -1,8 +1,8 @@
 """A model that is written as CasADi expressions alone: what the engines need of it follows by differentiation."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import casadi
@@ -26,9 +26,7 @@ class ExpressionModel(Model):
 
     def outputs(self, parameters: Tensor, prepared: Prepared, mass: bool) -> list[Tensor]:
         """The output stack (member, sample, n_rows)."""
-        from repro.models.expression_gradient import evaluated
-
-        return [evaluated(parameters, prepared["samples"], self)]
+        return [_differentiable()(parameters, prepared["samples"], self)]
 
     def terms(self, outputs: list[Tensor], prepared: Prepared) -> Terms:
         """The stack, taken apart."""
@@ -96,3 +94,27 @@ class Weightless(ExpressionModel):
 def arrays_of(*tensors: Tensor) -> list[np.ndarray]:
     """The values of tensors in float64."""
     return [tensor.detach().double().numpy() for tensor in tensors]
+
+
+@cache
+def _differentiable() -> Callable[[Tensor, Tensor, ExpressionModel], Tensor]:
+    """(parameters, samples, model) -> the output stack (member, sample, n_rows), differentiable by the weights."""
+
+    class Evaluated(torch.autograd.Function):
+        """A class of torch's, so that it is made where torch is loaded."""
+
+        @staticmethod
+        def forward(ctx: Any, parameters: Tensor, samples: Tensor, model: ExpressionModel) -> Tensor:
+            ctx.model = model
+            ctx.save_for_backward(parameters, samples)
+            pairs = zip(*arrays_of(parameters, samples), strict=True)
+            stacks = [evaluate(model.forward, of_member, weights) for weights, of_member in pairs]
+            return torch.from_numpy(np.stack(stacks)).to(parameters.dtype)
+
+        @staticmethod
+        def backward(ctx: Any, *cotangents: Tensor) -> Any:
+            parameters, samples = ctx.saved_tensors
+            rows = cotangents[0].unsqueeze(1)  # samples have no gradient
+            return ctx.model.vjp(parameters, {"samples": samples}, [rows]).sum((1, 2)), None, None
+
+    return Evaluated.apply  # type: ignore[no-any-return]

@@ -34,6 +34,17 @@ class DrawnShape:
     size: tuple[float, float] = (0.0, 0.0)
     input: int = 0
 
+    def coils(self, width: float) -> np.ndarray:
+        """A zigzag (steps, corners, 2) between the ends of a spring, `width` m to either side."""
+        start, along = self.points[:, :1], self.points[:, 1:] - self.points[:, :1]
+        corners = 2 * int(self.size[0]) + 2
+        side = np.zeros(corners)
+        side[1:-1] = width * (-1.0) ** np.arange(corners - 2)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            across = np.nan_to_num(along[..., ::-1] * [-1.0, 1.0] / np.linalg.norm(along, axis=-1, keepdims=True))
+        zigzag: np.ndarray = start + along * np.linspace(0, 1, corners)[:, None] + across * side[:, None]
+        return zigzag
+
 
 @dataclass(frozen=True)
 class DrawnMotion:

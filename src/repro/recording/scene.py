@@ -165,7 +165,7 @@ def log_body(
             recording.log(f"{path}/tip", tip, static=True)
             _move(recording, path, time, points[:, 0], np.arctan2(along[:, 1], along[:, 0]))
         elif shape.kind == "spring":
-            _strips(recording, path, time, to_view(_coils(shape, 0.15 * scale)), 0.4 * thickness, colour, order)
+            _strips(recording, path, time, to_view(shape.coils(0.15 * scale)), 0.4 * thickness, colour, order)
         elif shape.kind == "disc" and shape.points.shape[1] > 1:
             style = rr.Points2D.from_fields(radii=shape.size[0], colors=colour, draw_order=order + 2)
             recording.log(path, style, static=True)
@@ -193,18 +193,6 @@ def _rigid(points: np.ndarray) -> bool:
     """Whether the ends (steps, 2, 2) of a link keep their distance in the picture, up to where a motion diverges."""
     lengths = np.linalg.norm(points[:, 1] - points[:, 0], axis=-1)
     return float(np.mean(np.abs(lengths - lengths[0]) <= 1e-6 * lengths[0])) > 0.2
-
-
-def _coils(shape: DrawnShape, width: float) -> np.ndarray:
-    """A zigzag (steps, corners, 2) between the ends of a spring."""
-    start, along = shape.points[:, :1], shape.points[:, 1:] - shape.points[:, :1]
-    corners = 2 * int(shape.size[0]) + 2
-    side = np.zeros(corners)
-    side[1:-1] = width * (-1.0) ** np.arange(corners - 2)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        across = np.nan_to_num(along[..., ::-1] * [-1.0, 1.0] / np.linalg.norm(along, axis=-1, keepdims=True))
-    zigzag: np.ndarray = start + along * np.linspace(0, 1, corners)[:, None] + across * side[:, None]
-    return zigzag
 
 
 def _turned(points: np.ndarray, angle: float) -> np.ndarray:

@@ -37,6 +37,11 @@ class Summary:
         """The report itself."""
         return self.folder / "index.html"
 
+    @property
+    def results(self) -> Path:
+        """The result tables."""
+        return self.folder / "results"
+
 
 def summarise(results: Results, verdicts: Sequence[Verdict], folder: Path, recordings: Path) -> Summary:
     """Sum a report up."""

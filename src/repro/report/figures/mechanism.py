@@ -119,7 +119,8 @@ def _body(panel: Any, shape: DrawnShape, step: int, shift: float, line: Any, fac
         case "link":
             return list(panel.plot(*points.T, **line))
         case "spring":
-            return list(panel.plot(*_coils(points, round(shape.size[0])).T, **(line | {"linewidth": 0.8})))
+            zigzag = replace(shape, points=points[None]).coils(-SPRING)[0]
+            return list(panel.plot(*zigzag.T, **(line | {"linewidth": 0.8})))
         case "disc":
             return [panel.add_patch(Circle(points[0], shape.size[0], **face))]
         case _:
@@ -133,15 +134,6 @@ def _body(panel: Any, shape: DrawnShape, step: int, shift: float, line: Any, fac
                 axles = [points[0] + side * half[0] * along - (half[1] + radius) * up for side in (-0.6, 0.6)]
                 drawn += [panel.add_patch(Circle(axle, radius, **face)) for axle in axles]
             return drawn
-
-
-def _coils(ends: np.ndarray, coils: int) -> np.ndarray:
-    along = ends[1] - ends[0]
-    across = np.array([-along[1], along[0]]) / np.linalg.norm(along) * (SPRING if coils else 0.0)
-    shares = np.linspace(0, 1, 2 * coils + 2)
-    sides = np.resize([1.0, -1.0], len(shares)) * (np.minimum(shares, 1 - shares) > 0)
-    zigzag: np.ndarray = ends[0] + shares[:, None] * along + sides[:, None] * across
-    return zigzag
 
 
 def _input(

@@ -3,7 +3,6 @@
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from statistics import median
 
 from repro.report.sections import Content
@@ -21,33 +20,17 @@ ONE_LOOP = ["run", "member", "controller", "start", "x_des"]
 SPLITS = {"test": "on the test set", "free": "on the test part of D_H", "train": "of the training"}
 
 
-@dataclass(frozen=True)
-class RunPage:
-    """One run, whatever experiments list it, and what it answers: claims by name, tables by name and title.
+# Of a bench, which has no card columns and shows its comparisons.
+BENCH: Row = {"title": "Paired timings", "experiments": ("timing",), "outcome": "ok", "error": "", "stale": False}
+BENCH |= {"members": {}, "chosen": {}, "metrics": (), "loops": (), "stages": ()}
 
-    A bench has no card columns and shows its comparisons. Of a metric, `values` holds one per member, in the order of
-    seeds, nan where it has none.
+
+def run_pages(content: Content) -> list[Row]:
+    """Make the card of every stored run, in the order of the results; a run of several experiments has one.
+
+    Beside its row of the runs table it has what it answers (claims by name, tables by name and title), members by seed,
+    and metrics, whose `values` hold one per member, nan where it has none.
     """
-
-    id: str
-    title: str
-    experiments: tuple[str, ...]
-    claims: Sequence[str]
-    tables: Mapping[str, str]
-    outcome: str = "ok"
-    error: str = ""
-    stale: bool = False
-    members: Mapping[int, str] = field(default_factory=dict)
-    command: str = ""
-    chosen: Mapping[str, str] = field(default_factory=dict)
-    metrics: Sequence[Row] = ()
-    loops: Sequence[Row] = ()
-    benches: Sequence[Row] = ()
-    stages: Sequence[Row] = ()
-
-
-def run_pages(content: Content) -> list[RunPage]:
-    """Make the card of every stored run, in the order of the results; a run of several experiments has one."""
     claims: dict[str, list[str]] = {}
     for verdict in content.verdicts:
         for run in verdict.runs:
@@ -56,19 +39,15 @@ def run_pages(content: Content) -> list[RunPage]:
     for table in content.tables[1:]:
         for run in {run for row in table.rows for run in row.runs}:
             tables.setdefault(run, {})[table.name] = table.title
-    pages: dict[str, RunPage] = {}
+    pages: dict[str, Row] = {}
     for results in filter(None, (content.results, content.results.sensitivity)):
-        for page in _pages(results, content.paper.systems, claims, tables):
-            pages.setdefault(page.id, page)
+        for page in _pages(results, content.paper.systems):
+            own = {"claims": claims.get(page["id"], ()), "tables": tables.get(page["id"], {})}
+            pages.setdefault(page["id"], page | own)
     return [*pages.values()]
 
 
-def _pages(
-    results: Results,
-    systems: Mapping[str, str],
-    claims: Mapping[str, Sequence[str]],
-    tables: Mapping[str, Mapping[str, str]],
-) -> Iterator[RunPage]:
+def _pages(results: Results, systems: Mapping[str, str]) -> Iterator[Row]:
     loops = _by_run(records(results.control.drop_duplicates(ONE_LOOP)))
     benches, stages = _by_run(records(results.bench)), _by_run(records(results.stages))
     listed = _by_run([row for row in results.rows if row["run"]])
@@ -79,29 +58,23 @@ def _pages(
         texts = {column: as_text(row[column]) for column in CARD}
         named = [written(column, texts[column]) for column in NAMED_BY if texts[column]]
         system = systems.get(texts["system"], texts["system"].replace("_", " "))
-        yield RunPage(
-            id=id,
-            title=f"{system}: {', '.join(named)}",
-            experiments=tuple(dict.fromkeys(listing["experiment"] for listing in rows)),
-            claims=claims.get(id, ()),
-            tables=tables.get(id, {}),
-            outcome=row["outcome"],
-            error=row["error"],
-            stale=row["stale"] is True,
-            members=members,
-            command=row["command"],
-            chosen={column: text for column, text in texts.items() if text},
-            metrics=_metric_rows(results.measured.get(id, {}), members),
-            loops=loops.get(id, ()),
-            stages=[
-                {**stage, **{name: json.loads(stage[name] or "{}") for name in ("config", "libraries")}}
+        yield row | {
+            "id": id,
+            "title": f"{system}: {', '.join(named)}",
+            "experiments": tuple(dict.fromkeys(listing["experiment"] for listing in rows)),
+            "members": members,
+            "chosen": {column: text for column, text in texts.items() if text},
+            "metrics": _metric_rows(results.measured.get(id, {}), members),
+            "loops": loops.get(id, ()),
+            "benches": (),
+            "stages": [
+                stage | {name: json.loads(stage[name] or "{}") for name in ("config", "libraries")}
                 for stage in stages.get(id, ())
             ],
-        )
+        }
     for id, rows in benches.items():
         if id not in listed:
-            own = claims.get(id, ()), tables.get(id, {})
-            yield RunPage(id, "Paired timings", ("timing",), *own, command=rows[0]["command"], benches=rows)
+            yield BENCH | {"id": id, "command": rows[0]["command"], "benches": rows}
 
 
 def _by_run(rows: Sequence[Row]) -> dict[str, list[Row]]:

@@ -33,7 +33,7 @@ def write_site(content: Content, folder: Path, paper: Path) -> None:
         "paper": content.paper,
         "scale": content.results.scale or "unknown",
         "claims": claims,
-        "known_runs": {card.id for card in cards},
+        "known_runs": {card["id"] for card in cards},
         "mark": mark,
         "measured": measured,
     }
@@ -49,7 +49,7 @@ def write_site(content: Content, folder: Path, paper: Path) -> None:
         pages[Path(CLAIMS) / f"{name}.html"] = rendered("claim.html", base="../", **own, **shared)
     for card in cards:
         own = {"card": card, "splits": SPLITS, "loop_columns": LOOP_COLUMNS}
-        pages[Path(RUNS) / f"{card.id}.html"] = rendered("run.html", base="../", **own, **shared)
+        pages[Path(RUNS) / f"{card['id']}.html"] = rendered("run.html", base="../", **own, **shared)
     for page, text in pages.items():
         write_text(folder / page, text, forced=False)
     for path in (path for kind in (CLAIMS, RUNS) for path in (folder / kind).glob("*.html")):

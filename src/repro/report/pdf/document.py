@@ -45,10 +45,7 @@ def typeset(body: Mapping[str, Any], figures: Path, source: Path) -> bytes:
 
 
 def document(content: Content) -> dict[str, Any]:
-    """Return everything that the paper says.
-
-    Raises UserError for a mistake in a text.
-    """
+    """Return everything that the paper says. Raises UserError for a mistake in a text."""
     drawn = {figure.name: figure for figure in content.figures}
     titles = {table.name: table.title for table in content.tables}
     found = {verdict.claim.name: verdict.verdict for verdict in content.verdicts}
