@@ -8,33 +8,14 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from repro.claims.evidence import CardSelector, Selector
-from repro.claims.loop_predicates import LoopsSucceed, LoopsSucceedMoreOften, TimeTakesLonger
-from repro.claims.ratio_predicates import BenchRatioAbove, PairedRatioBelow, RatioAtLeast
-from repro.claims.setting_predicates import (
-    AllMembersAwayFrom,
-    EverySettingBelow,
-    FailsMoreOften,
-    MedianBound,
-    ShareOfFailures,
-)
+from repro.claims.loop_predicates import LoopPredicate
+from repro.claims.ratio_predicates import RatioPredicate
+from repro.claims.setting_predicates import SettingPredicate
 from repro.claims.verdict_kind import VerdictKind
 from repro.claims.yaml_rows import NamedRow, Number, Text, YamlRow, load_rows
 
 # The vocabulary in which claims.yaml puts a statement of the paper to stored runs, found by `name`.
-Predicate = Annotated[
-    MedianBound
-    | AllMembersAwayFrom
-    | EverySettingBelow
-    | ShareOfFailures
-    | FailsMoreOften
-    | PairedRatioBelow
-    | RatioAtLeast
-    | BenchRatioAbove
-    | LoopsSucceed
-    | LoopsSucceedMoreOften
-    | TimeTakesLonger,
-    Field(discriminator="name"),
-]
+Predicate = Annotated[SettingPredicate | RatioPredicate | LoopPredicate, Field(discriminator="name")]
 
 
 class ClaimKind(StrEnum):

@@ -15,8 +15,6 @@ from repro.results.selectors import NotRunError, Where, one_setting
 from repro.results.statistics import Estimate
 from repro.results.table_schema import CARD, TABLES, Row
 
-MARGIN = 1.05  # ratios nearer to 1 than this count as equal
-
 # Columns of a result table or settings, and the value or values that a run must have there.
 Value = bool | int | float | str
 Selector = dict[str, Value | list[Value]]

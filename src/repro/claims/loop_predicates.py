@@ -148,6 +148,9 @@ class TimeTakesLonger(StatementPredicate):
         return Finding(quantity, "ms", measured, note, rows, decision=decision)
 
 
+LoopPredicate = LoopsSucceed | LoopsSucceedMoreOften | TimeTakesLonger
+
+
 def _together(decisions: list[Decision | None]) -> Decision:
     """All readings alike, or it depends on the reading; open where one was not run or is open."""
     known = [decision for decision in decisions if decision is not None]

@@ -6,20 +6,14 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from repro.claims.evidence import (
-    MARGIN,
-    BenchSelector,
-    CardSelector,
-    Decision,
-    Evidence,
-    Finding,
-    StatementPredicate,
-)
+from repro.claims.evidence import BenchSelector, CardSelector, Decision, Evidence, Finding, StatementPredicate
 from repro.claims.yaml_rows import Number, Text
 from repro.results.selectors import NotRunError, in_words, like_for_like, paired_values
 from repro.results.statistics import FEWEST, Estimate, paired_ratio
 from repro.results.table_schema import records
 from repro.tracking.lazy_pandas import pd
+
+MARGIN = 1.05  # ratios nearer to 1 than this count as equal
 
 
 class PairedRatioBelow(StatementPredicate):
@@ -121,6 +115,9 @@ class BenchRatioAbove(StatementPredicate):
         )
         decision = Decision.above(estimate, bound)
         return Finding("time ratio (other / ours)", "1", estimate, note, records(rows), decision=decision)
+
+
+RatioPredicate = PairedRatioBelow | RatioAtLeast | BenchRatioAbove
 
 
 def _accuracies(rows: "pd.DataFrame") -> Iterator[str]:

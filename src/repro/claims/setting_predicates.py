@@ -108,6 +108,9 @@ class FailsMoreOften(StatementPredicate):
         return Finding("share of failed fits", "1", failures, note, rows, decision=decision)
 
 
+SettingPredicate = MedianBound | AllMembersAwayFrom | EverySettingBelow | ShareOfFailures | FailsMoreOften
+
+
 def _failures(evidence: Evidence, where: CardSelector) -> tuple[RunSetting, Estimate, str]:
     """The setting that is meant, its share of failed fits, and their causes in words."""
     setting = one_setting(evidence.results, evidence.experiment, where)
