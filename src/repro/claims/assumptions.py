@@ -9,13 +9,7 @@ from repro.claims.yaml_rows import NamedRow, Text, YamlRow, load_rows
 
 
 class Trial(YamlRow):
-    """What takes the place of our choice, one alternative at a time, and the claims whose verdicts that may move.
-
-    claims   their names, such as C4a
-    instead  overrides, those of one alternative separated by blanks; metric=NAME judges the same runs by another metric
-    both     overrides of either side, such as fewer closed loops
-    only     an override that picks one of several jobs that answer the claim
-    """
+    """What takes the place of our choice, one alternative at a time, and the claims whose verdicts that may move."""
 
     claims: Annotated[list[Text], Field(min_length=1)]
     instead: Annotated[list[Text], Field(min_length=1)]
@@ -24,11 +18,7 @@ class Trial(YamlRow):
 
 
 class Assumption(NamedRow):
-    """One row: where the paper says what, why that cannot be replayed, our choice, its settings and its evidence.
-
-    `config` names the settings that hold the choice, such as `group=option | option, group.key`; none for an erratum.
-    `sensitivity` is the list of trials that measure what the choice matters, or the reason why there are none.
-    """
+    """One row of assumptions.yaml, which says at its head what each field holds."""
 
     where: Text
     quote: Text

@@ -59,13 +59,7 @@ class Change(YamlRow):
 
 
 class Claim(NamedRow):
-    """One row: a printed number, a statement with its predicate, or a number declared not to be answerable.
-
-    with_changes     what of ours, which the paper does not have, a statement needs
-    by_construction  why a statement cannot fail
-    cure             the smallest change that makes it hold, where it does not
-    history          what was changed in this row after its first results
-    """
+    """One row of claims.yaml, which says at its head what each field holds; of its kind it has the fields alone."""
 
     part: str = ""
     kind: ClaimKind

@@ -17,6 +17,7 @@ A result that is missing reads "not run"; a selector that means several settings
 import re
 import traceback
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +45,6 @@ class Texts:
 
     def __init__(self, folder: Path, results: Results, verdicts: Sequence[Verdict]) -> None:
         self.folder = folder
-        self._results = results
         self._environment = Environment(
             loader=FileSystemLoader(folder),
             undefined=StrictUndefined,
@@ -52,10 +52,8 @@ class Texts:
             trim_blocks=True,
             autoescape=False,
         )
-        functions = (self._metric, self._ratio, self._loops, self._runs, self._cost)
-        self._environment.globals |= {read.__name__.strip("_"): _or_not_run(read) for read in functions}
         claims = {verdict.claim.name: _Claim(_facts(verdict)) for verdict in verdicts}
-        self._environment.globals |= {"claims": lambda: headline(verdicts), "claim": claims}
+        self._environment.globals |= {"claims": lambda: headline(verdicts), "claim": claims, **_functions(results)}
 
     def names(self, folder: str) -> list[str]:
         """Return the names of the texts in a folder, sorted: texts/abstract.md."""
@@ -69,27 +67,31 @@ class Texts:
             raise UserError(f"{self.folder / name}, line {_line(error, name)}: {error}; see {__name__}") from error
         return re.sub(r"\n\s*\n\s*\n", "\n\n", text).strip()
 
-    def _metric(self, experiment: str, metric: str, **where: Any) -> str:
-        estimate = one_setting(self._results, experiment, _checked(where, CARD)).estimate(metric)
+
+def _functions(results: Results) -> dict[str, Callable[..., str]]:
+    """What a text can call, by name, see the head of this file."""
+
+    def metric(experiment: str, metric: str, **where: Any) -> str:
+        estimate = one_setting(results, experiment, _checked(where, CARD)).estimate(metric)
         return writing.interval(estimate) if estimate.n else NOT_RUN
 
-    def _ratio(self, experiment: str, metric: str, ours: Mapping[str, Any], other: Mapping[str, Any]) -> str:
-        first, second = (one_setting(self._results, experiment, _checked(where, CARD)) for where in (ours, other))
+    def ratio(experiment: str, metric: str, ours: Mapping[str, Any], other: Mapping[str, Any]) -> str:
+        first, second = (one_setting(results, experiment, _checked(where, CARD)) for where in (ours, other))
         ratio = paired_ratio(*paired_values(first, second, metric))
         return writing.interval(ratio) if ratio.n else NOT_RUN
 
-    def _loops(self, experiment: str, **where: Any) -> str:
-        loops = loops_of_one_setting(self._results, experiment, _checked(where, TABLES["control"]))
+    def loops(experiment: str, **where: Any) -> str:
+        loops = loops_of_one_setting(results, experiment, _checked(where, TABLES["control"]))
         return f"{int(loops['success'].sum())} of {len(loops)}" if len(loops) else NOT_RUN
 
-    def _runs(self, *experiments: str) -> str:
-        finished = self._results.runs[self._results.runs["outcome"] == "ok"]
+    def runs(*experiments: str) -> str:
+        finished = results.runs[results.runs["outcome"] == "ok"]
         if experiments:
             finished = finished[finished["experiment"].isin(experiments)]
         return str(finished["run"].nunique() or NOT_RUN)
 
-    def _cost(self, name: str) -> str:
-        return cost_fact(self._results, name)
+    functions = {"metric": metric, "ratio": ratio, "loops": loops, "runs": runs, "cost": partial(cost_fact, results)}
+    return {name: _or_not_run(read) for name, read in functions.items()}
 
 
 class _Claim(dict[str, "str | bool"]):

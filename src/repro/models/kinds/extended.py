@@ -23,11 +23,7 @@ PLACES = 500  # samples at which the inertia of a part is looked at
 
 @dataclass(frozen=True)
 class Options(ModelOptions):
-    """Options of model=extended.
-
-    parts: the one sub-model. frozen: its weights are not fitted; else the fit starts there. rest: H_R as a structured
-    model with `hidden` layers, a factor of `rank` columns (None: n_q + 2) and a linear path (skip), or in the basis.
-    """
+    """Options of model=extended: what each is stands in conf/model/extended.yaml."""
 
     parts: tuple[str, ...] = ("cart_rod",)
     frozen: bool = True

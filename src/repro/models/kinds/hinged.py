@@ -21,12 +21,7 @@ from repro.plugins.options import Positive
 
 @dataclass(frozen=True)
 class Options(ModelOptions):
-    """Options of model=hinged.
-
-    parts: sub-models, the cart with its rod, then (rod `part`) the free rod. frozen: their weights are not fitted; else
-    the fit starts there. rod: `rigid_body` fits mass, inertia and weight, `mass` its mass alone, under `gravity`
-    (m/s^2). length, rod_length: m, of the first and of the second rod, a uniform one.
-    """
+    """Options of model=hinged: what each is stands in conf/model/hinged.yaml."""
 
     parts: tuple[str, ...] = ("cart_rod", "free_rod")
     frozen: bool = True

@@ -15,13 +15,7 @@ WIDE = 16.0  # spreads of the data within a unit's quadratic range
 
 @dataclass(frozen=True)
 class Options(ModelOptions):
-    """Options of model=lagrangian.
-
-    hidden: units of each hidden layer, for bases that feed a network. initialisation `wide`: over the training data
-    the first layer's units start within their quadratic range, from where a network of softplus units finds the
-    quadratic T, and so extrapolates, far more often; `positive` and `ones`: of the coefficients of T on a linear basis.
-    momentum_hidden: hidden layers of M_hat(q), eq. (8).
-    """
+    """Options of model=lagrangian: what each is stands in conf/model/lagrangian.yaml."""
 
     joinable: ClassVar[bool] = True
     runs_on_device: ClassVar[bool] = True

@@ -19,10 +19,7 @@ from repro.plugins.options import Count
 
 @dataclass(frozen=True)
 class Options(ModelOptions):
-    """Options of model=neural_potential; hidden, potential_hidden: units of each hidden layer of C and of V.
-
-    inertia: M depends on `angles` alone, or on all `positions` that are not cyclic.
-    """
+    """Options of model=neural_potential: what each is stands in conf/model/neural_potential.yaml."""
 
     joinable: ClassVar[bool] = True
 

@@ -25,16 +25,7 @@ from repro.plugins.options import Count, NotNegative, Positive
 
 @dataclass(frozen=True)
 class Options(ModelOptions):
-    """Options of model=port_hamiltonian.
-
-    energy `structured`: M > 0 and V of angles bounded, so H is bounded below; `basis`: L in the basis, where H may be
-    indefinite; `hinged`: eq. (12), the sum of two sub-systems' energies, a cart with a rod (of `length`, m) and a free
-    rod (of `rod_length`, m), joined by a hinge. parts: the trained sub-systems, or none: both are learned from the
-    start, each with its own friction. frozen: what is trained is not fitted, only J and R of the whole. hidden,
-    damping_hidden: units of each hidden layer of the energy and of J and R. non_negative: of the diagonal of L in
-    R = L L'; relu lets a friction vanish, for good. floor: least eigenvalue of M in the scale of the velocities.
-    momentum_hidden: hidden layers of M_hat(q), eq. (8); None: p = dL/dqd.
-    """
+    """Options of model=port_hamiltonian: what each is stands in conf/model/port_hamiltonian.yaml."""
 
     port_form: ClassVar[bool] = True
     joinable: ClassVar[bool] = True

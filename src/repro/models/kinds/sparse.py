@@ -23,11 +23,7 @@ TERM = "q{0}dd"
 
 @dataclass(frozen=True)
 class Options(ModelOptions):
-    """Options of model=sparse.
-
-    form: qdd is a sum of terms (`explicit`) or a ratio of two sums (`implicit`). order: cosines, sines and translations
-    that are multiplied, at most.
-    """
+    """Options of model=sparse: what each is stands in conf/model/sparse.yaml."""
 
     energetic: ClassVar[bool] = False
     controllable: ClassVar[bool] = False

@@ -21,16 +21,7 @@ from repro.plugins.options import Count, NotNegative
 
 @dataclass(frozen=True)
 class Options(ModelOptions):
-    """Options of model=structured.
-
-    hidden: units of each hidden layer of C. factor: a `wide` C of `rank` columns (None: n_q + 2), or a `triangular`
-    one, the Cholesky factor of M as in DeLaN (Lutter et al. 2019). skip: a linear path beside the hidden layers.
-    scaled: velocities are divided by their spread in the data, so that M starts at the data's inertia scale.
-    initialisation `inertia`: M starts as the identity, in those units; `glorot`: weights as Keras draws them.
-    potential: V linear in `cosines` (and translations), or a `network` of potential_hidden layers, or one more output
-    of the network of C (`shared`), as in the published code of DeLaN; `auto` takes the cosines where each is an angle
-    from the vertical, as on a cart with links. floor: of the eigenvalues of M, in the scale of the velocities.
-    """
+    """Options of model=structured: what each is stands in conf/model/structured.yaml."""
 
     runs_on_device: ClassVar[bool] = True
 
