@@ -41,22 +41,15 @@ SPEED_LIMIT = 45.0  # m/s and rad/s
 
 @dataclass(frozen=True)
 class ControlCase:
-    """Problem (9) of one system with the paper's weights, and what makes a plan accurate to 1e-2.
-
-    section      of the paper
-    weight       of position, and of both terminal energies
-    radius       of the obstacle, m
-    substeps     of this project's Runge-Kutta steps
-    collocation  the cheapest of do-mpc that is about as accurate
-    """
+    """Problem (9) of one system with the paper's weights, and what makes a plan accurate to 1e-2."""
 
     system: str
-    section: str
+    section: str  # of the paper
     intervals: int
-    weight: float
-    radius: float
-    substeps: int
-    collocation: Collocation
+    weight: float  # of position, and of both terminal energies
+    radius: float  # of the obstacle, m
+    substeps: int  # of this project's Runge-Kutta steps
+    collocation: Collocation  # the cheapest of do-mpc that is about as accurate
 
     @property
     def size(self) -> str:

@@ -57,12 +57,9 @@ def feed_forward(layers: Sequence[Any], inputs: Any, activation: Callable[[Any],
 
 @dataclass(frozen=True, kw_only=True)
 class MemberTask(TrainingTask):
-    """Rows that are written for one member; members follow one after another.
+    """Rows that are written for one member; members follow one after another."""
 
-    rows_of  weights (n_parameters,), q, qd, qdd, tau (sample, n_q) -> rows (sample, n_q)
-    """
-
-    rows_of: Callable[..., Tensor]
+    rows_of: Callable[..., Tensor]  # weights (n_parameters,), q, qd, qdd, tau (sample, n_q) -> rows (sample, n_q)
 
     def residuals(self, model: Model, parameters: Tensor) -> Tensor:
         """The rows (member, sample, n_q), scaled as `rows`."""

@@ -72,21 +72,16 @@ class Pairs:
 
 @dataclass(frozen=True)
 class PairedComparison:
-    """Seconds of two contenders in pairs.
-
-    members   networks trained side by side in one timing, whose time is that of all of them together
-    protocol  how it is measured; {pairs} stands for their number, {found} for the remark of the measurement
-    metric    the error that is to fall to `goal`, by a training from each of several starts; "" for one step
-    """
+    """Seconds of two contenders in pairs."""
 
     name: str
     ours: str
     other: str
     size: str
-    members: int
-    protocol: str
+    members: int  # networks trained side by side in one timing, whose time is that of all of them together
+    protocol: str  # how it is measured; {pairs} stands for their number, {found} for the remark of the measurement
     measure: Callable[[], Pairs]
-    metric: str = ""
+    metric: str = ""  # the error that is to fall to `goal`, by a training from each of several starts; "" for one step
     goal: float = math.nan
 
     @property

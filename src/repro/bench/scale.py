@@ -13,48 +13,31 @@ OPTIMISERS = ("Adam", "L-BFGS", "Levenberg-Marquardt")
 
 @dataclass(frozen=True)
 class RaceSize:
-    """A race to accuracies.
+    """A race to accuracies."""
 
-    starts      random starts, each with samples of its own: `samples` to train on, a quarter of that to be judged on
-    optimisers  of the paper's model; the last is the fastest
-    goals       errors, as shares of those of a model without motion or energy
-    limit_s     seconds that a training has at most
-    patience    times the seconds of the path fit that a neural ODE has
-    """
-
-    starts: int
+    starts: int  # random starts, each with samples of its own: `samples` to train on, a quarter of that to be judged on
     samples: int
-    optimisers: Sequence[str]
-    goals: Sequence[float]
-    limit_s: float
-    patience: float
+    optimisers: Sequence[str]  # of the paper's model; the last is the fastest
+    goals: Sequence[float]  # errors, as shares of those of a model without motion or energy
+    limit_s: float  # seconds that a training has at most
+    patience: float  # times the seconds of the path fit that a neural ODE has
 
 
 @dataclass(frozen=True)
 class BenchScale:
-    """How much is timed.
-
-    sizes          hidden layers that are compared
-    ensemble       members of an ensemble
-    coordinates    values of n_q whose cost is divided by that of the first
-    streamed       numbers of samples of the least squares beyond memory
-    many           numbers of members side by side, with `many_batch` samples each
-    control_steps  of a swing-up
-    compile_torch  compare with torch.compile, which takes tens of seconds to start
-    large          networks that take minutes on a full batch: compared with rivals on `large_batch` samples
-    """
+    """How much is timed."""
 
     rounds: Rounds
-    sizes: Sequence[Hidden]
-    ensemble: int
+    sizes: Sequence[Hidden]  # hidden layers that are compared
+    ensemble: int  # members of an ensemble
     race: RaceSize
-    coordinates: Sequence[int]
-    streamed: Sequence[int]
-    many: Sequence[int]
-    control_steps: int
+    coordinates: Sequence[int]  # values of n_q whose cost is divided by that of the first
+    streamed: Sequence[int]  # numbers of samples of the least squares beyond memory
+    many: Sequence[int]  # numbers of members side by side, with `many_batch` samples each
+    control_steps: int  # of a swing-up
     batch: int = 2048
-    compile_torch: bool = False
-    large: Sequence[Hidden] = ()
+    compile_torch: bool = False  # compare with torch.compile, which takes tens of seconds to start
+    large: Sequence[Hidden] = ()  # networks that take minutes on a full batch: compared with rivals on `large_batch`
     large_batch: int = 256
     many_batch: int = 256
 

@@ -117,17 +117,14 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Answer(FromRuns):
-    """What stored runs say: a quantity with its estimate, and the rows of the result tables behind it.
-
-    other  what the estimate is compared with, where that was measured too
-    """
+    """What stored runs say: a quantity with its estimate, and the rows of the result tables behind it."""
 
     quantity: str
     unit: str
     estimate: Estimate
     note: str = ""
     rows: Sequence[Row] = ()
-    other: Estimate | None = None
+    other: Estimate | None = None  # what the estimate is compared with, where that was measured too
 
 
 @dataclass(frozen=True)

@@ -22,19 +22,16 @@ Readings = dict[str, Annotated[list[Value], Field(min_length=2)]]
 class LoopsSucceed(StatementPredicate):
     """At least this share of the closed loops succeeds: erect for the last 2 s, and no contact.
 
-    outcome    `no_contact`: the share without contact is meant, erect or not
-    readings   one setting with the values that the paper leaves open: each is judged by itself, and all must agree
-    reference  loops of the same settings that are named beside them, such as those with the true model
-    unit       what is drawn; a loop with a model that is not learned, else a member
+    readings: one setting with the values that the paper leaves open; each is judged by itself, and all must agree.
     """
 
     name: Literal["loops_succeed"]
     loops: LoopSelector
     share_of_loops: Number
-    outcome: Literal["success", "no_contact"] = "success"
+    outcome: Literal["success", "no_contact"] = "success"  # or the share without contact is meant, erect or not
     readings: Annotated[Readings, Field(max_length=1)] = Field(default_factory=dict)
-    reference: LoopSelector = Field(default_factory=dict)
-    unit: Unit | None = None
+    reference: LoopSelector = Field(default_factory=dict)  # named beside them, such as those with the true model
+    unit: Unit | None = None  # what is drawn; a loop with a model that is not learned, else a member
 
     def judge(self, evidence: Evidence) -> Finding:
         """Compare the share of successes with the bound."""
@@ -85,8 +82,8 @@ class LoopsSucceed(StatementPredicate):
 class LoopsSucceedMoreOften(StatementPredicate):
     """The share of successes lies above that of `other_loops`, interval against interval.
 
-    tuned_by  settings that both sides choose by the same procedure: the values with the largest share of successes in
-              the loops of `tuned_on`; compared are then those of `judged_on`
+    tuned_by: settings that both sides choose by the same procedure: the values with the largest share of successes in
+    the loops of `tuned_on`; compared are then those of `judged_on`.
     """
 
     name: Literal["loops_succeed_more_often"]

@@ -31,22 +31,16 @@ WEAKEST_FIRST = (
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict(Answer):
-    """One row of the verdict table.
-
-    leaning     what the point estimate alone says, where the interval decides nothing
-    prediction  where one more member falls with 95 %, which a printed number is compared with
-    preview     from a smaller scale
-    flag        what weakens a good verdict: an anchor satisfies it too
-    cure        the smallest change that makes it hold, with its own verdict
-    """
+    """One row of the verdict table."""
 
     claim: Claim
     verdict: VerdictKind
-    leaning: VerdictKind
+    leaning: VerdictKind  # what the point estimate alone says, where the interval decides nothing
+    # where one more member falls with 95 %, which a printed number is compared with
     prediction: tuple[float, float] = (math.nan, math.nan)
-    preview: bool = False
-    flag: str = ""
-    cure: "Verdict | None" = None
+    preview: bool = False  # from a smaller scale
+    flag: str = ""  # what weakens a good verdict: an anchor satisfies it too
+    cure: "Verdict | None" = None  # the smallest change that makes it hold, with its own verdict
 
     @property
     def counted_as(self) -> VerdictClass:

@@ -27,18 +27,13 @@ GAUGE = "T and V as the model gives them: L is unique only up to a constant and 
 
 @dataclass(frozen=True)
 class LearnedMember:
-    """A model with the weights (n_parameters,) of one member, and the run that it comes from.
-
-    system   name of the system, for the text
-    command  that makes the run
-    card     what was run
-    """
+    """A model with the weights (n_parameters,) of one member, and the run that it comes from."""
 
     run: str
     seed: int
-    system: str
-    command: str
-    card: Mapping[str, object]
+    system: str  # name of the system, for the text
+    command: str  # that makes the run
+    card: Mapping[str, object]  # what was run
     model: Model
     weights: np.ndarray
     coordinates: Sequence[Coordinate]

@@ -22,30 +22,18 @@ NonNegative = Literal["softplus", "relu"]
 
 @dataclass(frozen=True)
 class ModelOptions(PluginOptions):
-    """Options of a model; a file of models/kinds extends it and has `build(context, options)`.
+    """Options of a model; a file of models/kinds extends it and has `build(context, options)`."""
 
-    fitted           it has weights to fit; otherwise it is an anchor row
-    energetic        it has T and V; otherwise it predicts accelerations only
-    controllable     it has energies and an invertible mass matrix, as control needs
-    from_true_system it is made from the true system, so it needs simulated data
-    port_form        it has both rows of eq. (12b)
-    joinable         copies of it, learned on one link, can be joined to a chain
-    runs_on_device   it is computed by torch from end to end
-    implicit_form    it has an implicit equation that is linear in its weights
-    differentiable   its acceleration can be differentiated by the state, as `prediction` needs
-    has_coefficients on a linear basis, its weights are the coefficients of the basis alone
-    """
-
-    fitted: ClassVar[bool] = True
-    energetic: ClassVar[bool] = True
-    controllable: ClassVar[bool] = True
-    from_true_system: ClassVar[bool] = False
-    port_form: ClassVar[bool] = False
-    joinable: ClassVar[bool] = False
-    runs_on_device: ClassVar[bool] = False
-    differentiable: ClassVar[bool] = False
-    implicit_form: ClassVar[bool] = False
-    has_coefficients: ClassVar[bool] = False
+    fitted: ClassVar[bool] = True  # it has weights to fit; otherwise it is an anchor row
+    energetic: ClassVar[bool] = True  # it has T and V; otherwise it predicts accelerations only
+    controllable: ClassVar[bool] = True  # it has energies and an invertible mass matrix, as control needs
+    from_true_system: ClassVar[bool] = False  # it is made from the true system, so it needs simulated data
+    port_form: ClassVar[bool] = False  # it has both rows of eq. (12b)
+    joinable: ClassVar[bool] = False  # copies of it, learned on one link, can be joined to a chain
+    runs_on_device: ClassVar[bool] = False  # it is computed by torch from end to end
+    differentiable: ClassVar[bool] = False  # its acceleration can be differentiated by the state, as `prediction` needs
+    implicit_form: ClassVar[bool] = False  # it has an implicit equation that is linear in its weights
+    has_coefficients: ClassVar[bool] = False  # on a linear basis, its weights are the coefficients of the basis alone
 
     @property
     def sub_models(self) -> tuple[str, ...]:

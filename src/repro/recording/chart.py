@@ -22,26 +22,16 @@ LINKED_AXES = UUID("5c0dca6a-e63f-9cf7-f657-2602590474cc")
 
 @dataclass(frozen=True)
 class Chart:
-    """Lines of one quantity.
+    """Lines of one quantity."""
 
-    path       entity that holds one vector of all lines at each time
-    title      of the view, without the unit
-    quantity   what every line is, e.g. "H"; "" where the labels name it
-    unit       "" for a number without one
-    lines      label -> (steps,) values; a value that is not finite is a gap
-    colours    label -> colour
-    reference  label of the line that the others are compared with: drawn thicker, and the view opens to its range
-    legend     whether the view has one
-    """
-
-    path: str
-    title: str
-    quantity: str
-    unit: str
-    lines: Mapping[str, np.ndarray]
-    colours: Mapping[str, Colour]
-    reference: str = ""
-    legend: bool = True
+    path: str  # entity that holds one vector of all lines at each time
+    title: str  # of the view, without the unit
+    quantity: str  # what every line is, e.g. "H"; "" where the labels name it
+    unit: str  # "" for a number without one
+    lines: Mapping[str, np.ndarray]  # label -> (steps,) values; a value that is not finite is a gap
+    colours: Mapping[str, Colour]  # label -> colour
+    reference: str = ""  # label of the line that others are compared with: thicker, and the view opens to its range
+    legend: bool = True  # whether the view has one
 
     @property
     def names(self) -> list[str]:

@@ -21,18 +21,16 @@ def part(label: str) -> str:
 class DrawnShape:
     """A shape that moves, in m, y up; from where its motion diverged its values may be anything.
 
-    points  (steps, 2, 2), both ends of a link or a spring; (steps, 1, 2), the centre or the foot of any other; more
-            where several links or discs move in a row
-    turn    (steps,) rad, how a block is turned, or the direction of an arrow, counter-clockwise from the right
-    size    half the width and height of a block; radius of a disc; radius of an arc, and 1 for clockwise or -1
-    input   number of the input that an arrow or an arc shows
+    points: (steps, 2, 2), both ends of a link or a spring; (steps, 1, 2), the centre or the foot of any other; more
+    where several links or discs move in a row. size: half the width and height of a block; radius of a disc; coils of a
+    spring; radius of an arc, and 1 for clockwise or -1.
     """
 
     kind: Kind
     points: np.ndarray
-    turn: np.ndarray | None = None
+    turn: np.ndarray | None = None  # (steps,) rad of a block or an arrow, counter-clockwise from the right
     size: tuple[float, float] = (0.0, 0.0)
-    input: int = 0
+    input: int = 0  # number of the input that an arrow or an arc shows
 
     def coils(self, width: float) -> np.ndarray:
         """A zigzag (steps, corners, 2) between the ends of a spring, `width` m to either side."""
@@ -48,18 +46,12 @@ class DrawnShape:
 
 @dataclass(frozen=True)
 class DrawnMotion:
-    """One trajectory on the recording's time grid; from where it diverged its values may be anything.
+    """One trajectory on the recording's time grid; from where it diverged its values may be anything."""
 
-    state     (steps, 2 n_q), coordinates then their rates
-    spread    (steps, 2 n_q), standard errors of the state, or None
-    energies  name -> (steps,), J
-    shapes    what the picture shows of it
-    """
-
-    state: np.ndarray
-    energies: Mapping[str, np.ndarray]
-    shapes: Sequence[DrawnShape]
-    spread: np.ndarray | None = None
+    state: np.ndarray  # (steps, 2 n_q), coordinates then their rates
+    energies: Mapping[str, np.ndarray]  # name -> (steps,), J
+    shapes: Sequence[DrawnShape]  # what the picture shows of it
+    spread: np.ndarray | None = None  # (steps, 2 n_q), standard errors of the state, or None
 
 
 @dataclass(frozen=True)
@@ -74,36 +66,23 @@ class LearningCurve:
 class RunRecording:
     """All that the recording of one run shows. Raises ValueError for labels that the picture cannot tell apart.
 
-    run          the run's id, which becomes the recording's id
-    title        readable name of the run
-    card         plain nested dictionary: settings, provenance, metrics
-    time         (steps,), s, increasing
-    coordinates  (name, unit) of each generalised coordinate
-    plant        the true rollout; it, the forces and the power are finite
-    models       label -> the model's rollout
-    forces       coordinate -> (steps,), the generalised force along each driven one; N along metres, N m about angles
-    inputs       name -> (steps,), the inputs in the order of the arrows that show them
-    power        name -> (steps,), W; the first is the one that the others should add up to
-    curves       name -> learning curve
-    obstacle     centre x, centre y (y up) and radius, m
-    predicted    (steps, nodes, 2), path of the tip that a controller predicts, m; not finite in a step without a plan
-    charts       title -> unit and (steps,) values of further charts, such as what a solver did; what "title: " is
-                 followed by stands in the legend, since the title of a narrow chart is cut
+    charts: title -> unit and (steps,) values of further charts, such as what a solver did; what "title: " is followed
+    by stands in the legend, since the title of a narrow chart is cut.
     """
 
-    run: str
-    title: str
-    card: Mapping[str, object]
-    time: np.ndarray
-    coordinates: Sequence[tuple[str, str]]
-    plant: DrawnMotion
-    models: Mapping[str, DrawnMotion]
-    forces: Mapping[str, np.ndarray]
-    power: Mapping[str, np.ndarray]
-    curves: Mapping[str, LearningCurve] = field(default_factory=dict)
-    inputs: Mapping[str, np.ndarray] = field(default_factory=dict)
-    obstacle: tuple[float, float, float] | None = None
-    predicted: np.ndarray | None = None
+    run: str  # the run's id, which becomes the recording's id
+    title: str  # readable name of the run
+    card: Mapping[str, object]  # plain nested dictionary: settings, provenance, metrics
+    time: np.ndarray  # (steps,), s, increasing
+    coordinates: Sequence[tuple[str, str]]  # (name, unit) of each generalised coordinate
+    plant: DrawnMotion  # the true rollout; it, the forces and the power are finite
+    models: Mapping[str, DrawnMotion]  # label -> the model's rollout
+    forces: Mapping[str, np.ndarray]  # driven coordinate -> (steps,); N along metres, N m about angles
+    power: Mapping[str, np.ndarray]  # name -> (steps,), W; the first is the one that the others should add up to
+    curves: Mapping[str, LearningCurve] = field(default_factory=dict)  # name -> learning curve
+    inputs: Mapping[str, np.ndarray] = field(default_factory=dict)  # name -> (steps,), in the order of their arrows
+    obstacle: tuple[float, float, float] | None = None  # centre x, centre y (y up) and radius, m
+    predicted: np.ndarray | None = None  # (steps, nodes, 2), the planned path of the tip, m; not finite without a plan
     charts: Mapping[str, tuple[str, np.ndarray]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

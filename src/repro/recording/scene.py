@@ -33,19 +33,13 @@ def to_view(points: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Frame:
-    """What the camera shows; m, y up.
+    """What the camera shows; m, y up."""
 
-    x, y      lowest and highest coordinate in view
-    follows   name of the shape that the camera goes with, x and y then being relative to it
-    track     lowest and highest place on the drawn track, its middle and its slope in rad, where there is a cart
-    scale     length of the first link, by which the drawing is sized
-    """
-
-    x: tuple[float, float]
+    x: tuple[float, float]  # lowest and highest coordinate in view
     y: tuple[float, float]
-    follows: str | None
-    track: tuple[float, float, float] | None
-    scale: float
+    follows: str | None  # name of the shape that the camera goes with, x and y then being relative to it
+    track: tuple[float, float, float] | None  # of a cart: lowest and highest place on it, and its slope in rad
+    scale: float  # length of the first link, by which the drawing is sized
 
 
 def frame_of(shapes: Sequence[DrawnShape], obstacle: tuple[float, float, float] | None) -> Frame:

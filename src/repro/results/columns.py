@@ -13,16 +13,11 @@ NOISES = ("data.tau_noise", "data.qdd_noise", "data.q_noise", "data.qd_noise")
 
 @dataclass(frozen=True)
 class Column:
-    """One column.
+    """One column."""
 
-    kind  type of its values
-    keys  settings that it shows, so that `options` need not
-    show  its value from the settings; without it, the first of `keys` that the run has
-    """
-
-    kind: type
-    keys: tuple[str, ...] = ()
-    show: Callable[[Settings], object] | None = None
+    kind: type  # type of its values
+    keys: tuple[str, ...] = ()  # settings that it shows, so that `options` need not
+    show: Callable[[Settings], object] | None = None  # its value; without it that of the first key that the run has
 
     def value(self, settings: Settings) -> object:
         """The value for a run of these settings; None where it has none."""

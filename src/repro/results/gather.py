@@ -31,16 +31,13 @@ UPSTREAM_KINDS = ("data", "fits", "control")
 
 @checked(frozen=True)
 class Gathering:
-    """How runs are gathered for one paper.
+    """How runs are gathered for one paper; settings are by dotted key."""
 
-    protocols     what counts as printed: name -> dotted key -> value
-    trajectories  experiments whose trajectories are kept, and the settings of these runs by dotted key
-    closed_loops  experiments of whose closed loops the first of each run is kept
-    """
-
-    protocols: Mapping[str, Settings] = field(default_factory=dict)
-    trajectories: Mapping[str, Settings] = field(default_factory=dict)
-    closed_loops: tuple[str, ...] = ()
+    protocols: Mapping[str, Settings] = field(default_factory=dict)  # what counts as printed, by name
+    trajectories: Mapping[str, Settings] = field(
+        default_factory=dict
+    )  # experiments and settings of which they are kept
+    closed_loops: tuple[str, ...] = ()  # experiments of whose closed loops the first of each run is kept
 
     @classmethod
     def load(cls, paper: Path) -> Self:

@@ -14,18 +14,12 @@ MEASURED = ("n_train", "epochs")
 
 @dataclass(frozen=True)
 class RunCard:
-    """What a run was.
+    """What a run was."""
 
-    settings  every setting that had a part in it, by dotted key, at the scale of the run
-    changed   the keys of those that differ from the defaults of the options chosen, as these were when it was run
-    measured  n_train and epochs, as counted in the run
-    seeds     one per member, with the status in which the fit left it
-    """
-
-    settings: Settings
-    changed: frozenset[str]
-    measured: Mapping[str, object]
-    seeds: tuple[int, ...] = ()
+    settings: Settings  # every setting that had a part in it, by dotted key, at the scale of the run
+    changed: frozenset[str]  # keys of those that were not the defaults of the options chosen when it was run
+    measured: Mapping[str, object]  # n_train and epochs, as counted in the run
+    seeds: tuple[int, ...] = ()  # one per member, with the status in which the fit left it
     member_status: tuple[str, ...] = ()
 
     @classmethod

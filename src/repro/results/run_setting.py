@@ -53,16 +53,11 @@ class FromRuns:
 
 @dataclass(frozen=True)
 class RunSetting(FromRuns):
-    """One setting with its pooled members; a member that diverged counts, a run that failed (no memory, time) does not.
+    """One setting with its pooled members: one that diverged counts, a run that failed (no memory, time) does not."""
 
-    card      the card columns
-    rows      its finished rows of the runs table
-    measured  run -> its metrics
-    """
-
-    card: Row
-    rows: tuple[Row, ...]
-    measured: Mapping[str, Metrics] = field(default_factory=dict, repr=False)
+    card: Row  # the card columns
+    rows: tuple[Row, ...]  # its finished rows of the runs table
+    measured: Mapping[str, Metrics] = field(default_factory=dict, repr=False)  # run -> its metrics
 
     @cached_property
     def members(self) -> Mapping[int, tuple[str, str]]:

@@ -14,19 +14,13 @@ from repro.tracking.lazy_pandas import pd
 
 @dataclass(frozen=True)
 class StoredLoop:
-    """A closed loop at its control steps, up to where it was given up.
+    """A closed loop at its control steps, up to where it was given up."""
 
-    facts     its row of the control table
-    settings  of its run, by dotted key
-    series    name -> (steps,): coordinates, rates, T, V, H, inputs, clearance
-    obstacle  centre x, y and radius, m
-    """
-
-    facts: Row
-    settings: Settings
+    facts: Row  # its row of the control table
+    settings: Settings  # of its run, by dotted key
     time: np.ndarray
-    series: Mapping[str, np.ndarray]
-    obstacle: tuple[float, float, float] | None
+    series: Mapping[str, np.ndarray]  # name -> (steps,): coordinates, rates, T, V, H, inputs, clearance
+    obstacle: tuple[float, float, float] | None  # centre x, y and radius, m
 
     @property
     def angles(self) -> list[str]:
