@@ -33,17 +33,14 @@ class Collocation:
 
 @dataclass(frozen=True)
 class DoMpc:
-    """The same horizon, costs, limits and soft obstacle by collocation, solved by IPOPT with its MUMPS.
-
-    tolerance, iterations: IPOPT's.
-    """
+    """The same horizon, costs, limits and soft obstacle by collocation, solved by IPOPT with its MUMPS."""
 
     model: PredictiveModel
     problem: OptimalControlProblem
     weights: np.ndarray
     x_des: float
     collocation: Collocation
-    tolerance: float
+    tolerance: float  # of IPOPT, as the iterations
     iterations: int
 
     @cached_property

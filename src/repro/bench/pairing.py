@@ -21,29 +21,23 @@ _STATUS, _RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")  # of
 
 @dataclass(frozen=True)
 class Rounds:
-    """How long to go on: at least `least` pairs, then until `most` pairs or `limit_s` seconds.
-
-    A contender that is quicker than `shortest_s` is repeated within one timing until it takes that long.
-    """
+    """How long to go on: at least `least` pairs, then until `most` pairs or `limit_s` seconds."""
 
     least: int
     most: int
     limit_s: float
-    shortest_s: float = 2e-3
+    shortest_s: float = 2e-3  # a contender that is quicker is repeated within one timing until it takes that long
 
 
 @dataclass(frozen=True)
 class Pairs:
-    """Seconds of both contenders, pair by pair (pair,), infinite where a goal was not reached; MiB of memory.
-
-    found: a remark of the measurement, for the protocol.
-    """
+    """Seconds of both contenders, pair by pair (pair,), infinite where a goal was not reached; MiB of memory."""
 
     ours: np.ndarray
     other: np.ndarray
     ours_mib: float = math.nan
     other_mib: float = math.nan
-    found: str = ""
+    found: str = ""  # a remark of the measurement, for the protocol
 
     def __len__(self) -> int:
         return len(self.ours)

@@ -23,16 +23,13 @@ GAUSSIAN = float(np.sqrt(2 / np.pi))  # mean absolute value of a standard normal
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Of one member: covariance (n, n) of the weights within what is known, and null directions (k, n) of unit size.
+    """What the information says of the weights (n,) of one member."""
 
-    eigenvalues, directions: of the information scaled to a unit diagonal, rising; scale: (n,) of that scaling.
-    """
-
-    covariance: np.ndarray
-    null: np.ndarray
-    eigenvalues: np.ndarray
-    directions: np.ndarray
-    scale: np.ndarray
+    covariance: np.ndarray  # (n, n), within what is known
+    null: np.ndarray  # directions (k, n) of unit size that are not known
+    eigenvalues: np.ndarray  # (n,) of the information scaled to a unit diagonal, rising
+    directions: np.ndarray  # (n, n), its eigenvectors
+    scale: np.ndarray  # (n,) of that scaling
 
     @classmethod
     def of(cls, information: np.ndarray) -> "Uncertainty":

@@ -10,17 +10,15 @@ FORCES = {"m": "N", "rad": "N m", "C": "V"}  # unit of a coordinate -> unit of t
 
 @dataclass(frozen=True)
 class Coordinate:
-    """One generalised coordinate: its name and its unit.
-
-    is_angle: it is the same after a whole turn. cyclic: neither T nor V depends on it. absolute: an angle measured from
-    the vertical although its joint is on the link before it, so that friction acts on the difference of two rates.
-    """
+    """One generalised coordinate: its name and its unit."""
 
     name: str
     unit: str
-    is_angle: bool
-    cyclic: bool = False
-    absolute: bool = False
+    is_angle: bool  # it is the same after a whole turn
+    cyclic: bool = False  # neither T nor V depends on it
+    absolute: bool = (
+        False  # from the vertical, though its joint is on the link before: friction acts on the two rates' gap
+    )
 
     @property
     def force_unit(self) -> str:

@@ -12,14 +12,11 @@ from repro.models.model import Model
 
 @dataclass(frozen=True)
 class InverseModel:
-    """tau_hat(q, qd, qdd, w) as CasADi functions of x = [q; qd; qdd] (3 n_q,) and the weights.
-
-    force: tau_hat (n_q,); by_weights: [tau_hat, d tau_hat / d w], row by row.
-    """
+    """tau_hat(q, qd, qdd, w) as CasADi functions of x = [q; qd; qdd] (3 n_q,) and the weights."""
 
     n_q: int
-    force: casadi.Function
-    by_weights: casadi.Function
+    force: casadi.Function  # tau_hat (n_q,)
+    by_weights: casadi.Function  # [tau_hat, d tau_hat / d w], row by row
 
     def forces(self, points: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """tau_hat (point, n_q) at points (point, 3 n_q)."""

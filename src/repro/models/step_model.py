@@ -27,15 +27,12 @@ TOGETHER = 512  # steps that are differentiated at once, without a compiler
 
 @dataclass(frozen=True)
 class StepDerivatives:
-    """Linearised steps: the next states (..., 2 n_q), and their derivatives (..., 2 n_q, column).
-
-    by_state: 2 n_q columns; by_force: n_q; columns: the next states themselves, then those by the weights.
-    """
+    """Linearised steps: the next states (..., 2 n_q), and their derivatives (..., 2 n_q, column)."""
 
     states: np.ndarray
-    by_state: np.ndarray
-    columns: np.ndarray
-    by_force: np.ndarray
+    by_state: np.ndarray  # 2 n_q columns
+    columns: np.ndarray  # the next states themselves, then their derivatives by the weights
+    by_force: np.ndarray  # n_q columns
 
 
 class StepModel:

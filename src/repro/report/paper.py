@@ -27,19 +27,16 @@ Query = Annotated[ModelTable | PairedTable | IdentifiabilityTable | LoopTable, F
 
 @checked(frozen=True)
 class Paper:
-    """The contents of report.yaml.
-
-    `systems` are names in the titles of runs, `headlines` claims, `front_figures` figures before the sections.
-    """
+    """The contents of report.yaml."""
 
     title: str
     subtitle: str
     page_title: str
     source: str
-    systems: Mapping[str, str] = field(default_factory=dict)
+    systems: Mapping[str, str] = field(default_factory=dict)  # names in the titles of runs
     tables: tuple[Query, ...] = ()
-    headlines: tuple[str, ...] = ()
-    front_figures: tuple[str, ...] = ()
+    headlines: tuple[str, ...] = ()  # claims
+    front_figures: tuple[str, ...] = ()  # before the sections
     front_tables: tuple[FrontTable, ...] = ()
 
 

@@ -16,21 +16,17 @@ FILE = "summary.json"
 
 @dataclass(frozen=True)
 class Summary:
-    """Where a report lies and what it says; `runs` counts finished ones, `absent` failed and missing ones.
-
-    `verdicts` are in words, by name (see `tables.verdicts`).
-    `fingerprint` is the digest of what it was made from; empty for one that is always made again.
-    """
+    """Where a report lies and what it says."""
 
     scale: str
     folder: Path
     recordings: Path
     headline: str
-    verdicts: tuple[Mapping[str, str], ...]
-    runs: int
-    absent: int
+    verdicts: tuple[Mapping[str, str], ...]  # in words, by name (see `tables.verdicts`)
+    runs: int  # finished
+    absent: int  # failed and missing
     stale: int
-    fingerprint: str = ""
+    fingerprint: str = ""  # digest of what it was made from; empty for one that is always made again
 
     @property
     def page(self) -> Path:

@@ -50,21 +50,15 @@ class StoredRun:
 
 @dataclass(frozen=True)
 class Stored:
-    """The runs of a scale's experiments (one of several experiments once for each), its benches, and its cases.
+    """What the experiments of a scale list."""
 
-    Cases are those of sensitivity runs; the benches are all that there are where no experiment lists any.
-    """
-
-    runs: Sequence[StoredRun]
-    benches: Sequence[Record]
-    cases: Sequence[Case]
+    runs: Sequence[StoredRun]  # one of several experiments once for each
+    benches: Sequence[Record]  # all that there are where no experiment lists any
+    cases: Sequence[Case]  # of sensitivity runs
 
 
 def read_stored(outputs: Path, scale: str, stale: Collection[str] = ()) -> Stored:
-    """Read what a scale's experiments list; `stale`: ids of runs that are older than the code.
-
-    Raises UserError naming a damaged file.
-    """
+    """Read what a scale's experiments list; stale: ids of runs older than the code. UserError for a damaged file."""
     paths, lists = Paths(outputs), [*experiment_lists(Paths(outputs), scale)]
     timed = [read_record(path.parent) for path in sorted((outputs / "bench").glob(f"*/{RUN_FILE}"))]
     timed = [bench for bench in timed if bench.outcome == "ok" and bench.path(BENCH_FILE).is_file()]

@@ -20,12 +20,7 @@ Where = Mapping[str, Any]
 
 @checked(frozen=True)
 class PairedTable:
-    """Ratios of `metrics`, seed by seed, of every setting of `ours` to its partner in `other`.
-
-    `names` are those of the two in titles, `columns` the card columns that name a row, `apart` those in which a pair
-    may differ besides those of the selectors, `needs` those that must have a value; `count` adds the failed members, or
-    the pairs in which ours is better.
-    """
+    """Ratios of `metrics`, seed by seed, of every setting of `ours` to its partner in `other`."""
 
     kind: Literal["paired"]
     name: str
@@ -34,12 +29,12 @@ class PairedTable:
     caption: str
     ours: Where
     other: Where
-    names: tuple[str, str]
-    columns: tuple[str, ...]
+    names: tuple[str, str]  # of the two, in titles
+    columns: tuple[str, ...]  # card columns that name a row
     metrics: tuple[str, ...]
-    count: Literal["failed", "wins"]
-    apart: tuple[str, ...] = ()
-    needs: tuple[str, ...] = ()
+    count: Literal["failed", "wins"]  # adds the failed members, or the pairs in which ours is better
+    apart: tuple[str, ...] = ()  # card columns in which a pair may differ besides those of the selectors
+    needs: tuple[str, ...] = ()  # card columns that must have a value
 
     def make(self, results: Results) -> Table:
         """Make one row per pair of settings."""
