@@ -72,10 +72,7 @@ def compared(
     precision: Precision = "float64",
     states: str = "n_q = 2, ",
 ) -> PairedComparison:
-    """A comparison of two steps, which are built when it is measured.
-
-    Both train networks on the basis T2/V1 for the single pendulum unless they have a case of their own.
-    """
+    """Two steps, built when measured, of networks on T2/V1 for the pendulum unless they have a case of their own."""
     size = scale.batch if batch is None else batch
 
     def measure() -> Pairs:

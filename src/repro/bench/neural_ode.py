@@ -97,10 +97,7 @@ def _error(model: Model, fitted: Fitted, data: Dataset) -> float:
 
 
 def race(seeds: range, samples: int, patience: float, clock: Callable[[], float] = time.process_time) -> Pairs:
-    """Seconds of both until the error of the path fit is reached, one pair per seed.
-
-    Adam has as many seconds as the path fit, then twice as many, and so on up to `patience` times.
-    """
+    """Seconds to the error of the path fit, a pair per seed; Adam has 1, 2, 4, ... `patience` times those of ours."""
     ours, other = [], []
     for seed in seeds:
         whole = samples + samples // 2

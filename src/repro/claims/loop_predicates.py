@@ -1,7 +1,4 @@
-"""Statements about stored closed loops.
-
-What is drawn at random is the unit of a share: the learned model where there is one, else the start, target or plant.
-"""
+"""Statements about closed loops. The unit of a share is what is drawn: the learned model, else start, target, plant."""
 
 from contextlib import suppress
 from dataclasses import replace

@@ -72,10 +72,7 @@ class EverySettingBelow(StatementPredicate):
 
 
 class ShareOfFailures(StatementPredicate):
-    """At least, or at most, this share of the fits fails.
-
-    A fit fails when it diverges, ends worse than the trivial model in MAE q̈, or has min eig M <= 0.
-    """
+    """At least, or at most, this share of fits diverges, is worse than the trivial MAE q̈, or has min eig M <= 0."""
 
     name: Literal["share_of_failures_at_least", "share_of_failures_at_most"]
     where: CardSelector

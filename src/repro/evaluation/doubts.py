@@ -9,10 +9,7 @@ from repro.evaluation.pointwise import MetricValues
 
 
 def doubts(metrics: Sequence[MetricValues], data: Dataset) -> Iterator[str]:
-    """One line each: no better than the mean of the training part, M not positive definite.
-
-    metrics: of the fit to `data`, one value per member.
-    """
+    """Lines: no better than the mean of the training part, M not positive definite. metrics: one value per member."""
     of_test = {metric.name: metric.values for metric in metrics if metric.split == "test"}
     for name, quantity in (("tau", "force"), ("qdd", "acceleration")):
         ours = of_test.get(f"mae_{name}")

@@ -138,10 +138,7 @@ def _trapped(error: np.ndarray, trivial: np.ndarray, mass: np.ndarray, least: np
 
 
 def _gravity(rest: RestStates, split: str) -> Iterator[MetricValues]:
-    """Learned weight of each cos(angle) over the true one, where that is not 0.
-
-    Both are fitted to the energy at rest, which has no gauge.
-    """
+    """Learned over true weight of each cos(angle), where that is not 0, in the energy at rest, which has no gauge."""
     system, q = rest.system, rest.q
     zero, angles = np.zeros_like(q), list(system.angles)
     energy = truth(system, q, zero, zero, zero).hamiltonian(zero)

@@ -69,10 +69,7 @@ class Uncertainty:
 def uncertainty_metrics(
     model: Model, parameters: np.ndarray, information: np.ndarray, part: Dataset
 ) -> Iterator[MetricValues]:
-    """Standard errors and expected errors of tau and qdd at test samples, one value per member.
-
-    parameters: (member, n); information: (member, n, n).
-    """
+    """Standard errors; expected errors at test samples. parameters: (member, n); information: (member, n, n)."""
     members = [Uncertainty.of(each) for each in information]
     yield MetricValues("train", "unseen_directions", np.array([float(len(each.null)) for each in members]), "1")
     if model.coefficient_names:

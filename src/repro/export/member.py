@@ -1,7 +1,4 @@
-"""One member of a learned model, written to a folder that needs nothing of this project: CasADi, C, torch.
-
-All of it is made from the same expressions.
-"""
+"""One member of a learned model as CasADi, C and torch, from the same expressions, in a folder that needs no more."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -40,10 +37,7 @@ class LearnedMember:
 
 
 def write(member: LearnedMember, folder: Path) -> list[str]:
-    """Write the files into a new or empty folder and return their names.
-
-    Raises UserError when the folder has content, or for a number of weights outside of 1 to LARGEST.
-    """
+    """Write the files into a new or empty folder; their names. UserError for content, or not 1 to LARGEST weights."""
     if not 0 < len(member.weights) <= LARGEST:
         count = len(member.weights)
         raise UserError(f"{member.run} has {count} weights per member: from 1 to {LARGEST} can be exported")

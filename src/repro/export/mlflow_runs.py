@@ -1,7 +1,4 @@
-"""Copies of finished runs in an MLflow tracking store.
-
-A copy is never read back: the store of this project holds the results.
-"""
+"""Copies of finished runs in an MLflow tracking store, never read back: this project's store holds the results."""
 
 import json
 import math
@@ -23,10 +20,7 @@ _LONGEST = 6000  # characters that MLflow takes as the value of a parameter
 
 
 def copy_runs(runs: Iterable[Record], uri: str, experiment: str = "repro") -> list[str]:
-    """Copy each run that the experiment at `uri` does not have; the ids of the copied ones.
-
-    Raises UserError when the extra is not installed or the tracking store does not take the runs.
-    """
+    """Copy each run that the experiment lacks; their ids. UserError without the extra, or where the store refuses."""
     try:
         import mlflow
     except ModuleNotFoundError as error:

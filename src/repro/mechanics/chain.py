@@ -58,10 +58,7 @@ class LinkAngles(System):
 
 @dataclass(frozen=True)
 class Link:
-    """One rigid link: mass in kg, length in m, distance from its joint to the centre of mass in m.
-
-    inertia: about the centre of mass, in kg m^2.
-    """
+    """One rigid link: mass (kg), length and distance from joint to centre of mass (m), inertia about that (kg m^2)."""
 
     mass: float
     length: float

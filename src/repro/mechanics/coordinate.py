@@ -41,10 +41,7 @@ class Input:
 
 
 def joint_rates(n_q: int, jointed: Sequence[int]) -> np.ndarray:
-    """Matrix (n_q, n_q) of the rates of all joints; those of the `jointed` coordinates are relative to the one before.
-
-    A coordinate is jointed where it is an `absolute` angle.
-    """
+    """Matrix (n_q, n_q) of the joints' rates: those of `jointed` coordinates, absolute angles, less the one before."""
     matrix = np.eye(n_q)
     matrix[list(jointed), [i - 1 for i in jointed]] = -1.0
     return matrix

@@ -109,10 +109,7 @@ class System(ABC):
         """The inputs u, in order."""
 
     def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
-        """Rows of B(q), (n_q, n_u): the generalised force is tau = B(q) u. Entries are numbers or expressions in q.
-
-        Here input j acts along coordinate j alone.
-        """
+        """Rows of B(q) (n_q, n_u), numbers or expressions: tau = B(q) u. Here input j acts along coordinate j alone."""
         return [[float(i == j) for j in range(len(self.inputs))] for i in range(self.n_q)]
 
     @abstractmethod

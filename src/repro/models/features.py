@@ -50,10 +50,7 @@ class FeatureMap:
         )
 
     def jets(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
-        """Rows [z, zdot, u_1.., w_1.., v_11, v_12..] at each sample.
-
-        q, qd, qdd: (..., n_q); returns (..., 2 + 2 n_q + n_q (n_q + 1) / 2, n_z).
-        """
+        """Rows [z, zdot, u_1.., w_1.., v_11, ..] (..., 2 + 2 n_q + n_q (n_q + 1) / 2, n_z) at q, qd, qdd (..., n_q)."""
         columns = evaluate(self._jet_function, q, qd, qdd).reshape(*q.shape[:-1], len(self), -1)
         return np.ascontiguousarray(columns.swapaxes(-1, -2))
 

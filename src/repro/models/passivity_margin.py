@@ -45,10 +45,7 @@ def worst_margin(model: Model, parameters: np.ndarray, states: States, storage: 
 
 
 def margins(model: Model, weights: np.ndarray, states: States, storage: System | None = None) -> np.ndarray:
-    """The passivity margin at every state, (state,), for one member's weights (n_parameters,).
-
-    nan where xdot is not finite.
-    """
+    """The passivity margin (state,) at all states, for one member's weights (n_parameters,); nan where xdot is."""
     q, qd, tau = states.q, states.qd, states.tau
     if storage is None:
         gradient, drift = model.port_values(weights, q, qd)

@@ -62,10 +62,7 @@ class Chart:
         )
 
     def opening_range(self) -> tuple[float, float] | None:
-        """Lowest and highest value that the view opens to; None leaves it to the viewer.
-
-        All of the reference is in view, and a line that diverges does not flatten it.
-        """
+        """Lowest and highest value in view: all of the reference, not what diverges; None leaves it to the viewer."""
         if not self.reference:
             return None
         low, high = _range(self.lines[self.reference])

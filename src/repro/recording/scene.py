@@ -22,10 +22,7 @@ MOST_MARKS = 400
 
 
 def to_view(points: np.ndarray) -> np.ndarray:
-    """World points (..., 2), y up, as the viewer draws them, y down: the one place where the sign changes.
-
-    NaN where single precision cannot hold a coordinate.
-    """
+    """World points (..., 2), y up, as drawn, y down: the one place of that sign. NaN beyond single precision."""
     with np.errstate(over="ignore"):
         drawn = np.asarray(points).astype(np.float32) * np.array([1, -1], dtype=np.float32)
     return np.where(np.isfinite(drawn), drawn, np.float32(np.nan))

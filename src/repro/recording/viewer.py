@@ -60,10 +60,7 @@ def find_recording(run: str, root: Path) -> Path:
 
 
 def screenshot(path: Path, picture: Path, at: float | None = None, size: tuple[int, int] = (1600, 900)) -> None:
-    """Write a PNG of the whole window at simulated time `at` (s; the middle if None), drawn without a display.
-
-    Raises UserError when no graphics driver is found.
-    """
+    """Write a PNG of the window at simulated time `at` (s; None: the middle). UserError without a graphics driver."""
     from rerun.experimental import ViewerClient
 
     from repro.recording.layout import TIMELINE
@@ -160,10 +157,7 @@ def web_viewer() -> tuple[str, bytes]:
 
 @contextmanager
 def _viewer(*arguments: str, quiet: bool = False) -> Iterator[subprocess.Popen[bytes]]:
-    """A viewer that ends with the block; a quiet one prints nothing and opens no browser.
-
-    Without a display its libraries complain about the missing desktop.
-    """
+    """A viewer that ends with the block; a quiet one opens no browser and does not complain of a missing desktop."""
     output = subprocess.DEVNULL if quiet else None
     browser = {"BROWSER": "true"} if quiet else {}
     command = command_of("--bind", LOCAL, "--hide-welcome-screen", *arguments)

@@ -35,10 +35,7 @@ class Track:
 
 
 def write_recording(path: Path, recording: RunRecording) -> None:
-    """Write the .rrd aside, read it back, rename, so that a file of this name is complete.
-
-    Raises OSError when the file could not be written completely.
-    """
+    """Write the .rrd aside, read it back, rename: one of this name is complete. OSError where it cannot be written."""
     layout = layout_of(recording)
     frame = scene.frame_of(recording.plant.shapes, recording.obstacle)
     with replacing(path) as temporary, warnings.catch_warnings():

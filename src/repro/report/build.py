@@ -31,10 +31,7 @@ from repro.tracking.plain_data import Json, digest
 
 
 def build(outputs: Path, scale: str, *, stale: Collection[str] = ()) -> Summary:
-    """Gather a scale's runs and make its report under outputs/report/<scale>; nothing is made twice from the same.
-
-    Raises NothingToJudgeError where no experiment of this scale has been run.
-    """
+    """Gather a scale's runs and make outputs/report/<scale>, once from the same. NothingToJudgeError without runs."""
     stored, tried = read_stored(outputs, scale, stale), read_stored(outputs, SENSITIVITY, stale)
     if not stored.runs and not stored.benches:
         raise NothingToJudgeError(_advice(outputs, scale))

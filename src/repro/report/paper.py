@@ -58,10 +58,7 @@ def load_paper(folder: Path) -> Paper:
 
 @cache
 def load_figures(folder: Path) -> tuple[Figure, ...]:
-    """Return the figures of every file in draw/, in the order of the file names, and those of any paper.
-
-    Raises UserError for a file that defines no FIGURES, or a name that two figures have.
-    """
+    """The figures of draw/ by file name, and those of any paper. UserError without FIGURES, or a name used twice."""
     figures: list[Figure] = []
     for path, content in _drawings(folder).items():
         if "FIGURES" not in content:

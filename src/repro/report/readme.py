@@ -45,10 +45,7 @@ def page_of(root: Path, name: str) -> Path:
 
 
 def parts(page: Path, name: str) -> tuple[str, str, str]:
-    """Return the text of a page up to the table of this name, the table, and the rest; the marks belong to neither.
-
-    Raises UserError where the page lacks the marks.
-    """
+    """Return the text of a page before, within and after the marks of a table. Raises UserError where it lacks them."""
     begin, end = f"<!-- {name}:begin -->", f"<!-- {name}:end -->"
     match = re.fullmatch(rf"(.*?{begin})(.*?)({end}.*)", page.read_text(encoding="utf-8"), flags=re.DOTALL)
     if match is None:

@@ -1,7 +1,4 @@
-"""The sections of the report: ordered texts under paper/report/sections, in which every number is a placeholder.
-
-Both the page and the PDF are made from them.
-"""
+"""The sections of the report, of the page and of the PDF: ordered texts in which every number is a placeholder."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -27,10 +27,7 @@ COLOURS = {
 
 
 def show(summary: Summary, console: Console | None = None) -> None:
-    """Print the verdict table, what has not been run, and the places of report, figures, tables and recordings.
-
-    A narrow terminal gets the medians alone; the report has everything.
-    """
+    """Print the verdicts (in a narrow terminal the medians alone), what has not been run, and where everything lies."""
     console = console or Console()
     answered = [line for line in summary.verdicts if line["verdict"] != VerdictKind.NOT_RUN]
     console.print(_verdict_table(answered, summary.scale, wide=console.width >= WIDE))
@@ -56,10 +53,7 @@ def show(summary: Summary, console: Console | None = None) -> None:
 
 
 def show_sensitivity(compared: Sequence[AssumptionEffect], console: Console | None = None) -> None:
-    """Print what was put in the place of each assumption, and which way each claim leans then.
-
-    A narrow terminal gets the verdicts alone.
-    """
+    """Print what was tried for each assumption and which way claims lean then; in a narrow terminal without values."""
     console = console or Console()
     wide = console.width >= WIDE
     values = ("ours", "instead") if wide else ()

@@ -62,10 +62,7 @@ NO_PAPER = Gathering()
 
 
 def gather(stored: Stored, paper: Gathering = NO_PAPER) -> Results:
-    """Read the tables of stored runs and benches; `paper`: what it prints, and whose motions are kept.
-
-    Raises UserError naming a damaged file.
-    """
+    """Read the tables of stored runs and benches, as `paper` says. Raises UserError naming a damaged file."""
     cards = {(run.id, run.experiment): _card(run, paper) for run in stored.runs}
     finished = [run for run in stored.runs if run.outcome == "ok"]
     distinct = {run.id: run for run in finished}.values()  # once, though several experiments list it

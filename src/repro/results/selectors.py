@@ -33,10 +33,7 @@ class AmbiguousError(NotRunError):
 
 
 def settings(results: Results, experiment: str | None, where: Where | None = None) -> list[RunSetting]:
-    """List the settings of an experiment (None: of all) that agree with `where`.
-
-    where  card column, or dotted key of the configuration -> value, or list of values of which any will do
-    """
+    """The settings of an experiment (None: of all) with `where`: column or dotted key -> value, or list of values."""
     return [
         setting
         for setting in results.settings
@@ -62,10 +59,7 @@ def find_loops(results: Results, experiment: str, where: Where) -> "pd.DataFrame
 
 
 def loops_of_one_setting(results: Results, experiment: str, where: Where) -> "pd.DataFrame":
-    """The closed loops that agree with `where`. Raises AmbiguousError where they differ in more than what is drawn.
-
-    Pooled are only settings that `where` names with a list of values.
-    """
+    """The closed loops of a selector. AmbiguousError where they differ in more than what is drawn or listed in it."""
     loops = find_loops(results, experiment, where)
     named = {name for name, value in where.items() if isinstance(value, list)}
     compared = [column for column in LOOP_CARD if column not in {*named, OPTIONS}]
@@ -97,10 +91,7 @@ def one_setting(results: Results, experiment: str, where: Where) -> RunSetting:
 
 
 def like_for_like(results: Results, experiment: str, where: Where, against: Where) -> tuple[RunSetting, RunSetting]:
-    """Find the two settings to compare: they are alike in all that neither selector names.
-
-    Of several pairs the one of the longest budget is meant. Raises NotRunError.
-    """
+    """The two settings to compare, alike in all that no selector names, of the longest budget. Raises NotRunError."""
     ours, others = settings(results, experiment, where), settings(results, experiment, against)
     if not ours or not others:
         raise NotRunError(_why_not_run(results, experiment, where if not ours else against))

@@ -28,10 +28,7 @@ class Window:
 def window_of(
     shapes: Sequence[DrawnShape], inputs: np.ndarray, goal: Sequence[DrawnShape] = (), margin: float = 0.06
 ) -> Window:
-    """The window of shapes along all of their steps and of those of a goal, with a margin in parts of its extent.
-
-    inputs: (steps, n_u), parts of their limits.
-    """
+    """The window of shapes and a goal; inputs: (steps, n_u), parts of their limits; margin: a part of its extent."""
     bodies = [*shapes, *goal]
     low = np.min([shape.points.min(axis=(0, 1)) - _reach(shape) for shape in bodies], axis=0)
     high = np.max([shape.points.max(axis=(0, 1)) + _reach(shape) for shape in bodies], axis=0)

@@ -22,10 +22,7 @@ CLAIMS, RUNS = "claims", "runs"
 
 
 def write_site(content: Content, folder: Path, paper: Path) -> None:
-    """Write index.html, claims/ID.html, runs/ID.html and assets under a report's folder, which holds figures/, tables/.
-
-    `paper` is the checkout's paper folder, whose animations are copied.
-    """
+    """Write index.html, claims/, runs/ and assets into a report's folder; animations come from the folder `paper`."""
     shutil.copytree(ASSETS, folder / "assets", dirs_exist_ok=True, copy_function=shutil.copyfile)
     cards = run_pages(content)
     claims = {verdict.claim.name: verdict for verdict in content.verdicts}
@@ -81,10 +78,7 @@ def _front(content: Content) -> dict[str, Any]:
 
 
 def _copied(animations: Sequence[Animation], source: Path, folder: Path) -> list[dict[str, Any]]:
-    """Copy the GIF of every animation that was made, and write its first frame beside it, for those who want no motion.
-
-    Return the file names, the title and the size in pixels of each.
-    """
+    """Copy every GIF that was made, its first frame as PNG beside it; their file names, titles and sizes in pixels."""
     from PIL import Image
 
     shown = []

@@ -1,7 +1,4 @@
-"""The report as a PDF, by typst: no program beside Python is needed, and the same content gives the same bytes.
-
-It has the texts, claims and figures; tables are in the supplement.
-"""
+"""The report as a PDF by typst: texts, claims and figures, without tables; the same content gives the same bytes."""
 
 import json
 import shutil
