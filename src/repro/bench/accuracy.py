@@ -47,8 +47,7 @@ class OverError(Exception):
 class Course:
     """Errors (metric,) that one training has reached by which second; looks at the weights as a `Watch` does.
 
-    A call raises OverError when no error is above `least`, or after `limit_s` seconds or `limit_steps` calls; a look at
-    the weights takes none of the seconds.
+    A call raises OverError when no error is above `least`, or after `limit_s`, without looks, or `limit_steps` calls.
     """
 
     name: ClassVar[str] = "race"

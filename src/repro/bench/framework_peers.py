@@ -1,10 +1,9 @@
 """The training step in JAX and by torch.compile.
 
 In JAX sample by sample: the Lagrangian neural network as published, which solves with the Hessian of each sample,
-written anew after Cranmer et al. (2020), arXiv:2003.04630; and our inverse formulation. In both in the strongest form,
-written once for both: whole batches, one tangent forward and one pass back through the network, with the derivatives of
-the features prepared beforehand, as in this project's own engine. Only the gradient with respect to the weights is
-automatic there.
+written anew after Cranmer et al. (2020), arXiv:2003.04630; and our inverse formulation. In both, written once, in the
+strongest form, that of this project's own engine: whole batches, one tangent forward and one pass back, the derivatives
+of the features prepared beforehand. Only the gradient with respect to the weights is automatic there.
 """
 
 import os

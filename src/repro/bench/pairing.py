@@ -15,6 +15,7 @@ from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 THREADS = 1
 LONG_S = 0.5  # a contender whose warm-up takes longer is not repeated within one timing
+RATIOS = {"ratio_median": 0.5, "ratio_q25": 0.25, "ratio_q75": 0.75, "ratio_least": 0.0, "ratio_greatest": 1.0}
 Clock = Callable[[], float]
 _STATUS, _RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")  # of the process that is timed
 
@@ -50,13 +51,8 @@ class Pairs:
 
     def summary(self) -> dict[str, float]:
         """Ratio: median, quartiles, ends; medians of both times in ms (each an observed value); memory in MiB."""
-        least, low, median, high, greatest = _quantiles(self.ratios, [0, 0.25, 0.5, 0.75, 1])
         return {
-            "ratio_median": median,
-            "ratio_q25": low,
-            "ratio_q75": high,
-            "ratio_least": least,
-            "ratio_greatest": greatest,
+            **dict(zip(RATIOS, _quantiles(self.ratios, [*RATIOS.values()]), strict=True)),
             "ours_ms": 1e3 * _quantiles(self.ours, [0.5])[0],
             "other_ms": 1e3 * _quantiles(self.other, [0.5])[0],
             "ours_mib": self.ours_mib,
@@ -87,13 +83,7 @@ class PairedComparison:
     def row(self, pairs: Pairs) -> dict[str, object]:
         """The row of the results, its columns in the order of the stored table."""
         return {
-            "name": self.name,
-            "ours": self.ours,
-            "other": self.other,
-            "size": self.size,
-            "members": self.members,
-            "metric": self.metric,
-            "goal": self.goal,
+            **{name: getattr(self, name) for name in ("name", "ours", "other", "size", "members", "metric", "goal")},
             "starts": len(pairs) if self.metric else 1,
             "ours_reached": int(np.isfinite(pairs.ours).sum()) if self.metric else 1,
             "other_reached": int(np.isfinite(pairs.other).sum()) if self.metric else 1,

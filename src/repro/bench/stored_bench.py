@@ -31,8 +31,8 @@ NOTICE_S = 2.0  # between two lines about the progress
 def run(outputs: Path | str, scale: str) -> str:
     """Time everything of a scale unless this machine has a result of this code; the id of the stored bench.
 
-    Lists it as the experiment `timing`. Rows measured before an interruption are not repeated. Raises StageFailed
-    when a comparison fails.
+    Lists it as the experiment `timing`. Rows measured before an interruption are not repeated. StageFailed where
+    a comparison fails.
     """
     chosen = stage(scale)
     paths = Paths(Path(outputs).absolute())

@@ -51,8 +51,7 @@ RowT = TypeVar("RowT", bound=NamedRow)
 def load_rows(path: Path, model: type[RowT], if_repeated: str) -> list[RowT]:
     """Read and check all rows of a file.
 
-    Raises UserError, one line per mistake, when the file is no list, a row is malformed or two rows have one name;
-    if_repeated says what to do about the latter.
+    UserError, one line per mistake: no list, a malformed row, two of one name (`if_repeated` says what to do then).
     """
     rows, mistakes, contents = [], [], read_yaml(path)
     if not isinstance(contents, list):

@@ -32,8 +32,7 @@ class Motion:
 def chain_errors(model: Model, parameters: np.ndarray, system: System, links: Sequence[int]) -> Iterator[MetricValues]:
     """For each number of links: relative errors of state and energy after 10 s, and seconds.
 
-    The true chain, of the same structure with the true constants, is simulated with the same steps. Seconds: building
-    and simulating the chain of one member.
+    The true chain is of the same structure and simulated with the same steps. Seconds: of one member, built and run.
     """
     learned = [ChainLink.learned(model, weights) for weights in np.asarray(parameters, dtype=float)]
     for number in links:

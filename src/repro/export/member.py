@@ -48,9 +48,7 @@ def write(member: LearnedMember, folder: Path) -> list[str]:
     names = _write_casadi(folder, functions)
     names += _write_torch(folder, member.model, member.weights, title=f"{member.run}, seed {member.seed}")
     about = {
-        "run": member.run,
-        "seed": member.seed,
-        "command": member.command,
+        **{name: getattr(member, name) for name in ("run", "seed", "command")},
         "coordinates": [{"name": c.name, "unit": c.unit, "is_angle": c.is_angle} for c in member.coordinates],
         "units": UNITS,
         "gauge": GAUGE,

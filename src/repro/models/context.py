@@ -26,8 +26,7 @@ class Context:
     """What `build` of every kind of model is handed.
 
     q, qd: training samples (member, sample, n_q); first_qd: those of the phase that training starts with.
-    system: the true system, or None where it is not known (one's own recordings). parts: trained sub-models, for models
-    that are made of them.
+    system: the true system, or None for one's own recordings. parts: trained sub-models that the model is made of.
     """
 
     basis: ModuleType

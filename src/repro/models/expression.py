@@ -117,4 +117,4 @@ def _differentiable() -> Callable[[Tensor, Tensor, ExpressionModel], Tensor]:
             rows = cotangents[0].unsqueeze(1)  # samples have no gradient
             return ctx.model.vjp(parameters, {"samples": samples}, [rows]).sum((1, 2)), None, None
 
-    return Evaluated.apply  # type: ignore[no-any-return]
+    return Evaluated.apply

@@ -17,8 +17,7 @@ class NotSymbolicError(ValueError):
 def symbolic(module: nn.Module, method: str, inputs: list[casadi.SX], weights: Mapping[str, np.ndarray]) -> Any:
     """What a method of a module returns for CasADi columns: an array of scalar expressions, or a tuple of them.
 
-    weights: by the parameter's name in the module, arrays of expressions in its shape. NotSymbolicError names what
-    cannot be translated.
+    weights: by parameter, arrays of expressions in its shape. NotSymbolicError names what cannot be translated.
     """
     columns = [np.array(casadi.vertsplit(column), dtype=object) for column in inputs]
     try:

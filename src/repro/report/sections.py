@@ -56,8 +56,7 @@ class Content:
 def load_sections(texts: Texts) -> list[ReportSection]:
     """Fill the sections in the order of their file names; a part or a section of which nothing is left falls out.
 
-    A paper without texts has none. Raises UserError naming the file for a mistake in a text; a missing result reads
-    "not run".
+    A paper without texts has none; a missing result reads "not run". Raises UserError naming the file of a mistake.
     """
     if not texts.folder.is_dir():
         return []

@@ -29,8 +29,7 @@ NOTHING = Estimate(math.nan, math.nan, math.nan, 0)
 def median_interval(values: ArrayLike) -> tuple[float, float]:
     """Return the interval of the median between two order statistics, for any distribution (Thompson 1936).
 
-    The narrowest [x_k, x_{n+1-k}] that covers the median with at least LEVEL; of five values both ends, which cover
-    with 93.75 %; nan for fewer.
+    The narrowest [x_k, x_{n+1-k}] that covers it with LEVEL; of five values both ends (93.75 %); nan for fewer.
     """
     from scipy.special import bdtr
 

@@ -84,8 +84,7 @@ def mean_inertia(part: SubModel, q: np.ndarray) -> np.ndarray:
 def remaining_scale(velocity_scale: np.ndarray, inertia: np.ndarray) -> np.ndarray:
     """Scale of the velocities (n_q,) of a rest that starts as what is left of the inertia, M = diag(scale^-2).
 
-    The data suggest diag(velocity_scale^-2), as much energy for every coordinate; `inertia` (n_i,) of the first
-    coordinates is there already.
+    The data suggest diag(velocity_scale^-2), as much energy for every coordinate; `inertia` (n_i,) is there already.
     """
     suggested = velocity_scale**-2.0
     left = suggested - np.pad(inertia, (0, len(suggested) - len(inertia)))

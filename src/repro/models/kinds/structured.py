@@ -55,8 +55,7 @@ class Structured(Model):
 
     With a square factor the rank-deficient matrices are walls that a fit cannot cross; with rank >= n_q + 2 the path
     goes round them. Velocities are divided by `velocity_scale` (n_q,), so that the start M = diag(scale^-2) has the
-    inertia scale of the data. A network for V has the same inputs as that for C. parameters: [weights of C | beta, or
-    those of V].
+    inertia scale of the data. A network for V has the inputs of that for C. parameters: [weights of C | beta, or of V].
     """
 
     def __init__(
