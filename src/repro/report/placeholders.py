@@ -90,9 +90,9 @@ def _functions(results: Results) -> dict[str, Callable[..., str]]:
             finished = finished[finished["experiment"].isin(experiments)]
         return str(finished["run"].nunique() or NOT_RUN)
 
-    cost = partial(cost_fact, results)
-    functions: dict[str, Callable[..., str]] = {"metric": metric, "ratio": ratio, "loops": loops, "runs": runs}
-    return {name: _or_not_run(read) for name, read in {**functions, "cost": cost}.items()}
+    functions: dict[str, Callable[..., str]] = {"cost": partial(cost_fact, results)}
+    functions |= {"metric": metric, "ratio": ratio, "loops": loops, "runs": runs}
+    return {name: _or_not_run(read) for name, read in functions.items()}
 
 
 class _Claim(dict[str, "str | bool"]):
