@@ -91,3 +91,23 @@ def test_every_function_is_that_of_the_programme(problem, case):
         for ours, expected in pairs:
             scale = 1 + np.abs(expected).max()
             np.testing.assert_allclose(np.asarray(ours), expected, rtol=0, atol=1e-11 * scale)
+
+
+@pytest.mark.parametrize("case", ["double", "structured"])
+def test_recent_values_are_those_of_their_arguments(problem, case):
+    """Back at a point after many others its Hessian has the same bits, also where an angle or a lane is 0."""
+    name, make, changes = CASES[case]
+    system = load(name)
+    model = make(system)
+    of = Transcription(PredictiveModel(model, system), replace(problem, **changes), "shooting")
+    hessian = ca.external("nlp_hess_l", compiled_programme(of, Limits()).library)
+    generator = np.random.default_rng(1)
+    (weights,) = model.initial([generator])
+    p = of.parameters(generator.normal(size=of.n_x), generator.normal(size=system.n_q), weights)
+    points = np.concatenate([np.zeros((1, of.n_variables)), generator.normal(size=(40, of.n_variables))])
+    multipliers = 1.0, generator.normal(size=sum(of.rows))
+    there = [np.asarray(hessian(x, p, *multipliers)[1]) for x in points]
+    back = [np.asarray(hessian(x, p, *multipliers)[1]) for x in points[::-1]]
+    np.testing.assert_array_equal(there, back[::-1])
+    nothing = np.asarray(programme(of).function("hessian", ["hess_gamma_x_x"])(points[0], p, *multipliers))
+    np.testing.assert_allclose(there[0], nothing, rtol=0, atol=1e-11 * (1 + np.abs(nothing).max()))

@@ -60,7 +60,8 @@ def shooting_code(of: Transcription) -> str:
     ]
     assembled = [c_source(__file__, name) for name in ("shooting", "fatrop_interface")]
     types = [TYPE, "typedef long long int casadi_int;"]
-    return "\n".join([*definitions, *types, FUNCTIONS, *tables, *kernels, *assembled])
+    functions = [FUNCTIONS, c_source(__file__, "recent_values")]
+    return "\n".join([*definitions, *types, *functions, *tables, *kernels, *assembled])
 
 
 def _node_kernels(name: str, inputs: list[ca.SX], cost: ca.SX, margins: ca.SX) -> list[str]:
