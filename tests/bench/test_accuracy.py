@@ -28,7 +28,10 @@ INVERSE = partial(TrainingCase.problem, equation="inverse")
 DATA = partial(pendulum, range(2), 50)
 
 # torch.func loads its rules for forward mode with a function that torch itself deprecates
-pytestmark = pytest.mark.filterwarnings("ignore:`torch.jit.script` is deprecated:DeprecationWarning")
+pytestmark = [
+    pytest.mark.filterwarnings("ignore:`torch.jit.script` is deprecated:DeprecationWarning"),
+    pytest.mark.usefixtures("unoptimised"),
+]
 
 
 class Hand:

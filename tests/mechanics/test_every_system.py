@@ -14,6 +14,8 @@ from repro.mechanics.system import System, load
 from repro.mechanics.system_options import SYSTEMS
 from repro.plugins.plugin import plugin_names
 
+pytestmark = pytest.mark.usefixtures("unoptimised")
+
 COUNT = 20
 SYSTEMS = [load(name) for name in plugin_names(SYSTEMS)]
 every_system = pytest.mark.parametrize("system", SYSTEMS, ids=lambda system: system.name)

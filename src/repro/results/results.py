@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 
 from repro.errors import UserError
@@ -121,8 +121,17 @@ def read_table(path: Path, remedy: str = "make it again with `repro report`") ->
 
 def typed(name: str, rows: "pd.DataFrame | Iterable[Mapping[str, object]]") -> "pd.DataFrame":
     """Bring rows to the fixed columns and types of one result table; a missing column is empty."""
-    schema = TABLES[name]
     frame = rows if isinstance(rows, pd.DataFrame) else pd.DataFrame(list(rows))
+    return _typed(name, frame) if len(frame) else _without_rows(name).copy()
+
+
+@cache
+def _without_rows(name: str) -> "pd.DataFrame":
+    return _typed(name, pd.DataFrame())
+
+
+def _typed(name: str, frame: "pd.DataFrame") -> "pd.DataFrame":
+    schema = TABLES[name]
     # Most columns of most tables are missing: one empty column per type serves them all.
     nothing = pd.Series(float("nan"), index=frame.index)
     empty = {kind: _of_kind(nothing, kind) for kind in {schema[column] for column in schema if column not in frame}}
