@@ -64,8 +64,7 @@ def passivity(model: Model, parameters: np.ndarray, part: Dataset, system: Syste
 
 @lru_cache(maxsize=16)
 def _learned(model: Model) -> casadi.Function:
-    q, qd = casadi.SX.sym("q", model.n_q), casadi.SX.sym("qd", model.n_q)
-    parameters = casadi.SX.sym("parameters", model.n_parameters)
+    q, qd, parameters = model.symbols("q", "qd")
     matrix = casadi.jacobian(model.friction(q, qd, parameters), qd)
     return casadi.Function("damping", [q, qd, parameters], [casadi.densify(matrix)], {"cse": True})
 
@@ -78,6 +77,5 @@ def _true(system: System) -> casadi.Function:
 
 
 def _has_friction(model: Model) -> bool:
-    q, qd = casadi.SX.sym("q", model.n_q), casadi.SX.sym("qd", model.n_q)
-    friction = model.friction(q, qd, casadi.SX.sym("parameters", model.n_parameters))
+    friction = model.friction(*model.symbols("q", "qd"))
     return friction.nnz() > 0 and not friction.is_zero()

@@ -104,8 +104,7 @@ def _part_energy_error(
     model: Model, parameters: np.ndarray, part: Dataset, system: System, split: str
 ) -> Iterator[MetricValues]:
     """Error of H_S, the energy of the first sub-system inside an interconnection, after one constant."""
-    q, qd = (casadi.SX.sym(name, model.n_q) for name in ("q", "qd"))
-    weights = casadi.SX.sym("weights", model.n_parameters)
+    q, qd, weights = model.symbols("q", "qd")
     energies, true = model.part_energies(q, qd, weights), system.first_part
     if not energies or true is None:
         return

@@ -14,7 +14,7 @@ from repro.codegen.point_function import LEAST_POINTS
 from repro.mechanics.derive import dynamics_of
 from repro.mechanics.system import System
 from repro.models.expression import ExpressionModel
-from repro.models.model import Model, tensors
+from repro.models.model import SAMPLES, Model, tensors
 from repro.models.terms import Terms
 
 CHUNK = 256  # samples at a time: wide networks fit into memory, and what a layer makes fits into the cache
@@ -70,8 +70,7 @@ def _by_torch(model: Model, weights: np.ndarray, samples: Sequence[np.ndarray]) 
 @lru_cache(maxsize=16)
 def _quantities(model: Model) -> casadi.Function:
     """(q, qd, qdd, tau, parameters) -> [qdd | tau | p | T | V | M | p_tran]; of a model without energies the first."""
-    q, qd, qdd, tau = (casadi.SX.sym(name, model.n_q) for name in ("q", "qd", "qdd", "tau"))
-    parameters = casadi.SX.sym("parameters", model.n_parameters)
+    q, qd, qdd, tau, parameters = model.symbols(*SAMPLES)
     rows = [model.acceleration(q, qd, tau, parameters)]
     if model.energetic:
         energies, mass = model.energies(q, qd, parameters), casadi.vec(model.mass_matrix(q, qd, parameters))

@@ -104,8 +104,7 @@ def _function(name: str, inputs: dict[str, casadi.SX], output: str, expression: 
 def _write_torch(folder: Path, model: Model, weights: np.ndarray, title: str) -> list[str]:
     """Write model.py and weights.npz; return their names."""
     np.savez(folder / "weights.npz", parameters=weights)
-    q, qd, tau = (casadi.SX.sym(name, model.n_q) for name in ("q", "qd", "tau"))
-    parameters = casadi.SX.sym("parameters", len(weights))
+    q, qd, tau, parameters = model.symbols("q", "qd", "tau")
     if model.energetic:
         energies = model.energies(q, qd, parameters)
         outputs = casadi.vertcat(energies.kinetic, energies.potential, model.friction(q, qd, parameters))

@@ -65,8 +65,7 @@ class ExpressionModel(Model):
         return column_function("vjp", [sample, cotangent, parameters], gradient)
 
     def _symbols(self) -> tuple[casadi.SX, casadi.SX, casadi.SX]:
-        q, qd, qdd, tau = (casadi.SX.sym(name, self.n_q) for name in SAMPLES)
-        parameters = casadi.SX.sym("parameters", self.n_parameters)
+        q, qd, qdd, tau, parameters = self.symbols(*SAMPLES)
         energies, momentum = self.energies(q, qd, parameters), self.momentum(q, qd, parameters)
         mass = casadi.jacobian(momentum, qd)
         upper = [mass[c, d] for c in range(self.n_q) for d in range(c, self.n_q)]

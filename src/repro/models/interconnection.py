@@ -57,11 +57,10 @@ class Interconnection(ExpressionModel):
 
     def energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> EnergyExpressions:
         """The sums of the parts' T and V."""
-        parts = self.part_energies(q, qd, parameters)
-        kinetic, potential = casadi.SX(0), casadi.SX(0)
-        for part in parts:
-            kinetic, potential = kinetic + part.kinetic, potential + part.potential
-        return EnergyExpressions(kinetic, potential)
+        parts, zero = self.part_energies(q, qd, parameters), casadi.SX(0)
+        return EnergyExpressions(
+            sum((each.kinetic for each in parts), zero), sum((each.potential for each in parts), zero)
+        )
 
     def part_energies(self, q: casadi.SX, qd: casadi.SX, parameters: casadi.SX) -> list[EnergyExpressions]:
         """T_i(q_i, A_i qd) and V_i(q_i), in order."""

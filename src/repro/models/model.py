@@ -76,6 +76,11 @@ class Model(ABC):
         """Names of the parameters of a model that is linear in them."""
         return ()
 
+    def symbols(self, *names: str) -> list[casadi.SX]:
+        """Columns (n_q,) of these names, and the weights of one member (n_parameters,)."""
+        columns = [casadi.SX.sym(name, self.n_q) for name in names]
+        return [*columns, casadi.SX.sym("parameters", self.n_parameters)]
+
     @abstractmethod
     def initial(self, generators: Sequence[np.random.Generator]) -> np.ndarray:
         """Random starting weights, (member, n_parameters)."""
@@ -217,16 +222,13 @@ class Model(ABC):
 
 @lru_cache(maxsize=16)
 def _port_function(model: Model) -> casadi.Function:
-    q, qd = casadi.SX.sym("q", model.n_q), casadi.SX.sym("qd", model.n_q)
-    parameters = casadi.SX.sym("parameters", model.n_parameters)
-    form = model.port_form(q, qd, parameters)
-    return column_function("port", [q, qd, parameters], form.gradient, form.drift)
+    symbols = model.symbols("q", "qd")
+    form = model.port_form(*symbols)
+    return column_function("port", symbols, form.gradient, form.drift)
 
 
 @lru_cache(maxsize=16)
 def acceleration(model: Model) -> casadi.Function:
     """qdd = f(q, qd, tau, parameters) of a model, as a CasADi function."""
-    q, qd, tau = (casadi.SX.sym(name, model.n_q) for name in ("q", "qd", "tau"))
-    parameters = casadi.SX.sym("parameters", model.n_parameters)
-    inputs = [q, qd, tau, parameters]
-    return column_function("acceleration", inputs, model.acceleration(*inputs))
+    symbols = model.symbols("q", "qd", "tau")
+    return column_function("acceleration", symbols, model.acceleration(*symbols))

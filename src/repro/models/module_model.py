@@ -59,8 +59,7 @@ class ModuleModel(Model):
         """Why the module has no CasADi form, or None where it has one."""
         if self.n_parameters > LARGEST_SYMBOLIC:
             return f"{type(self.module).__name__} has {self.n_parameters} weights, more than {LARGEST_SYMBOLIC}"
-        q, qd, tau = (casadi.SX.sym(name, self.n_q) for name in ("q", "qd", "tau"))
-        parameters = casadi.SX.sym("parameters", self.n_parameters)
+        q, qd, tau, parameters = self.symbols("q", "qd", "tau")
         try:
             if self.energetic:
                 self.energies(q, qd, parameters)

@@ -63,9 +63,7 @@ def interconnect(
     if resistive is not None:
         resistance = resistance + ports @ resistive @ ports.T
     state = casadi.vertcat(*(system.state for system in systems))
-    energy = casadi.SX(0)
-    for system in systems:
-        energy = energy + system.energy
+    energy = sum((system.energy for system in systems), casadi.SX(0))
     return PortSystem(state, energy, interconnection, resistance, ports)
 
 

@@ -71,10 +71,8 @@ def build(context: Context, options: Options) -> Model:
 def mean_inertia(part: SubModel, q: np.ndarray) -> np.ndarray:
     """Diagonal of the part's mass matrix (n_i,), the mean over its members and over places q (member, sample, n_q)."""
     model = part.model
-    place, rates = casadi.SX.sym("q", model.n_q), casadi.SX.sym("qd", model.n_q)
-    weights = casadi.SX.sym("weights", model.n_parameters)
-    mass = model.mass_matrix(place, rates, weights)
-    diagonal = casadi.Function("inertia", [place, rates, weights], [casadi.densify(casadi.diag(mass))])
+    symbols = model.symbols("q", "qd")
+    diagonal = casadi.Function("inertia", symbols, [casadi.densify(casadi.diag(model.mass_matrix(*symbols)))])
     places = q.reshape(-1, q.shape[-1])[:PLACES, : model.n_q]
     inertia = [evaluate(diagonal, places, 0 * places, member) for member in part.parameters]
     mean: np.ndarray = np.mean(inertia, axis=(0, 1))

@@ -212,8 +212,8 @@ def _hinged(context: Context, options: Options) -> Model:
     bodies = [part.model for part in context.parts]
     bodies = bodies or [build(own, alone) for own in alone_contexts(context, options.length, options.rod_length)]
     for body in bodies:
-        q, qd = (casadi.SX.sym(name, body.n_q) for name in ("q", "qd"))
-        friction = body.friction(q, qd, casadi.SX.sym("weights", body.n_parameters))
+        q, qd, weights = body.symbols("q", "qd")
+        friction = body.friction(q, qd, weights)
         if casadi.depends_on(casadi.jacobian(friction, qd), qd):
             raise UserError(
                 f"model.parts = {list(options.parts)}: friction that is not linear in rates has no R, eq. (5)"
