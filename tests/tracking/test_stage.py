@@ -140,3 +140,16 @@ def test_a_hundred_modules_are_read_from_the_cache(root, toy, monkeypatch):
     code.closure.cache_clear()
     monkeypatch.setattr(code, "analyse", lambda path, module: pytest.fail(f"{path} was analysed again"))
     assert toy.ids() == ids
+
+
+def test_a_forked_process_finds_what_others_have_read_since(tmp_path, monkeypatch):
+    file, database = tmp_path / "toymodule.py", tmp_path / "code.sqlite"
+    file.write_text("import numpy\n")
+    os.utime(file, (0, 0))
+    forked, other = (code.SourceReader(Cache(database, code._FORMAT)) for _ in range(2))
+    assert not forked.cache.values
+    source = other.read(file, "toymodule")
+    other.save()
+    monkeypatch.setattr(code, "analyse", lambda path, module: pytest.fail(f"{path} was analysed again"))
+    forked.forked = True
+    assert forked.read(file, "toymodule") == source
