@@ -27,16 +27,12 @@ class ControllerOptions(ControlOptions):
 
     A file of control/controllers extends it and has `build(options, model, disc, samples)`: a context manager that
     yields a `MakeController`, from a `PredictiveModel`, the `Disc` to avoid or None, and training data as `Samples`.
-
-    time_step    s, between two steps
-    force_limit  of all inputs, in their units; None: that of each, as the system has it
-    drives       the systems that it can drive, in words
     """
 
-    drives: ClassVar[str] = "every system"
+    drives: ClassVar[str] = "every system"  # the systems that it can drive, in words
 
-    time_step: Positive = 0.04
-    force_limit: Positive | None = None
+    time_step: Positive = 0.04  # s, between two steps
+    force_limit: Positive | None = None  # of all inputs, in their units; None: that of each, as the system has it
 
     def limits(self, system: System) -> tuple[float, ...]:
         """The limit of every input."""
@@ -58,23 +54,15 @@ class ControllerOptions(ControlOptions):
 
 @dataclass(frozen=True)
 class ControlStep:
-    """The inputs of one step (n_u,), and how they were computed.
-
-    fallback    0 the solver's first answer; 1 a second try; 2 the last good plan; 3 inputs 0
-    status      the solver's last word
-    iterations  of all solutions
-    seconds     CPU time of all solutions
-    killed      number of solutions that were stopped because they took too much CPU time
-    plan        predicted states (nodes, 2 n_q); empty where the controller makes no plan
-    """
+    """The inputs of one step (n_u,), and how they were computed."""
 
     u: np.ndarray
-    fallback: int = 0
-    status: str = ""
-    iterations: int = 0
-    seconds: float = 0.0
-    killed: int = 0
-    plan: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    fallback: int = 0  # 0 the solver's first answer; 1 a second try; 2 the last good plan; 3 inputs 0
+    status: str = ""  # the solver's last word
+    iterations: int = 0  # of all solutions
+    seconds: float = 0.0  # CPU time of all solutions
+    killed: int = 0  # number of solutions that were stopped because they took too much CPU time
+    plan: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))  # predicted states (nodes, 2 n_q); empty without
 
 
 class Controller(Protocol):

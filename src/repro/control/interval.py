@@ -111,26 +111,16 @@ def _squares(weights: list[float], errors: Expression) -> Expression:
 
 @dataclass(frozen=True)
 class Interval:
-    """Symbols and expressions of one interval, or of the last node (no inner variables, no following state).
+    """Symbols and expressions of one interval, or of the last node (no inner variables, no following state)."""
 
-    state       x = [q, qd] at its start
-    inner       [u, further unknowns]
-    parameters  [goal, u_goal, weights of the model]
-    data        [length in s, 1 where the obstacle counts at the start (0 at the first node)]
-    following   x at its end
-    equalities  zero along a motion
-    margins     must not be negative where the obstacle is a constraint
-    cost        J
-    """
-
-    state: Expression
-    inner: Expression
-    parameters: Expression
-    data: Expression
-    following: Expression
-    equalities: Expression
-    margins: Expression
-    cost: Expression
+    state: Expression  # x = [q, qd] at its start
+    inner: Expression  # [u, further unknowns]
+    parameters: Expression  # [goal, u_goal, weights of the model]
+    data: Expression  # [length in s, 1 where the obstacle counts at the start (0 at the first node)]
+    following: Expression  # x at its end
+    equalities: Expression  # zero along a motion
+    margins: Expression  # must not be negative where the obstacle is a constraint
+    cost: Expression  # J
 
 
 def interval(

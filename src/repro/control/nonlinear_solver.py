@@ -13,22 +13,15 @@ OUT_OF_TIME = ("killed", "Maximum_CpuTime_Exceeded")  # the status from GuardedS
 
 @dataclass(frozen=True)
 class Solution:
-    """The result of one solution.
+    """The result of one solution."""
 
-    variables   decision variables (n_variables,); nan without a result
-    converged   whether the solver reports success
-    violation   the largest violation of any constraint; infinite without a result
-    status      the solver's return status
-    seconds     CPU time
-    """
-
-    variables: np.ndarray
-    converged: bool
-    violation: float
+    variables: np.ndarray  # decision variables (n_variables,); nan without a result
+    converged: bool  # whether the solver reports success
+    violation: float  # the largest violation of any constraint; infinite without a result
     iterations: int
-    status: str
+    status: str  # the solver's return status
     objective: float
-    seconds: float = 0.0
+    seconds: float = 0.0  # CPU time
 
     @property
     def out_of_time(self) -> bool:

@@ -19,25 +19,18 @@ BRACKETED = re.compile(r"[\[(]([^\])]+)[\])]$")
 
 @dataclass(frozen=True)
 class RecordedRows:
-    """Rows (sample, ...) of one file, or of several.
-
-    qd, qdd  None where they are not recorded
-    episode  (sample,) int, changing at every restart; label is what the file says about it
-    row      (sample,) int, position in its file, from 0
-    test     (sample,) bool, of files for testing alone
-    notes    what was recognised, for the user
-    """
+    """Rows (sample, ...) of one file, or of several."""
 
     q: np.ndarray
     tau: np.ndarray
     time: np.ndarray
-    episode: np.ndarray
+    episode: np.ndarray  # (sample,) int, changing at every restart; label is what the file says about it
     label: np.ndarray
-    row: np.ndarray
-    test: np.ndarray
-    qd: np.ndarray | None = None
+    row: np.ndarray  # (sample,) int, position in its file, from 0
+    test: np.ndarray  # (sample,) bool, of files for testing alone
+    qd: np.ndarray | None = None  # as qdd None where they are not recorded
     qdd: np.ndarray | None = None
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # what was recognised, for the user
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Everything that is there, by name."""

@@ -8,19 +8,14 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Job:
-    """One call of `target` ("module:function") with plain keyword arguments, in a process of its own.
-
-    command       the command line that repeats it alone
-    expected_s    how long it should take, for a better estimate of the time left
-    expected_mib  memory that it should take at most: as many jobs run at once as there is memory for
-    """
+    """One call of `target` ("module:function") with plain keyword arguments, in a process of its own."""
 
     name: str
     target: str
     arguments: Mapping[str, object] = field(default_factory=dict)
-    command: str = ""
-    expected_s: float | None = None
-    expected_mib: float = 0.0
+    command: str = ""  # the command line that repeats it alone
+    expected_s: float | None = None  # how long it should take, for a better estimate of the time left
+    expected_mib: float = 0.0  # memory that it should take at most: as many jobs run at once as there is memory for
 
 
 class JobOutcome(StrEnum):
@@ -38,18 +33,16 @@ class JobOutcome(StrEnum):
 class JobResult:
     """The end of a job.
 
-    value  what the target returned, when OK
     error  why it did not end well, after the name of the exception unless the user can fix it; trace: of the exception
-    log    file with everything the job printed
     """
 
     job: Job
     outcome: JobOutcome
-    value: Any = None
+    value: Any = None  # what the target returned, when OK
     error: str = ""
     trace: str = ""
     seconds: float = 0.0
-    log: str = ""
+    log: str = ""  # file with everything the job printed
 
     @property
     def ok(self) -> bool:
@@ -68,18 +61,13 @@ class EventKind(StrEnum):
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened to the job at `index` of the list.
-
-    fraction  finished part of the job (0 to 1), None when unknown
-    text      what the job is doing, or its notice
-    result    only when it has ENDED
-    """
+    """Something that happened to the job at `index` of the list."""
 
     kind: EventKind
     index: int
-    fraction: float | None = None
-    text: str = ""
-    result: JobResult | None = None
+    fraction: float | None = None  # finished part of the job (0 to 1), None when unknown
+    text: str = ""  # what the job is doing, or its notice
+    result: JobResult | None = None  # only when it has ENDED
 
 
 def failure_table(results: Sequence[JobResult]) -> str:

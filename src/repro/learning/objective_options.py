@@ -39,29 +39,20 @@ class ObjectiveOptions(PluginOptions):
     (m/s^2 and rad/s^2 together): each sample weighs 1 / (1 + |qdd|^2 / s^2). equal_weight_share: of the epochs or
     iterations, in a last phase with equal weights. passivity_states: random states at which passivity is checked on
     the way.
-
-    symbolic             it has `expression` too, from which compiled kernels are made; otherwise torch computes it
-    linear               its rows are linear in the coefficients of a linear basis
-    needs_energies       models that predict accelerations only cannot be fitted
-    needs_mass           `rows` reads the mass matrix
-    needs_port_form      it has both rows of eq. (12b)
-    needs_force          without a force L = 0 minimises it
-    needs_accelerations  otherwise motion is recorded, not accelerations
-    needs_differentiable it integrates the model's acceleration
-    needs_implicit_form  the model has an equation of its own that is linear in its weights
-    linearised           its rows have Jacobians, as Gauss-Newton needs
     """
 
-    symbolic: ClassVar[bool] = False
-    linear: ClassVar[bool] = False
-    needs_energies: ClassVar[bool] = True
-    needs_mass: ClassVar[bool] = False
-    needs_port_form: ClassVar[bool] = False
-    needs_force: ClassVar[bool] = True
-    needs_accelerations: ClassVar[bool] = True
-    needs_differentiable: ClassVar[bool] = False
-    needs_implicit_form: ClassVar[bool] = False
-    linearised: ClassVar[bool] = True
+    symbolic: ClassVar[bool] = (
+        False  # it has `expression` too, of which kernels are compiled; otherwise torch computes it
+    )
+    linear: ClassVar[bool] = False  # its rows are linear in the coefficients of a linear basis
+    needs_energies: ClassVar[bool] = True  # models that predict accelerations only cannot be fitted
+    needs_mass: ClassVar[bool] = False  # `rows` reads the mass matrix
+    needs_port_form: ClassVar[bool] = False  # it has both rows of eq. (12b)
+    needs_force: ClassVar[bool] = True  # without a force L = 0 minimises it
+    needs_accelerations: ClassVar[bool] = True  # otherwise motion is recorded, not accelerations
+    needs_differentiable: ClassVar[bool] = False  # it integrates the model's acceleration
+    needs_implicit_form: ClassVar[bool] = False  # the model has an equation of its own that is linear in its weights
+    linearised: ClassVar[bool] = True  # its rows have Jacobians, as Gauss-Newton needs
 
     momentum_weight: NotNegative = 0.0
     l1_kinetic: NotNegative = 0.0

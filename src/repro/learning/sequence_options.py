@@ -24,17 +24,12 @@ class SequenceOptions(PluginOptions):
 
     energy_weight, energy_form: of the energy error. initial_angles, grid, steps: of D_H, as in `FreeMotionOptions`.
     pretraining_epochs: on D_H alone; None: as many as on D.
-
-    needs_energies           it compares energies, which simulated data and a model with energies have
-    uses_free_motion         D_H is learned
-    begins_with_free_motion  there is a phase on D_H alone
-    ends_on_data             the last phase is on D
     """
 
-    needs_energies: ClassVar[bool] = True
-    uses_free_motion: ClassVar[bool] = False
-    begins_with_free_motion: ClassVar[bool] = False
-    ends_on_data: ClassVar[bool] = True
+    needs_energies: ClassVar[bool] = True  # it compares energies, which simulated data and a model with energies have
+    uses_free_motion: ClassVar[bool] = False  # D_H is learned
+    begins_with_free_motion: ClassVar[bool] = False  # there is a phase on D_H alone
+    ends_on_data: ClassVar[bool] = True  # the last phase is on D
 
     energy_weight: Positive = 1.0
     energy_form: EnergyForm = EnergyForm.LEGENDRE

@@ -26,18 +26,12 @@ SETTING = "hydra.sweeper."
 
 @dataclass(frozen=True)
 class SearchOptions(Options):
-    """Options of a search: hydra.sweeper.NAME=VALUE.
+    """Options of a search: hydra.sweeper.NAME=VALUE."""
 
-    metric     of the test part, the median over the members
-    n_trials   runs in all, those that are stored already included
-    direction  minimize | maximize
-    seed       of the sampler
-    """
-
-    metric: str = "mae_tau"
-    n_trials: Count = 20
+    metric: str = "mae_tau"  # of the test part, the median over the members
+    n_trials: Count = 20  # runs in all, those that are stored already included
     direction: Literal["minimize", "maximize"] = "minimize"
-    seed: Natural = 0
+    seed: Natural = 0  # of the sampler
 
 
 @dataclass(frozen=True)

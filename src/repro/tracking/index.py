@@ -20,25 +20,19 @@ _SHELVES = {"": StageOutcome.OK, ".failed": StageOutcome.FAILED}
 
 
 class Entry(NamedTuple):
-    """The fields of one run.json that lists need.
-
-    outcome    DAMAGED where run.json cannot be read; `error` then says why
-    upstream   role -> id of each stage that it was made from
-    code       key into the codes of the index
-    card_text  the card as JSON text, since most lists read it of a few entries only; so are the medians
-    """
+    """The fields of one run.json that lists need."""
 
     id: str
     kind: str
     name: str
-    outcome: StageOutcome
-    upstream: dict[str, str]
+    outcome: StageOutcome  # DAMAGED where run.json cannot be read; `error` then says why
+    upstream: dict[str, str]  # role -> id of each stage that it was made from
     finished: str = ""
     wall_s: float = 0.0
     peak_memory_mib: float = 0.0
     command: str = ""
-    code: str = ""
-    card_text: str = "{}"
+    code: str = ""  # key into the codes of the index
+    card_text: str = "{}"  # the card as JSON text, since most lists read it of a few entries only; so are the medians
     medians_text: str = "{}"
     error: str = ""
 

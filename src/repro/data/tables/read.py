@@ -24,17 +24,12 @@ FORMATS = (".csv", ".tsv", ".txt", ".dat", ".parquet", ".pq", ".gz")  # what is 
 
 @dataclass(frozen=True)
 class RecordedTable:
-    """The content of a file.
-
-    frame  one row per sample
-    twice  names that stand twice in the line of names
-    units  what a row of units below the names says, by name
-    """
+    """The content of a file."""
 
     path: Path
-    frame: pd.DataFrame
-    twice: frozenset[str] = frozenset()
-    units: Mapping[str, str] = field(default_factory=dict)
+    frame: pd.DataFrame  # one row per sample
+    twice: frozenset[str] = frozenset()  # names that stand twice in the line of names
+    units: Mapping[str, str] = field(default_factory=dict)  # what a row of units below the names says, by name
 
     def names(self, wanted: Sequence[str]) -> list[str]:
         """The columns of these names, a list column as its elements NAME[0], NAME[1], ...; UserError for others."""
