@@ -5,12 +5,11 @@ T and V of every pendulum of the paper.
 
 import math
 from abc import abstractmethod
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from typing import Any, ClassVar
 
-from repro.mechanics.coordinate import Coordinate, Input
+from repro.mechanics.coordinate import Coordinate, Input, Maths, Scalars
 from repro.mechanics.shapes import Block, InputArrow, Segment, Shape
 from repro.mechanics.system import States, System
 from repro.mechanics.system_options import Reading
@@ -51,7 +50,7 @@ class LinkAngles(System):
         """Positions of the links whose friction acts on their rate relative to that of the link before."""
         return super().jointed if self.damping_frame == "relative" else ()
 
-    def growth(self, i: int, q: Sequence[Any], m: Any) -> Any:
+    def growth(self, i: int, q: Scalars, m: Maths) -> Any:
         """Factor of the viscous coefficient of coordinate i at q."""
         return 1 + self.damping_growth * m.sin(q[i]) ** 2 if self.damping_growth and i in self.angles else 1.0
 
@@ -99,7 +98,7 @@ class Chain(LinkAngles):
         links = (Coordinate(f"theta{n}", "rad", True, absolute=i > 0) for i, n in enumerate(numbers))
         return (cart, *links)
 
-    def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
+    def kinetic(self, q: Scalars, qd: Scalars, m: Maths) -> Any:
         """Kinetic energy in J (sections V-A and V-B)."""
         xd, rates, angles = qd[0], qd[1:], q[1:]
         energy = 0.5 * (self.m0 + sum(link.mass for link in self.links)) * xd**2
@@ -110,11 +109,11 @@ class Chain(LinkAngles):
                 energy = energy + self._second_moment(k, j) * rates[k] * rate * m.cos(angles[k] - angle)
         return energy
 
-    def potential(self, q: Sequence[Any], m: Any) -> Any:
+    def potential(self, q: Scalars, m: Maths) -> Any:
         """Potential energy in J (sections V-A and V-B, signed by the reading)."""
         return sum(self.up * self.g * self._first_moment(j) * m.cos(angle) for j, angle in enumerate(q[1:]))
 
-    def shapes(self, q: Sequence[Any], m: Any) -> list[Shape]:
+    def shapes(self, q: Scalars, m: Maths) -> list[Shape]:
         """The cart and its links."""
         steps = [
             (link.length * m.sin(angle), self.up * link.length * m.cos(angle))

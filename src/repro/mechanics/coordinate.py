@@ -2,9 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+Scalars = Sequence[Any]  # one number, array or expression per coordinate
+Maths = Any  # a namespace with cos and sin for these: numpy, torch, casadi
+Rows = Sequence[Scalars]  # of a matrix
 FORCES = {"m": "N", "rad": "N m", "C": "V"}  # unit of a coordinate -> unit of the force that does work along it
 
 

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from repro.errors import UserError
-from repro.mechanics.coordinate import Coordinate, Input, jointed
+from repro.mechanics.coordinate import Coordinate, Input, Maths, Rows, Scalars, jointed
 from repro.mechanics.shapes import Point, Segment, Shape
 from repro.mechanics.system_options import SYSTEMS, SystemOptions
 from repro.plugins.checked import validated
@@ -108,27 +108,27 @@ class System(ABC):
     def inputs(self) -> tuple[Input, ...]:
         """The inputs u, in order."""
 
-    def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
+    def input_map(self, q: Scalars, m: Maths) -> Rows:
         """Rows of B(q) (n_q, n_u), numbers or expressions: tau = B(q) u. Here input j acts along coordinate j alone."""
         return [[float(i == j) for j in range(len(self.inputs))] for i in range(self.n_q)]
 
     @abstractmethod
-    def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
+    def kinetic(self, q: Scalars, qd: Scalars, m: Maths) -> Any:
         """Kinetic energy T in J."""
 
-    def coupling(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
+    def coupling(self, q: Scalars, qd: Scalars, m: Maths) -> Any:
         """Term of L = T + coupling - V in J that is linear in the rates, as of a motor: it stores no energy."""
         return 0.0
 
     @abstractmethod
-    def potential(self, q: Sequence[Any], m: Any) -> Any:
+    def potential(self, q: Scalars, m: Maths) -> Any:
         """Potential energy V in J."""
 
     @abstractmethod
-    def shapes(self, q: Sequence[Any], m: Any) -> Sequence[Shape]:
+    def shapes(self, q: Scalars, m: Maths) -> Sequence[Shape]:
         """What a picture shows, in world coordinates [x, y] in m, y up."""
 
-    def body_points(self, q: Sequence[Any], m: Any) -> list[Point]:
+    def body_points(self, q: Scalars, m: Maths) -> list[Point]:
         """World points [x, y] in m, y up: the start of the first solid segment, and the end of each."""
         solid = [shape for shape in self.shapes(q, m) if isinstance(shape, Segment) and shape.solid]
         return [*(segment.a for segment in solid[:1]), *(segment.b for segment in solid)]
@@ -153,7 +153,7 @@ class System(ABC):
         """Whether its energy is kept without input."""
         return not any((*self.damping, *self.coulomb))
 
-    def dissipation(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
+    def dissipation(self, q: Scalars, qd: Scalars, m: Maths) -> Any:
         """Rayleigh function in W, whose slopes in qd are the friction: c v^2/2, and f |v| rounded below SLIDING."""
         power = 0.0
         for i, (viscous, dry) in enumerate(zip(self.damping, self.coulomb, strict=True)):
@@ -163,7 +163,7 @@ class System(ABC):
                 power = power + dry * ((rate**2 + SLIDING**2) ** 0.5 - SLIDING)
         return power
 
-    def growth(self, i: int, q: Sequence[Any], m: Any) -> Any:
+    def growth(self, i: int, q: Scalars, m: Maths) -> Any:
         """Factor of the viscous coefficient of coordinate i at q."""
         return 1.0
 

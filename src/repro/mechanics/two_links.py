@@ -1,12 +1,11 @@
 """Two uniform rods, one at the end of the other, on a fixed hinge: what the acrobot and the pendubot have in common."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from repro.mechanics.chain import Link
-from repro.mechanics.coordinate import Coordinate, Input
+from repro.mechanics.coordinate import Coordinate, Input, Maths, Rows, Scalars
 from repro.mechanics.shapes import Circle, Segment, Shape, Turn
 from repro.mechanics.system import States, System
 
@@ -29,11 +28,11 @@ class TwoLinks(System):
     L2: float = 0.5
     g: float = 9.8
 
-    def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
+    def input_map(self, q: Scalars, m: Maths) -> Rows:
         """A torque at the elbow acts between the two rods."""
         return [[-1.0], [1.0]] if self.driven else [[1.0], [0.0]]
 
-    def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
+    def kinetic(self, q: Scalars, qd: Scalars, m: Maths) -> Any:
         """Kinetic energy in J."""
         first, second = Link.rod(self.m1, self.L1), Link.rod(self.m2, self.L2)
         inner = first.inertia + self.m1 * first.centre**2 + self.m2 * self.L1**2
@@ -41,12 +40,12 @@ class TwoLinks(System):
         coupled = self.m2 * self.L1 * second.centre * m.cos(q[0] - q[1])
         return 0.5 * inner * qd[0] ** 2 + 0.5 * outer * qd[1] ** 2 + coupled * qd[0] * qd[1]
 
-    def potential(self, q: Sequence[Any], m: Any) -> Any:
+    def potential(self, q: Scalars, m: Maths) -> Any:
         """Potential energy in J."""
         inner, outer = (self.m1 / 2 + self.m2) * self.L1, self.m2 / 2 * self.L2
         return self.g * (inner * m.cos(q[0]) + outer * m.cos(q[1]))
 
-    def shapes(self, q: Sequence[Any], m: Any) -> list[Shape]:
+    def shapes(self, q: Scalars, m: Maths) -> list[Shape]:
         """The rods on their hinge, and the torque at the driven joint."""
         hinge = (0.0, 0.0)
         elbow = (self.L1 * m.sin(q[0]), self.L1 * m.cos(q[0]))

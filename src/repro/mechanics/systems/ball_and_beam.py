@@ -1,10 +1,9 @@
 """A ball that rolls on a beam, which a motor tilts."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from repro.mechanics.coordinate import Coordinate, Input
+from repro.mechanics.coordinate import Coordinate, Input, Maths, Rows, Scalars
 from repro.mechanics.shapes import Circle, Segment, Shape, Turn
 from repro.mechanics.system import Range, System
 
@@ -26,7 +25,7 @@ class BallAndBeam(System):
     L: float = 0.5
     g: float = 9.8
 
-    def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
+    def input_map(self, q: Scalars, m: Maths) -> Rows:
         """It tilts the beam."""
         return [[0.0], [1.0]]
 
@@ -35,15 +34,15 @@ class BallAndBeam(System):
         """The ball on the beam, the beam near level."""
         return ((-0.8 * self.L, 0.8 * self.L), (-0.5, 0.5)), ((-0.5, 0.5), (-1.0, 1.0))
 
-    def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
+    def kinetic(self, q: Scalars, qd: Scalars, m: Maths) -> Any:
         """Kinetic energy in J; rolling adds 2/5 of the ball's mass along the beam."""
         return 0.7 * self.m1 * qd[0] ** 2 + 0.5 * (self.J0 + self.m1 * q[0] ** 2) * qd[1] ** 2
 
-    def potential(self, q: Sequence[Any], m: Any) -> Any:
+    def potential(self, q: Scalars, m: Maths) -> Any:
         """Potential energy in J."""
         return self.m1 * self.g * q[0] * m.sin(q[1])
 
-    def shapes(self, q: Sequence[Any], m: Any) -> list[Shape]:
+    def shapes(self, q: Scalars, m: Maths) -> list[Shape]:
         """The beam on its axis, the ball drawn larger than it is, and the torque."""
         along, size = (m.cos(q[1]), m.sin(q[1])), 2 * self.r1
         left, right = ([sign * self.L * part for part in along] for sign in (-1, 1))

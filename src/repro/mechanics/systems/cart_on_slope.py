@@ -1,11 +1,10 @@
 """The single pendulum with its cart on a slope."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from repro.mechanics.coordinate import Coordinate, Input
+from repro.mechanics.coordinate import Coordinate, Input, Maths, Scalars
 from repro.mechanics.shapes import Block, InputArrow, Segment, Shape
 from repro.mechanics.system import States, System
 
@@ -29,17 +28,17 @@ class CartOnSlope(System):
     slope: float = 0.2
     g: float = 9.8
 
-    def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
+    def kinetic(self, q: Scalars, qd: Scalars, m: Maths) -> Any:
         """Kinetic energy in J."""
         coupled = self.m1 * self.L1 * m.cos(q[1] + self.slope) * qd[0] * qd[1]
         return 0.5 * (self.m0 + self.m1) * qd[0] ** 2 + 0.5 * self.m1 * self.L1**2 * qd[1] ** 2 + coupled
 
-    def potential(self, q: Sequence[Any], m: Any) -> Any:
+    def potential(self, q: Scalars, m: Maths) -> Any:
         """Potential energy in J."""
         lift = (self.m0 + self.m1) * math.sin(self.slope) * q[0]
         return self.g * (lift + self.m1 * self.L1 * m.cos(q[1]))
 
-    def shapes(self, q: Sequence[Any], m: Any) -> list[Shape]:
+    def shapes(self, q: Scalars, m: Maths) -> list[Shape]:
         """The cart on its track, the pole and the force."""
         along = (math.cos(self.slope), math.sin(self.slope))
         cart = (q[0] * along[0], q[0] * along[1])

@@ -1,10 +1,10 @@
 """The double inverted pendulum of section V-B: a cart and two uniform rods."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from repro.mechanics.chain import Chain, Link
+from repro.mechanics.coordinate import Maths, Scalars
 from repro.mechanics.system import System
 from repro.mechanics.system_options import Reading
 from repro.mechanics.systems.sip_rod import SinglePendulumRod
@@ -35,7 +35,7 @@ class DoublePendulum(Chain):
         """The cart with the first rod."""
         return SinglePendulumRod(m0=self.m0, m1=self.m1, L1=self.L1, g=self.g, reading=self.reading)
 
-    def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
+    def kinetic(self, q: Scalars, qd: Scalars, m: Maths) -> Any:
         """Kinetic energy in J; printed: with (l1 thetad1 sin(theta1) + l2 thetad2 sin(theta2))^2 in T_p2."""
         right = super().kinetic(q, qd, m)
         if self.reading == Reading.PHYSICAL:
@@ -44,7 +44,7 @@ class DoublePendulum(Chain):
         whole = self.L1 * qd[1] * m.sin(q[1])
         return right + 0.5 * self.m2 * ((first + second) ** 2 - (whole + second) ** 2)
 
-    def potential(self, q: Sequence[Any], m: Any) -> Any:
+    def potential(self, q: Scalars, m: Maths) -> Any:
         """Potential energy in J; printed: - m1 g l1 cos(theta1) - m2 g (L1 cos(theta1 + l2 cos(theta2)))."""
         if self.reading == Reading.PHYSICAL:
             return super().potential(q, m)

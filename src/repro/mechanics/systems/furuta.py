@@ -1,11 +1,10 @@
 """The rotary pendulum of Furuta: a motor turns an arm, and a rod swings at its end."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from repro.mechanics.coordinate import Coordinate, Input
+from repro.mechanics.coordinate import Coordinate, Input, Maths, Scalars
 from repro.mechanics.shapes import Circle, Segment, Shape, Turn
 from repro.mechanics.system import States, System
 
@@ -28,18 +27,18 @@ class FurutaPendulum(System):
     L1: float = 0.5
     g: float = 9.8
 
-    def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
+    def kinetic(self, q: Scalars, qd: Scalars, m: Maths) -> Any:
         """Kinetic energy in J."""
         phid, thetad = qd
         inertia, moment = self.m1 * self.L1**2 / 3, self.m1 * self.L1 / 2
         arm = 0.5 * (self.J0 + self.m1 * self.r**2 + inertia * m.sin(q[1]) ** 2) * phid**2
         return arm + 0.5 * inertia * thetad**2 + moment * self.r * m.cos(q[1]) * phid * thetad
 
-    def potential(self, q: Sequence[Any], m: Any) -> Any:
+    def potential(self, q: Scalars, m: Maths) -> Any:
         """Potential energy in J."""
         return self.m1 * self.g * self.L1 / 2 * m.cos(q[1])
 
-    def shapes(self, q: Sequence[Any], m: Any) -> list[Shape]:
+    def shapes(self, q: Scalars, m: Maths) -> list[Shape]:
         """Arm and rod, seen from the side and a little from above."""
         (phi, theta), (r, length) = q, (self.r, self.L1)
         across, up = length * m.sin(theta), length * m.cos(theta)

@@ -1,11 +1,10 @@
 """An electric motor that swings a rod: a current and an angle in one Lagrangian."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from repro.mechanics.coordinate import Coordinate, Input
+from repro.mechanics.coordinate import Coordinate, Input, Maths, Scalars
 from repro.mechanics.shapes import Circle, Segment, Shape, Turn
 from repro.mechanics.system import States, System
 
@@ -30,19 +29,19 @@ class MotorPendulum(System):
     L1: float = 0.5
     g: float = 9.8
 
-    def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
+    def kinetic(self, q: Scalars, qd: Scalars, m: Maths) -> Any:
         """Energy in J of the magnetic field and of the rod."""
         return 0.5 * self.Li * qd[0] ** 2 + self.m1 * self.L1**2 / 6 * qd[1] ** 2
 
-    def coupling(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
+    def coupling(self, q: Scalars, qd: Scalars, m: Maths) -> Any:
         """The term of the motor in L, in J."""
         return self.ki * q[1] * qd[0]
 
-    def potential(self, q: Sequence[Any], m: Any) -> Any:
+    def potential(self, q: Scalars, m: Maths) -> Any:
         """Potential energy in J of the rod."""
         return self.m1 * self.g * self.L1 / 2 * m.cos(q[1])
 
-    def shapes(self, q: Sequence[Any], m: Any) -> list[Shape]:
+    def shapes(self, q: Scalars, m: Maths) -> list[Shape]:
         """The motor, the rod, and the voltage."""
         tip = (self.L1 * m.sin(q[1]), self.L1 * m.cos(q[1]))
         return [Circle((0.0, 0.0), 0.12), Segment((0.0, 0.0), tip), Turn((0.0, 0.0), 0.18)]

@@ -1,10 +1,9 @@
 """A planar quadrotor: a body between two rotors whose thrusts go along its own vertical."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from repro.mechanics.coordinate import Coordinate, Input
+from repro.mechanics.coordinate import Coordinate, Input, Maths, Rows, Scalars
 from repro.mechanics.shapes import Block, InputArrow, Segment, Shape
 from repro.mechanics.system import States, System
 
@@ -27,20 +26,20 @@ class PlanarQuadrotor(System):
     L: float = 0.2
     g: float = 9.8
 
-    def input_map(self, q: Sequence[Any], m: Any) -> Sequence[Sequence[Any]]:
+    def input_map(self, q: Scalars, m: Maths) -> Rows:
         """Both push along the body's vertical, and turn it against each other."""
         across, up = -m.sin(q[2]), m.cos(q[2])
         return [[across, across], [up, up], [-self.L, self.L]]
 
-    def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
+    def kinetic(self, q: Scalars, qd: Scalars, m: Maths) -> Any:
         """Kinetic energy in J."""
         return 0.5 * self.m1 * (qd[0] ** 2 + qd[1] ** 2) + 0.5 * self.J1 * qd[2] ** 2
 
-    def potential(self, q: Sequence[Any], m: Any) -> Any:
+    def potential(self, q: Scalars, m: Maths) -> Any:
         """Potential energy in J."""
         return self.m1 * self.g * q[1]
 
-    def shapes(self, q: Sequence[Any], m: Any) -> list[Shape]:
+    def shapes(self, q: Scalars, m: Maths) -> list[Shape]:
         """The body, its rotors and their thrusts."""
         x, y, theta = q
         right, up = (m.cos(theta), m.sin(theta)), (-m.sin(theta), m.cos(theta))

@@ -1,11 +1,10 @@
 """A free uniform rod in the plane, with a force and a torque on it: the second link of the double pendulum, alone."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from repro.mechanics.chain import Link, LinkAngles
-from repro.mechanics.coordinate import Coordinate, Input
+from repro.mechanics.coordinate import Coordinate, Input, Maths, Scalars
 from repro.mechanics.shapes import Segment, Shape
 from repro.mechanics.system import TURN
 
@@ -35,16 +34,16 @@ class FreeRod(LinkAngles):
         """The rod as a link that would turn about one of its ends."""
         return Link.rod(self.m2, self.L2)
 
-    def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
+    def kinetic(self, q: Scalars, qd: Scalars, m: Maths) -> Any:
         """Kinetic energy in J."""
         xd, yd, rate = qd
         return 0.5 * self.link.mass * (xd**2 + yd**2) + 0.5 * self.link.inertia * rate**2
 
-    def potential(self, q: Sequence[Any], m: Any) -> Any:
+    def potential(self, q: Scalars, m: Maths) -> Any:
         """Potential energy in J."""
         return self.link.mass * self.g * q[1]
 
-    def shapes(self, q: Sequence[Any], m: Any) -> list[Shape]:
+    def shapes(self, q: Scalars, m: Maths) -> list[Shape]:
         """The rod."""
         x, y, angle = q
         right, up = self.link.centre * m.sin(angle), self.up * self.link.centre * m.cos(angle)

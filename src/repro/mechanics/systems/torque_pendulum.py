@@ -1,11 +1,10 @@
 """A uniform rod on a fixed hinge that a motor turns, too weak to lift it."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from repro.mechanics.coordinate import Coordinate, Input
+from repro.mechanics.coordinate import Coordinate, Input, Maths, Scalars
 from repro.mechanics.shapes import Circle, Segment, Shape, Turn
 from repro.mechanics.system import States, System
 
@@ -23,15 +22,15 @@ class TorquePendulum(System):
     L1: float = 1.0
     g: float = 9.8
 
-    def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
+    def kinetic(self, q: Scalars, qd: Scalars, m: Maths) -> Any:
         """Kinetic energy in J."""
         return self.m1 * self.L1**2 / 6 * qd[0] ** 2
 
-    def potential(self, q: Sequence[Any], m: Any) -> Any:
+    def potential(self, q: Scalars, m: Maths) -> Any:
         """Potential energy in J."""
         return self.m1 * self.g * self.L1 / 2 * m.cos(q[0])
 
-    def shapes(self, q: Sequence[Any], m: Any) -> list[Shape]:
+    def shapes(self, q: Scalars, m: Maths) -> list[Shape]:
         """The rod on its hinge, and the torque."""
         tip = (self.L1 * m.sin(q[0]), self.L1 * m.cos(q[0]))
         return [Circle((0.0, 0.0), 0.06), Segment((0.0, 0.0), tip), Turn((0.0, 0.0), 0.15)]

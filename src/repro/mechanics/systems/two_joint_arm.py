@@ -1,11 +1,10 @@
 """A robot arm of two rods with a motor in each joint."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from repro.mechanics.coordinate import Coordinate, Input
+from repro.mechanics.coordinate import Coordinate, Input, Maths, Scalars
 from repro.mechanics.shapes import Circle, Segment, Shape, Turn
 from repro.mechanics.system import States, System
 
@@ -28,19 +27,19 @@ class TwoJointArm(System):
     L2: float = 0.3
     g: float = 9.8
 
-    def kinetic(self, q: Sequence[Any], qd: Sequence[Any], m: Any) -> Any:
+    def kinetic(self, q: Scalars, qd: Scalars, m: Maths) -> Any:
         """Kinetic energy in J."""
         first, second = qd[0], qd[0] + qd[1]
         inner = (self.m1 / 3 + self.m2) * self.L1**2
         coupled = self.m2 * self.L1 * self.L2 / 2 * m.cos(q[1])
         return 0.5 * inner * first**2 + self.m2 * self.L2**2 / 6 * second**2 + coupled * first * second
 
-    def potential(self, q: Sequence[Any], m: Any) -> Any:
+    def potential(self, q: Scalars, m: Maths) -> Any:
         """Potential energy in J."""
         inner, outer = (self.m1 / 2 + self.m2) * self.L1, self.m2 / 2 * self.L2
         return self.g * (inner * m.cos(q[0]) + outer * m.cos(q[0] + q[1]))
 
-    def shapes(self, q: Sequence[Any], m: Any) -> list[Shape]:
+    def shapes(self, q: Scalars, m: Maths) -> list[Shape]:
         """The rods on their hinge, and the torques."""
         base, end = (0.0, 0.0), q[0] + q[1]
         elbow = (self.L1 * m.sin(q[0]), self.L1 * m.cos(q[0]))
