@@ -18,14 +18,7 @@ MismatchKind = Literal["coefficients", "physical"]
 
 @dataclass(frozen=True, kw_only=True)
 class Conditions(Options):
-    """Disturbances of a closed loop.
-
-    mismatch     d: each coefficient of the model (or each mass and length of the plant) times its own U(1 - d, 1 + d)
-    noise        of every measurement, in units of NOISE
-    disturbance  standard deviation of what is added to every input and held over each step, in the unit of the input
-    delay        between measurement and input, s; less than a step
-    damping      of the plant's joints in the loop, unknown to every model, as System.damping; empty: that of the system
-    """
+    """Disturbances of a closed loop: what each is stands in conf/task/_base.yaml."""
 
     mismatch: Annotated[float, Ge(0), Lt(1)] = 0.0
     mismatch_kind: MismatchKind = "coefficients"

@@ -25,21 +25,7 @@ Bounds = Mapping[str, Positive | None]
 
 @dataclass(frozen=True, kw_only=True)
 class Task(Conditions):
-    """Options of conf/task, with the disturbances of `Conditions`.
-
-    name            of its file in conf/task
-    start           name of the state of rest where loops start
-    initial_states  number of random starts around it, the seeds in turn; None: at rest, one loop per seed and x_des
-    spread          of random starts, by unit or by name
-    end             name of the state of rest that is the goal
-    x_des           places in m of coordinate x of the goal, in turn; empty: that of the state of rest
-    goal            values of further coordinates of the goal, by name
-    tolerance       of the goal, by unit or by name; None leaves a coordinate free
-    hold            s, for which the goal must be held at the end
-    limits          of the absolute values of coordinates and rates, by unit or by name; a loop beyond is given up
-    seconds         length of a loop
-    centre, radius  of the disc, m; radius None is the paper's on a cart with links, otherwise no disc; 0 is no disc
-    """
+    """A task, with the disturbances of `Conditions`: what each option is stands in conf/task/_base.yaml."""
 
     name: str
     start: str = "hanging"

@@ -16,22 +16,7 @@ Samples = Annotated[int, Ge(10)]
 
 @dataclass(frozen=True)
 class RandomForce(Options):
-    """Options of D, simulated under inputs U(-force_limit, force_limit) held over each step of time_step s.
-
-    regime, episode_steps  one `long` trajectory, or `episodes` that start anew every episode_steps samples
-    samples                of each member; the first train_fraction of them are for training, of which train_samples
-                           keeps only the first so many, so that fits from more or from less data meet the same test
-    force_limit            of every input in its unit; None takes the system's limit of each
-    start, reset           name of a state of rest of the system, its first one by default; each episode begins at
-                           that `start`, or at `random` within the system's `reset_ranges`
-    measured, labels       `accelerations`, only `states` or only `positions` are recorded; what is not is `exact`,
-                           `differenced`, of local polynomials (`savitzky_golay`) or `smoothed`
-    sample_step            s between two samples, a whole part of time_step, which it is by default
-    X_noise                standard deviations of q, qd, qdd, tau in their units, and `force` of the recorded inputs
-    quantisation           steps of the encoders of lengths (m) and angles (rad), or empty
-    encoder_zero, wrapped  rad that every recorded angle is off; angles are recorded within (-pi, pi]
-    common                 every member has the data of the first seed
-    """
+    """Options of D, simulated under held random inputs: what each is stands in conf/data/episodes.yaml."""
 
     source: Literal["random_force"] = "random_force"
     regime: Literal["episodes", "long"] = "episodes"

@@ -33,13 +33,7 @@ class EnergyForm(StrEnum):
 
 @dataclass(frozen=True)
 class ObjectiveOptions(PluginOptions):
-    """Options of an objective; a file of learning/objectives extends it and has `rows`.
-
-    momentum_weight: of Omega_tran, eq. (8). l1_kinetic, l1_potential: lambda_T and lambda_V of (7a). error_scale s
-    (m/s^2 and rad/s^2 together): each sample weighs 1 / (1 + |qdd|^2 / s^2). equal_weight_share: of the epochs or
-    iterations, in a last phase with equal weights. passivity_states: random states at which passivity is checked on
-    the way.
-    """
+    """Options of an objective (see conf/objective/_base.yaml); a file of learning/objectives has them and `rows`."""
 
     symbolic: ClassVar[bool] = (
         False  # it has `expression` too, of which kernels are compiled; otherwise torch computes it

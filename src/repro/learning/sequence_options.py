@@ -20,11 +20,7 @@ SEQUENCES = "learning.sequences"  # the folder of these choices
 
 @dataclass(frozen=True)
 class SequenceOptions(PluginOptions):
-    """Options of a sequence; a file of learning/sequences extends it and has `phases`.
-
-    energy_weight, energy_form: of the energy error. initial_angles, grid, steps: of D_H, as in `FreeMotionOptions`.
-    pretraining_epochs: on D_H alone; None: as many as on D.
-    """
+    """Options of a sequence (see conf/sequence/_base.yaml); a file of learning/sequences has them and `phases`."""
 
     needs_energies: ClassVar[bool] = True  # it compares energies, which simulated data and a model with energies have
     uses_free_motion: ClassVar[bool] = False  # D_H is learned

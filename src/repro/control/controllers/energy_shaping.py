@@ -27,14 +27,7 @@ STATE_COST, FORCE_COST = (10.0, 10.0, 1.0, 1.0), 1.0  # of the LQR
 
 @dataclass(frozen=True, kw_only=True)
 class Options(ControllerOptions):
-    """Options of the swing-up of one link, and of the regulator near upright.
-
-    energy_gain    m/s^2 per J and rad/s: acceleration of the cart per energy error and rate of the link
-    position_gain  1/s^2: acceleration of the cart per distance from the goal
-    speed_gain     1/s: acceleration of the cart against its speed
-    catch_angle    rad from upright, within which the regulator takes over
-    catch_rate     rad/s, below which it does
-    """
+    """Options of the swing-up and of the regulator: what each is stands in conf/control/energy_shaping.yaml."""
 
     drives: ClassVar[str] = "a cart with one link by one force"
 

@@ -36,20 +36,7 @@ TERMINAL_COST = NodeWeights(kinetic=1.0, potential=1.0)
 
 @dataclass(frozen=True, kw_only=True)
 class Options(ControllerOptions):
-    """Options of a predictive controller.
-
-    intervals, coarse_intervals                   of time_step, then of coarse_step, in the horizon
-    stage_cost, terminal_cost, angle_error,
-    potential_goal, speed_limit                   as in `OptimalControlProblem`
-    clearance_radii, obstacle_constraint,
-    obstacle_weight, midpoints                    as in `Obstacle`
-    tolerance, iterations, seconds                limits of one solution; seconds of CPU time
-    adaptive                                      re-identify the model online
-    prior_error, prior_friction                   as in `Prior`, of an adaptive controller
-    noise, drift, renewal                         as in `Identification`, of an adaptive controller
-    estimator                                     of an adaptive controller: momentum `balance`, or Kalman `filter`
-    sensor_noise                                  that the filter expects, in units of `NOISE`
-    """
+    """Options of a predictive controller: what each is stands in conf/control/_mpc.yaml."""
 
     intervals: Count = 20
     coarse_intervals: Natural = 0

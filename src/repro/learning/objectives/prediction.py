@@ -21,11 +21,7 @@ from repro.plugins.options import Count
 
 @dataclass(frozen=True)
 class Options(ObjectiveOptions):
-    """Options of objective=prediction.
-
-    intervals: samples that are predicted from each state. scheme: classical Runge-Kutta (`rk4`), in `substeps` of an
-    interval, or the implicit midpoint between recorded states (`midpoint`), which predicts one interval at a time.
-    """
+    """Options of objective=prediction: what each is stands in conf/objective/prediction.yaml."""
 
     linearised: ClassVar[bool] = False
     needs_energies: ClassVar[bool] = False
