@@ -17,25 +17,16 @@ OPTIMISERS = "learning.optimisers"  # the folder of these choices
 
 @dataclass(frozen=True)
 class OptimiserOptions(PluginOptions):
-    """An optimiser is its options; a file of learning/optimisers extends it as `Options`, and has `fit`.
+    """An optimiser is its options; a file of learning/optimisers extends it as `Options`, and has `fit`."""
 
-    unit            what it counts, if anything
-    linear_only     it needs a model that is linear in its parameters, and the inverse equation
-    selects         it drops terms of a basis
-    linearises      it needs the Jacobian of the rows
-    handles_l1      it minimises the l1 terms of (7a)
-    runs_on_device  it runs on a device other than the CPU
-    name            of the file in conf/optimiser; changes no result
-    """
+    unit: ClassVar[Literal["epochs", "iterations"] | None] = None  # what it counts, if anything
+    linear_only: ClassVar[bool] = False  # it needs a model that is linear in its parameters, and the inverse equation
+    selects: ClassVar[bool] = False  # it drops terms of a basis
+    linearises: ClassVar[bool] = False  # it needs the Jacobian of the rows
+    handles_l1: ClassVar[bool] = False  # it minimises the l1 terms of (7a)
+    runs_on_device: ClassVar[bool] = False  # it runs on a device other than the CPU
 
-    unit: ClassVar[Literal["epochs", "iterations"] | None] = None
-    linear_only: ClassVar[bool] = False
-    selects: ClassVar[bool] = False
-    linearises: ClassVar[bool] = False
-    handles_l1: ClassVar[bool] = False
-    runs_on_device: ClassVar[bool] = False
-
-    name: str = field(default="", kw_only=True)
+    name: str = field(default="", kw_only=True)  # of the file in conf/optimiser; changes no result
 
     def fit(self, problem: TrainingProblem, parameters: Weights, progress: Progress, checkpoint: Checkpoint) -> Fitted:
         """Start from `parameters` (member, n_parameters) and return the fitted ones of all members."""

@@ -9,7 +9,7 @@ from typing import Any, Self
 
 from repro.report import writing
 from repro.results.statistics import Estimate
-from repro.results.table_schema import Row as Record
+from repro.results.table_schema import Row as ResultRow
 from repro.tracking.files import write_text
 
 RECORDED = ("run", "command")  # columns of the result tables
@@ -28,7 +28,7 @@ class Row:
     @classmethod
     def of(
         cls,
-        made_from: Sequence[Record],
+        made_from: Sequence[ResultRow],
         values: Mapping[str, Any],
         texts: Mapping[str, str] | None = None,
         shown: Sequence[str] = (),
