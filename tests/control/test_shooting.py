@@ -94,7 +94,7 @@ def test_every_function_is_that_of_the_programme(problem, case):
 
 
 @pytest.mark.parametrize("case", ["double", "structured"])
-def test_recent_values_are_those_of_their_arguments(problem, case):
+def test_sines_of_recent_angles_are_those_of_their_angles(problem, case):
     """Back at a point after many others its Hessian has the same bits, also where an angle or a lane is 0."""
     name, make, changes = CASES[case]
     system = load(name)

@@ -60,7 +60,7 @@ def shooting_code(of: Transcription) -> str:
     ]
     assembled = [c_source(__file__, name) for name in ("shooting", "fatrop_interface")]
     types = [TYPE, "typedef long long int casadi_int;"]
-    functions = [FUNCTIONS, c_source(__file__, "recent_values")]
+    functions = [FUNCTIONS, c_source(__file__, "recent_angles")]
     return "\n".join([*definitions, *types, *functions, *tables, *kernels, *assembled])
 
 
