@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from repro.data.dataset import Measurement
-from repro.data.smooth import PRIOR, _Filter, _motion, smooth
+from repro.data.smooth import PRIOR, _Filter, _motions, smooth
 
 TIMES = np.array([0.0, 0.1, 0.17, 0.3, 0.42])
 
@@ -16,7 +16,7 @@ def _dense(values: np.ndarray, times: np.ndarray, variance: float, intensity: fl
         block = slice(3 * k, 3 * k + 3)
         mean[block], joint[block, block] = state, covariance
         if k + 1 < n:
-            transition, noise = (each[0] for each in _motion(np.diff(times)[k : k + 1]))
+            transition, noise = (each[0] for each in _motions(np.diff(times)[None])[k])
             joint[3 * k + 3 : 3 * k + 6, : 3 * k + 3] = transition @ joint[block, : 3 * k + 3]
             joint[: 3 * k + 3, 3 * k + 3 : 3 * k + 6] = joint[3 * k + 3 : 3 * k + 6, : 3 * k + 3].T
             state, covariance = transition @ state, transition @ covariance @ transition.T + intensity * noise
@@ -30,9 +30,9 @@ def _dense(values: np.ndarray, times: np.ndarray, variance: float, intensity: fl
 def test_the_smoother_is_the_gaussian_conditional(missing: list[int]) -> None:
     values = np.sin(3 * TIMES)
     values[missing] = np.nan
-    steps = np.append(np.diff(TIMES), 1.0)[None]
+    motions = _motions(np.append(np.diff(TIMES), 1.0)[None])
     position = values[None, :, None]
-    filtered = _Filter(position, np.full_like(position, np.nan), steps, np.full((2, 1), 1e-2), np.array([30.0]))
+    filtered = _Filter(position, np.full_like(position, np.nan), motions, np.full((2, 1), 1e-2), np.array([30.0]))
     np.testing.assert_allclose(filtered.smoothed()[0, :, 0], _dense(values, TIMES, 1e-2, 30.0), atol=1e-6)
 
 

@@ -41,6 +41,8 @@ class Transcription:
     @cached_property
     def prediction(self) -> Interval:
         """One interval with its end as an explicit function of its start, for roll-outs."""
+        if self.discretisation == "shooting":
+            return self.interval
         return interval(self.model, self.problem, "shooting", self.substeps)
 
     @property

@@ -3,6 +3,7 @@
 Every coordinate is the triple integral of white noise (a white-jerk process) with an intensity of maximum likelihood.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,8 @@ RATIOS = 10.0 ** np.arange(0, 17)  # of an intensity to the variance of a sensor
 TRIED = 6  # episodes, and of each so many samples, on which the likelihood is compared
 TRIED_SAMPLES = 300
 PRIOR = np.array([1.0, 1e3, 1e6])  # variances of position, velocity and acceleration at the start of an episode
+
+Motions = Sequence[tuple[np.ndarray, np.ndarray]]
 
 
 def smooth(
@@ -29,7 +32,7 @@ def smooth(
     position = blocks.cut(measured.q)
     velocity = np.full_like(position, np.nan) if measured.qd is None else blocks.cut(measured.qd)
     few, short = slice(None, TRIED), slice(None, TRIED_SAMPLES)
-    part = position[few, short], velocity[few, short], blocks.steps[few, short]
+    part = position[few, short], velocity[few, short], _motions(blocks.steps[few, short])
     position_noise = _noise(measured.q_noise, part[0], np.full_like(part[0], np.nan), part[2], n_q)
     velocity_noise = None
     if measured.qd is not None:
@@ -39,19 +42,19 @@ def smooth(
     variances = np.tile(noises**2, members)
     losses = np.stack([_Filter(*part, variances, np.full(members * n_q, each)).loss for each in INTENSITIES])
     intensity = INTENSITIES[losses.argmin(0)]
-    states = _Filter(position, velocity, blocks.steps, variances, intensity).smoothed()
+    states = _Filter(position, velocity, _motions(blocks.steps), variances, intensity).smoothed()
     q, qd, qdd = (blocks.join(states[..., order], members) for order in range(3))
     return q, qd, qdd, replace(measured, q_noise=position_noise, qd_noise=velocity_noise)
 
 
 def _noise(
-    given: np.ndarray | None, position: np.ndarray, velocity: np.ndarray, steps: np.ndarray, n_q: int
+    given: np.ndarray | None, position: np.ndarray, velocity: np.ndarray, motions: Motions, n_q: int
 ) -> np.ndarray:
     """The standard deviation of one sensor (n_q,): beside the variance 1 the best scale is in closed form."""
     if given is not None:
         return given
     ones, prior = np.ones((2, position.shape[2])), PRIOR / EXACT
-    tried = [_Filter(position, velocity, steps, ones, np.full(position.shape[2], ratio), prior) for ratio in RATIOS]
+    tried = [_Filter(position, velocity, motions, ones, np.full(position.shape[2], ratio), prior) for ratio in RATIOS]
     concentrated = np.stack([filtered.concentrated for filtered in tried])
     variances = np.stack([filtered.variance for filtered in tried])
     best = np.take_along_axis(variances, concentrated.argmin(0)[None], 0)[0]
@@ -85,8 +88,8 @@ class _Blocks:
 class _Filter:
     """The Kalman filter of all series at once, one sample of every episode after the other.
 
-    position, velocity: (episode, sample, series); steps: (episode, sample) s to the next sample; variances: (2, series)
-    of the two sensors; intensity: (series,); prior: variances (3,) at the start. `loss`: -2 log likelihood (series,),
+    position, velocity: (episode, sample, series); motions: of each sample, to the next one; variances: (2, series) of
+    the two sensors; intensity: (series,); prior: variances (3,) at the start. `loss`: -2 log likelihood (series,),
     without a constant.
     """
 
@@ -94,13 +97,13 @@ class _Filter:
         self,
         position: np.ndarray,
         velocity: np.ndarray,
-        steps: np.ndarray,
+        motions: Motions,
         variances: np.ndarray,
         intensity: np.ndarray,
         prior: np.ndarray = PRIOR,
     ) -> None:
         episodes, samples, series = position.shape
-        self.steps, self.measured = steps, (position, velocity)
+        self.motions, self.measured = motions, (position, velocity)
         state = np.zeros((episodes, series, 3))
         for order, values in enumerate(self.measured):
             first = np.isfinite(values).argmax(1)
@@ -122,7 +125,7 @@ class _Filter:
                 covariance = covariance - gain[..., None] * covariance[..., order, None, :]
                 updates.append((error / size, gain))
             kept.append((predicted, spread, updates))
-            transition, noise = _motion(steps[:, k])
+            transition, noise = motions[k]
             state = (transition[:, None] @ state[..., None])[..., 0]
             covariance = transition[:, None] @ covariance @ transition.swapaxes(-1, -2)[:, None]
             covariance = covariance + noise[:, None] * intensity[:, None, None]
@@ -149,7 +152,7 @@ class _Filter:
         pull = np.zeros((*found.shape[:1], *found.shape[2:]))
         for k in range(samples - 1, -1, -1):
             predicted, spread, updates = self._kept[k]
-            transition, _ = _motion(self.steps[:, k])
+            transition, _ = self.motions[k]
             pull = (transition.swapaxes(-1, -2)[:, None] @ pull[..., None])[..., 0]
             for order in (1, 0):
                 scaled, gain = updates[order]
@@ -158,11 +161,15 @@ class _Filter:
         return found
 
 
-def _motion(steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Transition (episode, 3, 3) over the steps (episode,) s, and the covariance of unit white jerk over them."""
+def _motions(steps: np.ndarray) -> Motions:
+    """Of each sample: transition (episode, 3, 3) over steps (episode, sample) s, and covariance of unit white jerk."""
     h, zero = steps, np.zeros_like(steps)
     one = zero + 1
     rows = [[one, h, h**2 / 2], [zero, one, h], [zero, zero, one]]
     noise = [[h**5 / 20, h**4 / 8, h**3 / 6], [h**4 / 8, h**3 / 3, h**2 / 2], [h**3 / 6, h**2 / 2, h]]
-    transition, spread = (np.moveaxis(np.array(each), -1, 0) for each in (rows, noise))
-    return transition, spread
+    # The entries of a matrix lie apart: products of matrices in another order of memory are rounded otherwise.
+    transitions, spreads = (np.ascontiguousarray(np.moveaxis(np.array(each), -1, 0)) for each in (rows, noise))
+    return [
+        (np.moveaxis(transition, -1, 0), np.moveaxis(spread, -1, 0))
+        for transition, spread in zip(transitions, spreads, strict=True)
+    ]
