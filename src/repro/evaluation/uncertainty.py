@@ -102,9 +102,11 @@ def expected_errors(
 ) -> tuple[float, float]:
     """Mean absolute errors of tau and of qdd that the covariance predicts, at samples of a member."""
     every = slice(None, None, max(1, part.samples // STATES))
-    points = np.concatenate([array[member, every] for array in (part.q, part.qd, part.qdd)], axis=1)
-    slopes = inverse_model(model).linear(points, parameters)[..., 1:]
-    mass = evaluate(_mass(model), points[:, : 2 * model.n_q], parameters).reshape(-1, model.n_q, model.n_q)
+    q, qd, qdd = (array[member, every] for array in (part.q, part.qd, part.qdd))
+    slopes = inverse_model(model).linear(np.concatenate([q, qd, qdd], axis=1), parameters)[..., 1:]
+    symbols = model.symbols("q", "qd")
+    inertia = column_function("mass", symbols, casadi.vec(model.mass_matrix(*symbols)))
+    mass = evaluate(inertia, q, qd, parameters).reshape(-1, model.n_q, model.n_q)
     means = []
     for rows in (slopes, np.linalg.solve(mass, slopes)):
         variance = np.einsum("niw,wv,niv->ni", rows, known.covariance, rows, optimize=True)
@@ -133,9 +135,3 @@ def motion_errors(
             slope = by_state @ slope + by_weights  # both are 0 at a restart
             errors[member, k] = np.sqrt(np.maximum(np.einsum("xw,wv,xv->x", slope, covariance, slope), 0))
     return errors
-
-
-def _mass(model: Model) -> casadi.Function:
-    x, weights = casadi.SX.sym("x", 2 * model.n_q), casadi.SX.sym("parameters", model.n_parameters)
-    q, qd = casadi.vertsplit(x, model.n_q)
-    return column_function("mass", [x, weights], casadi.vec(model.mass_matrix(q, qd, weights)))

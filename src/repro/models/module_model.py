@@ -122,7 +122,9 @@ class ModuleModel(Model):
         """D(q) qd, where the module has a dissipation."""
         if not hasattr(self.module, "dissipation"):
             return super().friction(q, qd, parameters)
-        return _matrix(self._traced("dissipation", [q], parameters)) @ qd
+        rows = self._traced("dissipation", [q], parameters)
+        matrix: casadi.SX = casadi.vertcat(*(casadi.horzcat(*row) for row in rows))
+        return matrix @ qd
 
     def acceleration(self, q: casadi.SX, qd: casadi.SX, tau: casadi.SX, parameters: casadi.SX) -> casadi.SX:
         """qdd as a CasADi expression."""
@@ -243,8 +245,3 @@ def _described(value: object) -> str:
 def _scalar(value: Any) -> casadi.SX:
     (entry,) = as_array(value).ravel()
     return casadi.SX(entry)
-
-
-def _matrix(rows: Any) -> casadi.SX:
-    matrix: casadi.SX = casadi.vertcat(*(casadi.horzcat(*row) for row in rows))
-    return matrix

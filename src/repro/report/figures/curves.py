@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -43,7 +42,12 @@ def curve_panels(
     for place, (axis, (title, lines)) in enumerate(zip(axes, panels.items(), strict=True)):
         axis.set_title(_in_two_lines(title))
         for name, setting in lines:
-            _draw_members(axis, _curve(results, setting, quantity), roles[name])
+            table, role = _curve(results, setting, quantity), roles[name]
+            for column in table:
+                axis.plot(table.index, table[column], linewidth=0.5, alpha=0.45, color=role.colour)
+            # Failed members are nan: in the median they count as infinitely wrong, and the line ends where most failed.
+            median = table.fillna(np.inf).median(axis=1).replace(np.inf, np.nan)
+            axis.plot(median.index, median, linewidth=1.8, **role.line_style)
         axis.set_xscale("symlog", linthresh=1)
         if quantity.small is None:
             axis.set_yscale("log")
@@ -60,14 +64,6 @@ def curve_panels(
 def with_curves(results: Results, candidates: Sequence[RunSetting], quantity: Quantity = LOSS) -> list[RunSetting]:
     """Keep the settings whose curve of a quantity was stored; anchors fall out."""
     return [s for s in candidates if anchor_name(s) is None and not _curve(results, s, quantity).empty]
-
-
-def _draw_members(axis: Any, table: "pd.DataFrame", role: Role) -> None:
-    for column in table:
-        axis.plot(table.index, table[column], linewidth=0.5, alpha=0.45, color=role.colour)
-    # Failed members are nan: in the median they count as infinitely wrong, and the line ends where most have failed.
-    median = table.fillna(np.inf).median(axis=1).replace(np.inf, np.nan)
-    axis.plot(median.index, median, linewidth=1.8, **role.line_style)
 
 
 def _curve(results: Results, setting: RunSetting, quantity: Quantity) -> "pd.DataFrame":
