@@ -38,6 +38,7 @@ HEAVY += ("torch", "repro.report.drawing", "matplotlib.backends.backend_agg", "m
 
 def pytest_collection_finish() -> None:
     gc.freeze()  # Python's search for unused objects leaves out the libraries and the list of tests
+    gc.set_threshold(50_000, 20)
     gc.enable()
 
 

@@ -61,10 +61,11 @@ for folder in sys.argv[1:]:
         # torch.testing would load torch.distributed, which takes a second
         same = {"rtol": 1e-9, "atol": 1e-9, "strict": True}
         close = lambda ours, other: np.testing.assert_allclose(ours.numpy(), other.numpy(), **same)
-        close(function(given[0].tolist(), *(each.numpy() for each in given[1:])), whole)
         close(torch.func.vmap(function)(*given), whole)
-        close(function(*(each[:1].expand(5, 2) for each in given))[4], whole[0])
-        close(function(given[0][0], *given[1:])[0], whole[0])
+        if folder in (sys.argv[1], sys.argv[-1]):  # the same lines in every file
+            close(function(given[0].tolist(), *(each.numpy() for each in given[1:])), whole)
+            close(function(*(each[:1].expand(5, 2) for each in given))[4], whole[0])
+            close(function(given[0][0], *given[1:])[0], whole[0])
         for wrong in ([each[:, :1] for each in given], [given[0][:2], *given[1:]]):
             try:
                 function(*wrong)

@@ -50,7 +50,7 @@ SWEEP = f"""
     from repro.launch.jobs import Job
     from repro.launch.pool import run_jobs
     jobs = [Job(str(number), "toyjobs:make", {{"number": number}}) for number in range({STAGES})]
-    results = run_jobs(jobs, workers={WORKERS}, preload=())
+    results = run_jobs(jobs, workers={WORKERS}, preload=("repro.tracking.store",))
     print(json.dumps([[result.outcome, result.value] for result in results]))
 """
 

@@ -54,7 +54,7 @@ def closure(entries: tuple[str, ...]) -> Identity:
         source = READER.read(path, module)
         modules[module] = source.digest
         names.update(source.libraries)
-        waiting += _reached(module, source.imports)
+        waiting += _reached(module, tuple(source.imports))
     READER.save()
     versions = {name: version(name) for name in sorted(names)}
     return Identity(code=dict(sorted(modules.items())), libraries=versions, modules=tuple(sorted(entries)))
@@ -71,7 +71,7 @@ def remember_loaded() -> None:
         if path is not None and _stamp(path)[0] / 1e9 <= READER.started:
             source = READER.recorded[module] = READER.read(path, module)
             # Looked up here, for all jobs.
-            list(_reached(module, source.imports))
+            _reached(module, tuple(source.imports))
             list(map(version, source.libraries))
     READER.save()
 
@@ -196,16 +196,15 @@ def analyse(path: Path, module: str) -> Source:
     return Source(digest.hexdigest()[:16], own, libraries)
 
 
-def _reached(importer: str, imports: Sequence[str]) -> Iterator[str]:
-    """Modules that an import line runs: `a.b.c` runs a.b and, where it is a module, a.b.c."""
+@cache
+def _reached(importer: str, imports: tuple[str, ...]) -> tuple[str, ...]:
+    """Modules that import lines run: `a.b.c` runs a.b and, where it is a module, a.b.c."""
     root = importer.partition(".")[0]
     outside = [room for room in (f"{root}.tracking", f"{root}.errors") if not _within(importer, room)]
-    for name in imports:
-        if not any(_within(name, room) for room in outside):
-            parts = name.split(".")
-            # The root package only re-exports names that no stage uses.
-            candidates = [".".join(parts[:length]) for length in range(2, len(parts) + 1)]
-            yield from (candidate for candidate in candidates if _file(candidate) is not None)
+    inside = [name.split(".") for name in imports if not any(_within(name, room) for room in outside)]
+    # The root package only re-exports names that no stage uses.
+    candidates = (".".join(parts[:length]) for parts in inside for length in range(2, len(parts) + 1))
+    return tuple(name for name in dict.fromkeys(candidates) if _file(name) is not None)
 
 
 @cache
