@@ -5,6 +5,9 @@ import pytest
 
 from repro.control.nonlinear_solver import Solution
 from repro.control.predictive_controller import PredictiveController
+from repro.mechanics.derive import dynamics_of
+from repro.mechanics.inputs import under_inputs
+from repro.mechanics.simulate import simulate
 
 STEP = 0.04
 
@@ -134,3 +137,27 @@ def test_the_first_guess_is_a_motion_of_the_model_or_rest_near_upright(controlle
 
 def test_the_force_keeps_its_limit(controlled, state):
     assert controlled([np.full(20, 4.0000001)]).decide(state).u == [4.0]
+
+
+@pytest.mark.parametrize("discretisation", ["shooting", "collocation"])
+def test_a_roll_out_is_one_interval_after_another(transcribe, problem, state, discretisation):
+    """The motion of the model under held inputs, whatever the discretisation of the problem."""
+    of = transcribe(problem, discretisation)
+    inputs = np.random.default_rng(0).normal(size=(1, of.n_intervals))
+    shared = of.parameters(state, np.zeros(2), of.model.model.coefficients)[of.n_x :]
+    reached = np.asarray(of.roll_out(state, inputs, shared))
+    assert reached.shape == (of.n_x, of.n_intervals)
+    system = of.model.system
+    acceleration = under_inputs(dynamics_of(system).acceleration, system)
+    motion = simulate(acceleration, state[None], inputs.T[None], problem.time_step)
+    np.testing.assert_allclose(reached.T, motion[0, 1:], rtol=0, atol=1e-4)
+
+
+def test_a_guess_stops_where_the_model_diverges(controlled, state):
+    """The last usable state is held from there on."""
+    controller = controlled([])
+    shared = controller.of.parameters(state, controller.goal, controller.weights)[controller.of.n_x :]
+    forces = np.where(np.arange(20) < 5, 1.0, 1e9)[:, None]
+    states = controller.of.states(controller._rolled_out(state, forces, shared))
+    assert np.abs(states).max() < 1e3 and np.unique(states[:6], axis=0).shape == (6, 4)
+    np.testing.assert_array_equal(states[6:], np.tile(states[5], (15, 1)))

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
 
 from repro.control.controller import Controller, ControlStep
@@ -36,15 +35,14 @@ class PredictiveController(Controller):
         self.of, self.solver, self.weights, self.goal = of, solver, np.asarray(weights, dtype=float), goal
         self.times = np.concatenate([[0.0], np.cumsum(of.problem.intervals)])
         self.plan: Plan | None = None
-        stage = of.prediction
-        self._advance = ca.Function(
-            "advance", [stage.state, stage.inner, stage.parameters, stage.data], [stage.following], {"cse": True}
-        )
+        self._shared = np.zeros(0), np.zeros(0)  # weights, and the parameters of a solution that follow from them
 
     def decide(self, state: np.ndarray) -> ControlStep:
         """The inputs at a measured state (2 n_q,)."""
-        parameters = self.of.parameters(state, self.goal, self.weights)
-        shared = parameters[self.of.n_x :]
+        if self._shared[0] is not self.weights:  # which are replaced, never changed, where they are re-identified
+            self._shared = self.weights, self.of.parameters(state, self.goal, self.weights)[self.of.n_x :]
+        shared = self._shared[1]
+        parameters = np.concatenate([state, shared])
         if self.plan is None:
             inputs = self._held(shared)
             guess = self._rolled_out(state, inputs, shared)
@@ -92,11 +90,10 @@ class PredictiveController(Controller):
         states = np.repeat(state[None], self.of.n_intervals + 1, axis=0)
         if np.all(np.cos(state[angles] - self.goal[angles]) > np.cos(NEAR_GOAL)):
             return self.of.guess(states, self._held(shared))
-        for k, (length, u) in enumerate(zip(self.of.problem.intervals, inputs, strict=True)):
-            following = np.asarray(self._advance(states[k], u, shared, [length, 0.0])).ravel()
-            if not np.all(np.abs(following) < DIVERGED):
-                break
-            states[k + 1 :] = following
+        reached = np.append(state[None], np.asarray(self.of.roll_out(state, inputs.T, shared)).T, axis=0)
+        usable = np.logical_and.accumulate([True, *(np.abs(reached[1:]) < DIVERGED).all(axis=1)])
+        states[usable] = reached[usable]
+        states[~usable] = reached[usable][-1]
         return self.of.guess(states, inputs)
 
     def _interval_at(self, times: np.ndarray | float) -> np.ndarray:

@@ -39,11 +39,19 @@ class Transcription:
         return horizon_end(self.model, self.problem)
 
     @cached_property
-    def prediction(self) -> Interval:
-        """One interval with its end as an explicit function of its start, for roll-outs."""
-        if self.discretisation == "shooting":
-            return self.interval
-        return interval(self.model, self.problem, "shooting", self.substeps)
+    def roll_out(self) -> ca.Function:
+        """(state (n_x,), inputs (n_u, n_intervals), shared parameters) -> states at the ends (n_x, n_intervals)."""
+        stage = self.interval
+        if self.discretisation != "shooting":  # otherwise its end is no explicit function of its start
+            stage = interval(self.model, self.problem, "shooting", self.substeps)
+        given = [stage.state, stage.inner, stage.parameters, stage.data]
+        advance = ca.Function("advance", given, [stage.following], {"cse": True})
+        state, inputs = ca.MX.sym("x", self.n_x), ca.MX.sym("u", self.n_u, self.n_intervals)
+        shared = ca.MX.sym("shared", stage.parameters.numel())
+        reached = [state]
+        for length, u in zip(self.problem.intervals, ca.horzsplit(inputs), strict=True):
+            reached.append(advance(reached[-1], u, shared, ca.DM([length, 0.0])))
+        return ca.Function("roll_out", [state, inputs, shared], [ca.horzcat(*reached[1:])])
 
     @property
     def n_x(self) -> int:
