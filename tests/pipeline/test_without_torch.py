@@ -36,6 +36,28 @@ def test_closed_forms_anchors_and_identify_load_no_torch(tmp_path):
     assert output.splitlines()[-1] == "[]"
 
 
+PLANNED = """
+import json, sys
+from pathlib import Path
+from repro.sweep.planned_job import plan_jobs
+from repro.tracking.paths import Paths
+jobs = plan_jobs([tuple(job) for job in json.loads(sys.argv[2])], Paths(Path(sys.argv[1])))
+assert all(job.expected_seconds > 0 for job in jobs)
+print("torch" in sys.modules)
+"""
+
+
+def test_networks_are_planned_without_it(tmp_path):
+    jobs = [
+        ("model=structured",),
+        ("model=symoden", "objective=prediction"),
+        ("model=blackbox", "objective=forward"),
+        ("model=hamiltonian", "objective=port"),
+    ]
+    command = [sys.executable, "-c", PLANNED, str(tmp_path), json.dumps(jobs)]
+    assert subprocess.run(command, capture_output=True, text=True, check=True).stdout == "False\n"
+
+
 @pytest.mark.parametrize(
     "job", [CLOSED_FORM, ("model=trivial",), ("model=truth", "optimiser=thresholded_least_squares")]
 )

@@ -42,7 +42,7 @@ class SymODEN(Model):
 
     def __init__(self, n_q: int, positions: PositionFeatures, options: Options) -> None:
         self.n_q, self.positions = n_q, positions
-        self._entries = torch.tril_indices(n_q, n_q)
+        self._entries = np.tril_indices(n_q)  # of numpy: to plan a job loads no torch
         outputs = [len(self._entries[0]), 1, n_q * n_q]
         outputs += [len(self._entries[0])] if options.dissipation == "state" else []
         self.networks = [Network(positions.size, options.hidden, n_out, options.activation) for n_out in outputs]
