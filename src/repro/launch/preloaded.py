@@ -3,8 +3,9 @@
 import gc
 
 from repro.launch import watch_parent
-from repro.tracking import code
+from repro.tracking import code, record
 
+record.prepare()
 code.remember_loaded()
 watch_parent.stop()
 # The search for unused objects in a job would go through everything loaded here, and copy its memory.

@@ -55,7 +55,7 @@ def lines(error: ValidationError, raw: Any, group: str = "", allowed: Collection
 def validated(kind: Any, group: str, options: Mapping[str, Any]) -> Any:
     """Options of a dataclass from keywords; OptionsError for one that it does not have, or does not allow."""
     try:
-        return _adapter(kind).validate_python(options)
+        return adapter(kind).validate_python(options)
     except ValidationError as error:
         raise OptionsError([*lines(error, options, group, {field.name for field in fields(kind)})]) from None
 
@@ -82,7 +82,7 @@ def chosen(group: str, folder: str) -> tuple[PlainValidator, PlainSerializer]:
     return PlainValidator(lambda raw: checked(group, folder, raw)), PlainSerializer(lambda options: options.plain())
 
 
-_adapter = cache(TypeAdapter[Any])
+adapter = cache(TypeAdapter[Any])  # what checks options of a dataclass
 
 
 def _place(raw: Any, place: tuple[int | str, ...], *, absent: bool) -> tuple[list[str], Collection[str]]:

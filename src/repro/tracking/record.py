@@ -146,6 +146,13 @@ class Record:
         return record
 
 
+def prepare() -> None:
+    """Make what checks records, for all processes forked from here: it takes as long as a small stage."""
+    from repro.plugins.checked import adapter
+
+    adapter(Record)
+
+
 class Damage(Exception):  # noqa: N818 - a finding about a folder, not a programming error
     """What is wrong with a stored stage."""
 
