@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from repro.bench import peers, stored_bench, suite
-from repro.bench.pairing import PairedComparison, Pairs
+from repro.bench.pairing import PairedComparison, Pairs, Rounds
 from repro.bench.scale import SCALES
 from repro.bench.stored_bench import FILE, MeasuredRows, run, stage
 from repro.commands import bench as command
@@ -123,7 +123,9 @@ def test_the_report_finds_it_under_its_experiment(tmp_path, measured):
     assert set(results.bench["command"]) == {"repro bench --scale smoke"}
 
 
-def test_every_comparison_of_the_smallest_scale_gives_a_row(tmp_path):
+def test_every_comparison_of_the_smallest_scale_gives_a_row(tmp_path, monkeypatch):
+    once = Rounds(least=1, most=1, limit_s=0.0, shortest_s=0.0)
+    monkeypatch.setitem(suite.SCALES, "smoke", replace(SCALES["smoke"], rounds=once))
     record = Store(tmp_path).find(run(tmp_path, "smoke"))
     rows = pd.read_parquet(record.path(FILE))
     assert len(rows) == record.summary["comparisons"] == len(suite.comparisons("smoke"))
