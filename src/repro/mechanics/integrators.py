@@ -88,7 +88,11 @@ class InterpretedIntegrator:
         given = np.broadcast_to(parameters, (len(u), parameters.shape[1]))
         (_, there), (_, back) = self._buffers
         for k in range(u.shape[1]):
-            for b, count in enumerate(rule.substeps(states[:, k]).tolist()):
+            counts = rule.substeps(states[:, k])
+            if not counts.any():  # nothing is left to follow
+                states[:, k + 1 :] = np.nan
+                break
+            for b, count in enumerate(counts.tolist()):
                 if count == 0:
                     states[b, k + 1] = np.nan
                     continue
