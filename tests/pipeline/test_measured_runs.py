@@ -51,7 +51,7 @@ def test_every_network_is_accurate(system: str, recorded: str, bar: float, secon
     assert len(errors) == 4
     assert errors.max() < bar
     assert _values(run, "trapped").sum() == 0
-    assert _values(run, "cost_per_dof").max() < 1.1
+    assert _values(run, "cost_per_dof").median() == pytest.approx(1, abs=0.05)
     assert _values(run, "fit_seconds").max() < seconds
 
 
