@@ -12,8 +12,6 @@ from repro.mechanics.system import System, load
 from repro.mechanics.system_options import SYSTEMS, Reading
 from repro.plugins.plugin import plugin_names
 
-pytestmark = pytest.mark.usefixtures("unoptimised")
-
 MISPRINTED = ("dip", "printed")  # its T and V are not those of its bodies
 READ = [name for name in plugin_names(SYSTEMS) if isinstance(load(name), LinkAngles)]
 SYSTEMS = [load(name, reading) for name in READ for reading in Reading if (name, reading) != MISPRINTED]
