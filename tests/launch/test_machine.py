@@ -1,5 +1,7 @@
 """No more jobs run at once than there is memory for."""
 
+import subprocess
+import sys
 from types import SimpleNamespace
 
 import numpy as np
@@ -57,3 +59,19 @@ def test_a_container_may_allow_less_than_is_available(limit, expected, monkeypat
 def test_where_nothing_is_known_nothing_is_limited(monkeypatch):
     monkeypatch.setattr(machine, "_text", lambda file: "")
     assert memory_for_jobs_mib() == float("inf")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="counts the page faults of GNU's C library")
+def test_freed_memory_is_used_again():
+    """A second array of 64 MiB takes no new pages from the system."""
+    script = (
+        "import numpy, resource; from repro.launch.machine import reuse_freed_memory; reuse_freed_memory()\n"
+        "faults = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_minflt\n"
+        "counts = []\n"
+        "for _ in range(3):\n"
+        "    before = faults(); numpy.ones(2**23); counts.append(faults() - before)\n"
+        "print(*counts)"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    first, *others = map(int, done.stdout.split())
+    assert max(others) < first / 10

@@ -14,6 +14,7 @@ from typing import Any
 
 from repro.errors import UserError
 from repro.launch.jobs import Event, EventKind, Job, JobOutcome, JobResult
+from repro.launch.machine import reuse_freed_memory
 from repro.tracking import code, progress
 from repro.tracking.files import disk_errors_explained
 from repro.tracking.store import StageFailed
@@ -30,6 +31,7 @@ def main(pipe: connection.Connection, index: int, job: Job, log: str) -> None:
     # The server ignores Ctrl-C; a job obeys the one that the launcher passes on.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     threading.Thread(target=_die_with_launcher, daemon=True).start()
+    reuse_freed_memory()
     code.begin_job()
     progress.listen(
         lambda fraction, text: pipe.send(Event(EventKind.PROGRESS, index, fraction, text)),
