@@ -49,30 +49,67 @@ class MomentumBalance:
 
         samples: (intervals + 1, 2 n_q); inputs: (intervals, n_u), held between samples.
         """
+        explained, jacobian = self._explained(samples.T, weights)
+        return self.impulse(samples, inputs) - np.asarray(explained).ravel(), np.asarray(jacobian)
+
+    def impulse(self, samples: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+        """The impulse of the inputs along one motion, (n_q,) in N s."""
         at_samples = input_matrix(self.system, samples[:, : self.model.n_q])
         forces = ((at_samples[:-1] + at_samples[1:]) / 2 @ inputs[..., None])[..., 0]
-        impulse = np.sum(np.ascontiguousarray(forces.T), axis=1) * self.dt
-        explained, jacobian = self._explained(samples.T, weights)
-        return impulse - np.asarray(explained).ravel(), np.asarray(jacobian)
+        return np.asarray(np.sum(np.ascontiguousarray(forces.T), axis=1) * self.dt)
+
+    def explained(self, motions: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What the model explains of many motions, each (intervals + 1, 2 n_q).
+
+        Returns impulses (motion, n_q) in N s, and d(explained)/d(weights), (motion, n_q, n_weights).
+        """
+        n_q = self.model.n_q
+        columns = evaluate(self._columns, motions, weights, repeated=True)
+        momentum, force = np.split(columns.reshape(*columns.shape[:-1], -1, n_q), 2, axis=-2)
+        totals = momentum[:, -1] - momentum[:, 0] - np.einsum("k,nkwi->nwi", self._simpson, force)
+        return totals[:, 0], totals[:, 1:].swapaxes(1, 2)
 
     @cached_property
-    def _explained(self) -> ca.Function:
+    def is_linear(self) -> bool:
+        """Whether what the model explains is linear in its weights."""
+        return int(self._explained.jac_sparsity(1, 1).nnz()) == 0
+
+    @property
+    def _simpson(self) -> np.ndarray:
+        return np.asarray(self.dt / 3 * np.array([1, *[4, 2] * (self.intervals // 2 - 1), 4, 1]))
+
+    @cached_property
+    def _columns(self) -> ca.Function:
+        """(x, weights) -> momentum, its slopes by each weight, force and its slopes, below each other."""
+        x, w = ca.SX.sym("x", 2 * self.model.n_q), ca.SX.sym("w", self.model.n_parameters)
+        momentum, force, of_momentum, of_force = self._parts(x, w)
+        slopes = [ca.vec(ca.densify(each)) for each in (of_momentum, of_force)]
+        return column_function("columns", [x, w], momentum, slopes[0], force, slopes[1])
+
+    @cached_property
+    def _parts(self) -> ca.Function:
+        """(x, weights) -> momentum, force, and their Jacobians by the weights."""
         n_q = self.model.n_q
         q, qd, w = ca.SX.sym("q", n_q), ca.SX.sym("qd", n_q), ca.SX.sym("w", self.model.n_parameters)
         energies = self.model.energies(q, qd, w)
         momentum = self.model.momentum(q, qd, w)
         force = ca.gradient(energies.kinetic - energies.potential, q) - self.model.friction(q, qd, w)
-        parts = ca.Function(
+        return ca.Function(
             "parts",
             [ca.vertcat(q, qd), w],
             [momentum, force, ca.jacobian(momentum, w), ca.jacobian(force, w)],
             {"cse": True},
         )
-        samples, weights = ca.MX.sym("samples", 2 * n_q, self.intervals + 1), ca.MX.sym("w", w.numel())
-        simpson = self.dt / 3 * np.array([1, *[4, 2] * (self.intervals // 2 - 1), 4, 1])
+
+    @cached_property
+    def _explained(self) -> ca.Function:
+        parts, n_q = self._parts, self.model.n_q
+        samples, weights = ca.MX.sym("samples", 2 * n_q, self.intervals + 1), ca.MX.sym("w", self.model.n_parameters)
         at = [parts(samples[:, k], weights) for k in range(self.intervals + 1)]
         explained, jacobian = (
-            at[-1][part] - at[0][part] - sum(share * each[1 + part] for share, each in zip(simpson, at, strict=True))
+            at[-1][part]
+            - at[0][part]
+            - sum(share * each[1 + part] for share, each in zip(self._simpson, at, strict=True))
             for part in (0, 2)
         )
         return ca.Function("explained", [samples, weights], [explained, jacobian])

@@ -13,6 +13,7 @@ from repro.control.conditions import sensor_errors
 from repro.control.controller import Controller, ControllerOptions, MakeController, Samples
 from repro.control.geometry import Disc
 from repro.control.goal import Goal
+from repro.control.iterated_identification import IteratedIdentification
 from repro.control.optimal_control_problem import (
     AngleError,
     Discretisation,
@@ -112,7 +113,8 @@ def build(options: Options, model: PredictiveModel, disc: Disc | None, samples: 
             prior = Prior.of(model.model, weights, samples, options.prior_error, options.prior_friction)
             known = balance, prior, options.noise, options.drift, options.renewal
             if options.estimator == "balance":
-                return AdaptiveController(controller, Identification(*known))
+                kind = Identification if balance.is_linear else IteratedIdentification
+                return AdaptiveController(controller, kind(*known))
             sensors = options.sensor_noise * sensor_errors(model.system)
             return AdaptiveController(controller, FilteredIdentification(*known, sensors=sensors))
 
