@@ -11,33 +11,27 @@ LAG = 64  # motions that every update linearises anew
 
 @dataclass(frozen=True)
 class Belief:
-    """The state of the filter after some motions: weights w (n_w,), unexplained momentum b (n_q,) and their covariance.
+    """The filter after some motions: its state x = [w, b], weights (n_w,) and unexplained momentum (n_q,).
 
-    impulses, jacobian: the sums of the motions since the start, C w + b = impulses but for noise; (n_q,), (n_q, n_w).
+    impulses (n_q,), slopes (n_q, n_w + n_q): sums over the motions since the start; slopes x = impulses but for noise.
     """
 
-    weights: np.ndarray
-    unexplained: np.ndarray
+    state: np.ndarray
     covariance: np.ndarray
     impulses: np.ndarray
-    jacobian: np.ndarray
+    slopes: np.ndarray
 
-    def after(
-        self, impulse: np.ndarray, jacobian: np.ndarray, noise: np.ndarray, drift: np.ndarray, doubt: np.ndarray
-    ) -> "Belief":
-        """The state after one motion more, jacobian w = impulse; covariances of noise, drift of b and doubt of w."""
-        n_w = len(self.weights)
-        impulses, total = self.impulses + impulse, self.jacobian + jacobian
-        covariance = self.covariance.copy()
-        covariance[:n_w, :n_w] += doubt
-        covariance[n_w:, n_w:] += drift
-        along = np.hstack([total, np.eye(len(impulses))])
-        cross = along @ covariance
-        gain = np.linalg.solve(cross @ along.T + noise, cross).T
-        step = gain @ (impulses - total @ self.weights - self.unexplained)
-        covariance -= gain @ cross
-        covariance = (covariance + covariance.T) / 2
-        return Belief(self.weights + step[:n_w], self.unexplained + step[n_w:], covariance, impulses, total)
+    def after(self, impulse: np.ndarray, slope: np.ndarray, noise: np.ndarray, drift: np.ndarray) -> "Belief":
+        """After one motion more, slope (n_q, n_w) w = impulse; covariances of the noise and of the drift of x."""
+        impulses, slopes = self.impulses + impulse, self.slopes.copy()
+        slopes[:, : slope.shape[1]] += slope
+        covariance = self.covariance + drift
+        cross = slopes @ covariance
+        root = np.linalg.inv(np.linalg.cholesky(cross @ slopes.T + noise))
+        gain = root @ cross
+        state = self.state + gain.T @ (root @ (impulses - slopes @ self.state))
+        covariance -= gain.T @ gain
+        return Belief(state, covariance, impulses, slopes)
 
 
 @dataclass
@@ -51,6 +45,7 @@ class IteratedIdentification(Identification):
     """
 
     lag: int = LAG
+    _of_state: np.ndarray = field(init=False)
     _before: Belief = field(init=False)
     _samples: list[np.ndarray] = field(init=False)
     _driven: list[np.ndarray] = field(init=False)
@@ -65,11 +60,9 @@ class IteratedIdentification(Identification):
         motions = np.stack(self._samples)
         explained, jacobians = self.balance.explained(motions, self.weights)
         targets = np.stack(self._driven) - explained + jacobians @ self.weights
-        known = self._noise, self._drift, self.renewal * self.prior.covariance
-        first = self._before.after(targets[0], jacobians[0], *known)
-        last = first
+        first = last = self._before.after(targets[0], jacobians[0], self._noise, self._of_state)
         for target, jacobian in zip(targets[1:], jacobians[1:], strict=True):
-            last = last.after(target, jacobian, *known)
+            last = last.after(target, jacobian, self._noise, self._of_state)
         self.covariance = last.covariance
         self._step_towards(last, motions, explained, jacobians)
         if len(self._samples) == self.lag:
@@ -77,19 +70,24 @@ class IteratedIdentification(Identification):
             del self._samples[0], self._driven[0]
 
     def _step_towards(self, target: Belief, motions: np.ndarray, explained: np.ndarray, jacobians: np.ndarray) -> None:
-        share, step = 1.0, target.weights - self.weights
+        n_w = len(self.weights)
+        share, step = 1.0, target.state[:n_w] - self.weights
         for _ in range(HALVINGS):
             weights = self.weights + share * step
             predicted = share * (jacobians @ step)
             misfit = np.linalg.norm(self.balance.explained(motions, weights)[0] - explained - predicted)
             if misfit <= np.linalg.norm(predicted) / 2 + ROUNDING and self._least_eigenvalue(weights) >= self._least:
                 self.weights = weights
-                self.unexplained = self.unexplained + share * (target.unexplained - self.unexplained)
+                self.unexplained = self.unexplained + share * (target.state[n_w:] - self.unexplained)
                 return
             share /= 2
         self.refused += 1
 
     def _begin(self, covariance: np.ndarray) -> None:
         super()._begin(covariance)
-        self._before = Belief(self.weights, self.unexplained, self.covariance, self._impulses, self._jacobian)
+        of_weights = self.renewal * self.prior.covariance
+        self._of_state = np.block([[of_weights, self._jacobian.T], [self._jacobian, self._drift]])
+        state = np.concatenate([self.weights, self.unexplained])
+        slopes = np.hstack([self._jacobian, np.eye(len(self.unexplained))])
+        self._before = Belief(state, self.covariance, self._impulses, slopes)
         self._samples, self._driven = [], []
