@@ -174,10 +174,12 @@ class DeviceAdam(Adam):
 def device_order(seeds: Sequence[int], samples: int, epoch: int, device: torch.device) -> Tensor:
     """A fresh order of each member's samples, (member, sample), from (seed, epoch) alone: a resumed fit sees the same.
 
-    It differs from the host's order: a shuffle on the host takes longer than an epoch of steps on a device.
+    It differs from the host's order: a shuffle on the host takes longer than an epoch of steps on a device. Random
+    keys of all members are sorted at once, where a permutation of each would wait for the device.
     """
-    generator, rows = torch.Generator(device), []
-    for seed in seeds:
+    generator = torch.Generator(device)
+    keys = torch.empty(len(seeds), samples, dtype=torch.float64, device=device)
+    for row, seed in zip(keys, seeds, strict=True):
         generator.manual_seed(int(np.random.SeedSequence([seed, 11, epoch]).generate_state(1, np.uint64)[0]))
-        rows.append(torch.randperm(samples, generator=generator, device=device))
-    return torch.stack(rows)
+        row.uniform_(generator=generator)
+    return keys.argsort(dim=1)
