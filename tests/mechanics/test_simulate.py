@@ -1,4 +1,3 @@
-import time
 from pathlib import Path
 
 import casadi as ca
@@ -36,18 +35,14 @@ def one_coordinate(acceleration) -> ca.Function:
     return ca.Function("one", [q, qd, tau, parameters], [acceleration(q, qd, tau, parameters)])
 
 
-def test_long_random_motion_balances_its_energy_in_time() -> None:
-    """H[k+1] - H[k] = f[k] (x[k+1] - x[k]) to 1e-4 J at every step, up to 100 rad/s; 100,000 points in 1 s."""
+def test_long_random_motion_balances_its_energy() -> None:
+    """H[k+1] - H[k] = f[k] (x[k+1] - x[k]) to 1e-4 J at every step of 100,000, up to 100 rad/s."""
     tau = random_tau(6, 100_000)
-    simulate(PENDULUM.acceleration, upright(1), tau[:1, :1], 0.04)
-    started = time.process_time()
     x = simulate(PENDULUM.acceleration, upright(6), tau, 0.04, angles=SYSTEM.angles, engine="c")
-    seconds = (time.process_time() - started) / 6
     energy = evaluate(PENDULUM.hamiltonian, x[..., :2], x[..., 2:])[..., 0]
     work = tau[..., 0] * np.diff(x[..., 0], axis=1)
     assert np.abs(x[..., 3]).max() > 60
     assert np.abs(np.diff(energy, axis=1) - work).max() < 1e-4
-    assert seconds < 1.0
 
 
 @both_engines
@@ -208,9 +203,7 @@ def test_a_trajectory_that_blows_up_is_not_a_number_from_there_on(engine: str) -
 @both_engines
 def test_a_runaway_is_given_up_at_once(engine: str) -> None:
     runaway = one_coordinate(lambda q, qd, tau, p: 1e9 + tau)
-    started = time.process_time()
     x = simulate(runaway, np.zeros((1, 2)), np.zeros((1, 100_000, 1)), 0.04, parameters=np.zeros(2), engine=engine)
-    assert time.process_time() - started < 10
     assert np.isfinite(x[0, :2]).all()
     assert np.isnan(x[0, 2:]).all()
     assert abs(x[0, 1, 1]) * 0.04 > MOST * ANGLE

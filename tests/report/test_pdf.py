@@ -1,6 +1,5 @@
 import json
 import re
-import time
 from dataclasses import replace
 
 import pytest
@@ -139,10 +138,8 @@ def test_a_shared_stage_is_paid_once(nothing):
 
 
 @pytest.mark.slow
-def test_the_committed_results_make_a_small_paper_in_a_moment():
+def test_the_committed_results_make_a_small_paper():
     figures = [figure for figure in FIGURES if (PAPER / "figures" / f"{figure.name}.pdf").is_file()]
     content = content_of(Results.load(PAPER / "results"), figures)
-    began = time.process_time()
     made = typeset(document(content), PAPER / "figures", SOURCE)
-    assert time.process_time() - began < 3.0
     assert len(made) < 5_000_000
