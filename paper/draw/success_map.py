@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure as Canvas
 
+# Others vary what no title says: the weights of a cost, the data of a fit. What these vary beside KEYS are the starts.
+EXPERIMENTS = ("sip_control", "dip_control", "control_robustness")
 KEYS = ("setting", "model", "basis", "mismatch", "mismatch_kind", "noise", "disturbance", "delay", "friction")
 COLUMNS = 4
 OUTCOMES = {
@@ -24,8 +26,9 @@ OUTCOMES = {
 
 
 def draw(results: Results) -> "Canvas | None":
-    """Draw every setting that was started at random."""
-    loops = results.control[results.control["task"] == "random"]
+    """Draw every setting of EXPERIMENTS that was started at random."""
+    control = results.control
+    loops = control[(control["task"] == "random") & control["experiment"].isin(EXPERIMENTS)]
     groups = [group for _, group in loops.groupby([loops[key].map(_text) for key in KEYS], sort=False)]
     if not groups:
         return None
