@@ -26,7 +26,7 @@ EDGES: Mapping[Kind, str] = {
     "loss": style.MODEL.colour,
 }
 Place = tuple[float, float, float, float]  # left, bottom, width, height
-LINE = 0.15  # inches a line of text
+LINE = 0.15  # inches per line of text
 NETWORK = 0.52  # inches a drawn network
 MARGIN = 0.05  # inches around a diagram
 GAP = 0.26  # inches between columns, for the arrows

@@ -77,7 +77,7 @@ FIGURES = (
     Figure(
         "success_map",
         "Which random starts succeed",
-        "One dot a closed loop at its initial state: angles around hanging (180 degrees), and the cart's position for"
+        "One dot per closed loop at its initial state: angles around hanging (180 degrees), and the cart's position for"
         " one link. The title counts the successes: erect for the last 2 s and no contact.",
         "One panel per controller: initial states as dots, filled where the loop succeeds, open where it fails.",
         draw,

@@ -125,7 +125,7 @@ class Dataset:
 
     @property
     def samples(self) -> int:
-        """Number of samples of a member."""
+        """Number of samples per member."""
         return int(self.q.shape[1])
 
     @property

@@ -25,7 +25,7 @@ _Done = tuple[np.ndarray, list[float], str, dict[str, dict[int, np.ndarray]]]  #
 class FullBatch(OptimiserOptions):
     """At most `iterations` on the same `samples` random training samples of each member; None: on all.
 
-    budget_s: CPU seconds of a member, looked at after every iteration.
+    budget_s: CPU seconds per member, looked at after every iteration.
     """
 
     unit: ClassVar[Literal["epochs", "iterations"] | None] = "iterations"

@@ -35,7 +35,7 @@ class Watch(Protocol):
 
 @dataclass(frozen=True)
 class PassivityWatch:
-    """The worst margin of each member, asked for while a fit goes on.
+    """The worst margin of each member, computed while a fit goes on.
 
     storage: the true system, whose energy a model without an energy of its own is judged by; None for the model's own.
     """
@@ -52,7 +52,7 @@ class PassivityWatch:
         return worst_margin(self.model, parameters.detach().double().numpy(), self.states, self.storage)
 
     def member(self, index: int) -> "PassivityWatch":
-        """Itself: all members are asked at the same states."""
+        """Itself: all members use the same states."""
         return self
 
 

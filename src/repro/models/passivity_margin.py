@@ -20,7 +20,7 @@ FORCE = 5.0  # N and N m
 
 @dataclass(frozen=True)
 class States:
-    """Random states and inputs at which passivity is asked for; each (state, n_q)."""
+    """Random states and inputs at which passivity is checked; each (state, n_q)."""
 
     q: np.ndarray
     qd: np.ndarray

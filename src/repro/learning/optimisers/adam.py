@@ -53,7 +53,7 @@ class Adam(OptimiserOptions):
     rule `sgd`: plain gradient descent on the same batches, without moments, momentum or epsilon.
     schedule `keras`: learning rate / (1 + decay k) at step k; `cosine`: down to 1e-4 of it along half a cosine. engine
     `auto`: compiled code where a compiler and a kernel for model and precision exist, else torch. precision: Keras's
-    default is float32, which only networks of features have a kernel for. budget_s: CPU seconds of a member, looked at
+    default is float32, which only networks of features have a kernel for. budget_s: CPU seconds per member, looked at
     after every epoch; the cosine then falls along the share of it that is spent, and `epochs` are the most.
     """
 

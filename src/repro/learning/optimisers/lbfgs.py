@@ -14,7 +14,7 @@ NOT_FINITE = 1e30  # loss for the line search where the model is singular
 
 @dataclass(frozen=True)
 class LBFGS(FullBatch):
-    """Limited-memory BFGS with `memory` pairs (Liu and Nocedal 1989) on a full batch of `samples` a member."""
+    """Limited-memory BFGS with `memory` pairs (Liu and Nocedal 1989) on a full batch of `samples` per member."""
 
     iterations: Count = 1000
     samples: Count | None = 6000

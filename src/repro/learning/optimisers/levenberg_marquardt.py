@@ -16,7 +16,7 @@ INCREASE = 4.0  # of the damping after a failed step
 
 @dataclass(frozen=True)
 class LevenbergMarquardt(FullBatch):
-    """Damped Gauss-Newton steps (J'J + lambda D) d = -J'r (Marquardt 1963), full batch of `samples` a member.
+    """Damped Gauss-Newton steps (J'J + lambda D) d = -J'r (Marquardt 1963), full batch of `samples` per member.
 
     D is the largest diagonal of J'J so far (More 1978). lambda rises fourfold after a failure. It stops after
     `iterations`, or when twenty steps in a row stall or fail.

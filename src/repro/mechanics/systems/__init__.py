@@ -1,4 +1,4 @@
-"""One file a system; the file's name is the system's name."""
+"""One file per system; the file's name is the system's name."""
 
 from repro.plugins.roots import search_path
 

@@ -1,1 +1,1 @@
-"""One file a figure: drawn from the result tables alone."""
+"""One file per figure: drawn from the result tables alone."""

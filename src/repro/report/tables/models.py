@@ -109,7 +109,7 @@ def plain_tables(results: Results, named: set[str]) -> list[Table]:
 
 
 def front_block(results: Results, table: FrontTable) -> str:
-    """Return one line a model, worst first: medians of its metrics over the members."""
+    """Return one line per model, worst first: medians of its metrics over the members."""
     shown = with_varying_options(settings(results, table.experiment, table.where))
     rows = [
         [
