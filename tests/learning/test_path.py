@@ -250,3 +250,35 @@ def test_a_stage_that_cannot_be_linearised_leaves_the_weights_of_the_one_before(
     assert whole.losses[-1] < whole.losses[0]
     np.testing.assert_allclose(whole.parameters, first.parameters, rtol=0.01)
     assert np.linalg.eigvalsh(whole.information)[0] > 0
+
+
+@pytest.mark.parametrize(
+    ("name", "process", "costs", "kept"),
+    [
+        ("network", None, {(1.0, 0.1, 0.0): 1.3}, 1.3),
+        ("network", None, {(1.0, 0.1, 0.0): 3e9, path_fit.WIDER: 1.1}, 1.1),
+        ("network", None, {(1.0, 0.1, 0.0): 5.0, path_fit.WIDER: np.inf}, 5.0),
+        ("network", (1.0, 0.0), {(1.0, 0.0): 3e9}, 3e9),
+        ("linear", None, {(0.0,): 3e9}, 3e9),
+    ],
+    ids=["explained", "better", "no better", "given stages", "closed form"],
+)
+def test_a_network_that_does_not_explain_the_recording_is_fitted_through_more_noise(
+    name: str,
+    process: tuple[float, ...] | None,
+    costs: dict[tuple[float, ...], float],
+    kept: float,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    model, weights = _weights(name)
+    usual = fit_path(*MODELS["linear"][:1], _data(200), 0, START, PathOptions(), silent)
+    stages = []
+
+    def through(some: tuple[float, ...], *given: object) -> path_fit.PathFit:
+        stages.append(some)
+        return replace(usual, cost_per_dof=costs[some])
+
+    monkeypatch.setattr(path_fit, "_fit_through", through)
+    found = fit_path(model, _data(200), 0, weights[None], PathOptions(process=process), silent)
+    assert found.cost_per_dof == kept
+    assert stages == list(costs)

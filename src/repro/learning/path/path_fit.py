@@ -26,6 +26,8 @@ LEAVE = 3e-3  # share of the loss below which a gain ends a stage that another o
 SETTLED = 1e-4  # and the last one, where the rest is small beside what noise does to the weights
 MOST_GROWTH = 256.0  # of the damping in one step, after which no step gains any more
 ROUNDS = 3  # of the estimates of noise
+UNEXPLAINED = 2.0  # cost per degree of freedom above which a network is fitted once more, through WIDER
+WIDER = (30.0, 3.0, 0.3, 0.0)  # process noise that absorbs at first what a poor start gets wrong
 OUT_OF_RANGE = np.errstate(over="ignore", invalid="ignore")  # what leaves float64 is refused by its infinite loss
 LEAST_SPREAD = np.array([1e-16, 1e-14])  # variances of unknown motion in a step, so that no spread is singular
 
@@ -159,15 +161,33 @@ def fit_path(
 ) -> PathFit:
     """Fit one member from the best of `starts` (start, n_parameters), of which one should explain the motion roughly.
 
-    Its status is "diverged at step k" where the motion cannot be linearised in float64 any more, and its weights are
-    those of the last stage that ended; the cost is infinite where none did.
+    A network that does not explain the recording afterwards is fitted once more with more process noise at first, and
+    the better fit is kept; noise that is estimated hides that, and is not examined. Its status is "diverged at step k"
+    where the motion cannot be linearised in float64 any more, and its weights are those of the last stage that ended;
+    the cost is infinite where none did.
     """
+    found = _fit_through(stages_of(model, options), model, dataset, member, starts, options, progress)
+    if options.process is None and not model.linear_in_weights and found.cost_per_dof > UNEXPLAINED:
+        again = _fit_through(WIDER, model, dataset, member, starts, options, progress)
+        found = min(found, again, key=lambda each: each.cost_per_dof)
+    return found
+
+
+def _fit_through(
+    stages: tuple[float, ...],
+    model: Model,
+    dataset: Dataset,
+    member: int,
+    starts: np.ndarray,
+    options: PathOptions,
+    progress: Progress,
+) -> PathFit:
+    """The fit of one member with process noise of these sizes, in turn."""
     own = starts.shape[1]
     if options.zeros == "angles":
         model = _with_zeros(model, dataset.angles)
         starts = np.pad(starts, ((0, 0), (0, model.n_parameters - own)))
     path = MemberPath(model, dataset, member, options)
-    stages = stages_of(model, options)
     rounds = ROUNDS if options.noise == "estimated" else 1
     schedule = [*stages, *[stages[-1]] * (rounds - 1)]
     path.process = schedule[0]
