@@ -9,6 +9,7 @@ from repro.errors import UserError
 from repro.results.gather import gather
 from repro.results.selectors import NotRunError, one_setting
 from repro.results.stored import read_stored
+from repro.sweep import listing
 from repro.sweep.listing import list_jobs
 from repro.sweep.planned_job import PlannedJob
 from repro.tracking.experiment_list import ExperimentList
@@ -42,6 +43,22 @@ def test_jobs_stay_listed_as_long_as_they_belong_to_the_experiment(paths, file):
     file.write_text(json.dumps({**content, "jobs": [*content["jobs"], foreign]}))
     list_jobs(paths, [first])
     assert {job.run for job in ExperimentList.read(file).jobs} == {first.run, second.run}
+
+
+def test_what_another_command_lists_meanwhile_stays(paths, file, monkeypatch):
+    first, second = planned()
+    own, others = listing._extended, iter([second])
+
+    def extended(path, jobs):
+        found = own(path, jobs)
+        for other in others:  # after this command has read the list, before it writes
+            list_jobs(paths, [other])
+        return found
+
+    monkeypatch.setattr(listing, "_extended", extended)
+    list_jobs(paths, [first])
+    assert {job.run for job in ExperimentList.read(file).jobs} == {first.run, second.run}
+    assert sorted(path.name for path in file.parent.glob("[!.]*")) == [file.name]
 
 
 def test_a_run_that_is_not_there_is_described_by_the_list(paths, file):

@@ -4,6 +4,8 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
+from filelock import FileLock
+
 from repro.config.compose import compose
 from repro.config.overrides import EXPERIMENT, belongs
 from repro.config.places import digest
@@ -41,13 +43,20 @@ def listed_job(job: PlannedJob) -> ListedJob:
 
 
 def _add(path: Path, jobs: Sequence[PlannedJob]) -> None:
+    before, after = _extended(path, jobs)
+    if after != before:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with FileLock(path.with_name(f".{path.stem}.lock")):  # read again: another command may have added to it
+            _extended(path, jobs)[1].write(path)
+
+
+def _extended(path: Path, jobs: Sequence[PlannedJob]) -> tuple[ExperimentList | None, ExperimentList]:
+    """A list as stored, None without one, and with the jobs added."""
     before = ExperimentList.read(path) if path.is_file() else None
     entries = {frozenset(job.composed.overrides): listed_job(job) for job in jobs}
     if before is not None:
         entries |= {key: job for key, job in _still_belonging(before).items() if key not in entries}
-    after = ExperimentList(path.stem, path.parent.name, digest(path.stem), [*entries.values()])
-    if after != before:
-        after.write(path)
+    return before, ExperimentList(path.stem, path.parent.name, digest(path.stem), [*entries.values()])
 
 
 def _still_belonging(before: ExperimentList) -> Mapping[frozenset[str], ListedJob]:
