@@ -15,10 +15,11 @@ from pathlib import Path
 import pandas as pd
 from generated import write_or_check
 
+from repro.config.overrides import experiments
 from repro.launch.machine import SHARE
 
 ROOT = Path(__file__).resolve().parents[1]
-STAGES = ROOT / "paper" / "results" / "stages.parquet"
+STAGES, RUNS = (ROOT / "paper" / "results" / f"{table}.parquet" for table in ("stages", "runs"))
 PAGE = ROOT / "docs" / "scale-out.md"
 CORES = (2, 8, 16, 64)
 MIB_A_CORE = 4096
@@ -102,8 +103,8 @@ def busy_seconds(stages: pd.DataFrame) -> float:
     return total
 
 
-def numbers(stages: pd.DataFrame) -> str:
-    """The lines of the page."""
+def numbers(stages: pd.DataFrame, others: pd.DataFrame) -> str:
+    """The lines of the page, of what `repro reproduce` makes; others: the stages of what is run by its name alone."""
     distinct, jobs = stages.drop_duplicates("id"), jobs_of(stages, "cpu_s")
     total, longest, used = distinct["cpu_s"].sum(), max(job.seconds for job in jobs), int(stages["cores"].max())
     rows = []
@@ -111,6 +112,7 @@ def numbers(stages: pd.DataFrame) -> str:
         schedule = simulated(jobs, cores, SHARE * MIB_A_CORE * cores)
         cells = _minutes(schedule.seconds), _minutes(total / cores), f"{schedule.mib / 1024:.1f}"
         rows.append(f"| {cores} | {' | '.join(cells)} |\n")
+    named = others[~others["id"].isin(distinct["id"])].drop_duplicates("id")
     again = _minutes(simulated(jobs_of(stages, "wall_s"), used, math.inf).seconds)
     return f"""\
 {len(jobs)} runs with {len(distinct)} distinct stages take {_minutes(total)} min of one core. The longest run takes
@@ -121,6 +123,9 @@ def numbers(stages: pd.DataFrame) -> str:
 {"".join(rows)}
 The check: from the elapsed time of the same stages the simulation of {used} cores gives {again} min; the {used} cores
 that made them were at work for {_minutes(busy_seconds(distinct))} min.
+
+Not in the table: {others["run"].nunique()} runs of experiments that are run by their names alone, which take
+{_minutes(named["cpu_s"].sum())} min of one core.
 """
 
 
@@ -131,7 +136,9 @@ def _minutes(seconds: float) -> str:
 def main(arguments: Sequence[str]) -> int:
     """Write the page, or check it."""
     columns = ["run", "id", "started", "wall_s", "cpu_s", "peak_memory_mib", "cores"]
-    return write_or_check(PAGE, "scaling", numbers(pd.read_parquet(STAGES, columns=columns)), arguments)
+    stages, runs = pd.read_parquet(STAGES, columns=columns), pd.read_parquet(RUNS, columns=["run", "experiment"])
+    included = stages["run"].isin(runs.loc[runs["experiment"].isin(experiments("paper")), "run"])
+    return write_or_check(PAGE, "scaling", numbers(stages[included], stages[~included]), arguments)
 
 
 if __name__ == "__main__":
