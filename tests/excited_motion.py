@@ -11,6 +11,7 @@ from repro.mechanics.derive import dynamics_of
 from repro.mechanics.simulate import simulate
 
 DT = 0.005
+PULL = 0.01
 
 
 def motion(system, steps=25, seed=0):
@@ -31,17 +32,22 @@ def training(system):
     return data.q[0], data.qd[0], data.qdd[0]
 
 
-def fitted(model, samples, tau):
-    """Weights of least squares on the forces, by Levenberg-Marquardt."""
+def fitted(model, samples, tau, seed=0):
+    """Weights of least squares on the forces, by Levenberg-Marquardt.
+
+    Directions that no force depends on: a slight pull to the start makes the weights of a network follow from the data.
+    """
     q, qd, qdd, w = (
         ca.SX.sym(name, size) for name, size in (("q", 2), ("qd", 2), ("qdd", 2), ("w", model.n_parameters))
     )
     said = model.inverse_dynamics(q, qd, qdd, w)
     value, slope = (ca.Function("f", [q, qd, qdd, w], [ca.densify(e)]) for e in (said, ca.jacobian(said, w)))
+    start = model.initial([np.random.default_rng(seed)])[0]
+    pull = PULL * np.eye(len(start))
     found = least_squares(
-        lambda w: (evaluate(value, *samples, w) - tau).ravel(),
-        model.initial([np.random.default_rng(0)])[0],
-        lambda w: evaluate(slope, *samples, w).reshape(tau.size, -1),
+        lambda w: np.append(evaluate(value, *samples, w) - tau, pull @ (w - start)),
+        start,
+        lambda w: np.vstack([evaluate(slope, *samples, w).reshape(tau.size, -1), pull]),
         method="lm",
         max_nfev=200,
     )

@@ -17,14 +17,18 @@ from repro.models.kinds.truth import Truth
 NOISE, DRIFT = 2e-3, 2e-4
 
 
-@pytest.fixture(scope="module")
-def network():
+def network_of(seed):
     """A network of the nominal plant, its training data, and a plant of other masses and length."""
     system, plant = load("sip"), load("sip", m0=0.75, m1=0.17, L1=0.55)
     model = Structured(2, np.array([0.9, 5.0]), structured.Options(hidden=(), skip=False))
     samples = training(system)
-    weights = fitted(model, samples, evaluate(dynamics_of(system).inverse, *samples))
+    weights = fitted(model, samples, evaluate(dynamics_of(system).inverse, *samples), seed)
     return model, system, plant, samples, weights
+
+
+@pytest.fixture(scope="module")
+def network():
+    return network_of(0)
 
 
 def followed(kind, network, steps, **options):
@@ -69,10 +73,16 @@ def test_of_a_linear_model_it_is_the_same_filter(lag):
         np.testing.assert_allclose(iterated.unexplained, plain.unexplained, rtol=1e-5, atol=1e-9)
 
 
-def test_it_comes_near_the_most_probable_weights(network):
-    """The minimum for prior and all motions together, by another method; one linearisation each stays far from it."""
+def test_it_comes_near_the_most_probable_weights():
+    """Of five networks most reach the cost of the minimum for prior and all motions together; all come nearer to it."""
+    left = [share_left(network_of(seed)) for seed in range(5)]
+    assert np.median(left) < 0.05
+    assert min(left) >= 0 and max(left) < 0.8
+
+
+def share_left(network, steps=50):
+    """Of the cost above the minimum, found by another method, that one linearisation per motion leaves."""
     model, _, plant, samples, weights = network
-    steps = 50
     prior = Prior.of(model, weights, samples, 0.2, 0.3)
     balance = MomentumBalance(model, plant, 8, DT)
     stretches, applied = motion(plant, steps=steps)
@@ -94,8 +104,7 @@ def test_it_comes_near_the_most_probable_weights(network):
 
     least = least_squares(residuals, weights, slopes, method="lm", x_scale=1.0).cost
     iterated, once = (cost(followed(kind, network, steps).weights) for kind in (IteratedIdentification, Identification))
-    assert least <= iterated < 2 * least
-    assert once - least > 5 * (iterated - least)
+    return (iterated - least) / (once - least)
 
 
 def test_covariances_stay_symmetric_and_positive(network):
